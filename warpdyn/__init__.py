@@ -1,0 +1,33 @@
+"""Ensembles of structural dynamics, integrated in parallel on GPUs and CPUs."""
+
+from warpdyn.designs import Cloud, Individual, Stripes
+from warpdyn.fragility import fragility
+from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
+from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
+from warpdyn.sample import Factor, Lognormal, Normal, Uniform, Value
+from warpdyn.scene import Scene
+from warpdyn.simulate import Histories, simulate
+from warpdyn.structures import LinearSystem, ShearBuilding
+
+__all__ = [
+    "Cloud",
+    "Factor",
+    "ForceHistory",
+    "FreeVibration",
+    "GroundMotion",
+    "HarmonicForce",
+    "Histories",
+    "Individual",
+    "LinearSystem",
+    "Lognormal",
+    "Normal",
+    "PeakGroundAcceleration",
+    "Scene",
+    "ShearBuilding",
+    "SpectralAcceleration",
+    "Stripes",
+    "Uniform",
+    "Value",
+    "fragility",
+    "simulate",
+]
