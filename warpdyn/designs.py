@@ -1,0 +1,149 @@
+"""Designs of ground motion: which structure runs under which motion, and at what scale."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
+from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion
+
+IntensityMeasure = PeakGroundAcceleration | SpectralAcceleration
+
+
+def _checked_motions(motions: Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
+    motions = (motions,) if isinstance(motions, GroundMotion) else tuple(motions)
+    if not motions:
+        raise ValueError("motions is empty: give at least one GroundMotion")
+    for index, motion in enumerate(motions):
+        if not isinstance(motion, GroundMotion):
+            raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
+    return motions
+
+
+def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+    return np.array([measure.of(motion) for motion in motions])
+
+
+@dataclass(frozen=True, eq=False)
+class Stripes:
+    """Every structure under every motion, scaled to every level of an intensity measure.
+
+    Samples are ordered by structure, then motion, then level, so that more structures only add samples at the end.
+
+    Args:
+        motions: Ground motions.
+        levels_in_g: Levels of the intensity measure [g], increasing, shape [im_level].
+        measure: The intensity measure: PeakGroundAcceleration() or SpectralAcceleration(period).
+
+    Raises:
+        ValueError: If there is no motion or no level, a level is not positive or they do not increase, or a motion
+            has no intensity to scale (its values are all zero).
+    """
+
+    motions: Sequence[GroundMotion]
+    levels_in_g: Sequence[float]
+    measure: IntensityMeasure
+
+    def __post_init__(self) -> None:
+        motions = _checked_motions(self.motions)
+        levels = np.atleast_1d(np.array(self.levels_in_g, dtype=np.float64))
+        if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
+            raise ValueError(f"levels_in_g must be a row of finite values above 0 g, got {self.levels_in_g}")
+        if np.any(np.diff(levels) <= 0):
+            raise ValueError(f"levels_in_g must increase, got {levels.tolist()}")
+        intensities = _intensities(motions, self.measure)
+        for index, (motion, intensity) in enumerate(zip(motions, intensities, strict=True)):
+            if not intensity > 0:
+                raise ValueError(
+                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} m/s2: "
+                    "an all-zero record cannot be scaled to a stripe; leave it out"
+                )
+        object.__setattr__(self, "motions", motions)
+        object.__setattr__(self, "levels_in_g", levels)
+        object.__setattr__(self, "_intensities", intensities)
+
+    def assign(self, structures: int, seed: int) -> Assignment:
+        """Return structures x motions x levels samples."""
+        shape = (structures, len(self.motions), len(self.levels_in_g))
+        structure, motion, level = (i.ravel() for i in np.indices(shape, dtype=np.int32, sparse=False))
+        im_level = self.levels_in_g[level]
+        scale = im_level * STANDARD_GRAVITY / self._intensities[motion]
+        return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Every structure under every motion as recorded.
+
+    Args:
+        motions: Ground motions.
+        measure: The intensity measure that the samples are labelled with.
+    """
+
+    motions: Sequence[GroundMotion]
+    measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "motions", _checked_motions(self.motions))
+        object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
+
+    def assign(self, structures: int, seed: int) -> Assignment:
+        """Return structures x motions samples."""
+        shape = (structures, len(self.motions))
+        structure, motion = (i.ravel() for i in np.indices(shape, dtype=np.int32))
+        im_level = self._intensities[motion] / STANDARD_GRAVITY
+        return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name)
+
+
+@dataclass(frozen=True, eq=False)
+class Individual:
+    """Every structure under one motion of its own, at a scale of its own.
+
+    Args:
+        motions: Ground motions.
+        motion: Index into `motions` for each sample, shape [sample]; None draws one for each from the seed.
+        scale: Factor on the motion: one for all, or one a sample, shape [sample].
+        measure: The intensity measure that the samples are labelled with.
+
+    Raises:
+        ValueError: If an index is out of range or a scale is not finite and positive.
+    """
+
+    motions: Sequence[GroundMotion]
+    motion: ArrayLike | None = None
+    scale: ArrayLike = 1.0
+    measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        motions = _checked_motions(self.motions)
+        scale = np.array(self.scale, dtype=np.float64)
+        if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
+            raise ValueError("scale must be one factor, or one a sample, each finite and above 0")
+        if self.motion is not None:
+            motion = np.atleast_1d(self.motion)
+            if motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
+                raise ValueError("motion must be a row of whole numbers, one a sample")
+            if motion.min() < 0 or motion.max() >= len(motions):
+                raise ValueError(f"motion indexes {len(motions)} motions from 0, got {motion.min()} to {motion.max()}")
+            object.__setattr__(self, "motion", motion.astype(np.int32))
+        object.__setattr__(self, "motions", motions)
+        object.__setattr__(self, "scale", scale)
+        object.__setattr__(self, "_intensities", _intensities(motions, self.measure))
+
+    def assign(self, structures: int, seed: int) -> Assignment:
+        """Return one sample a structure."""
+        for name, values in (("motion", self.motion), ("scale", self.scale)):
+            if values is not None and np.ndim(values) and np.size(values) != structures:
+                raise ValueError(f"Individual.{name} has {np.size(values)} values for {structures} samples")
+        motion = self.motion
+        if motion is None:
+            # A stream of its own, so that the draws of the structures do not depend on the design.
+            random = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 1]))).random(structures)
+            motion = (random * len(self.motions)).astype(np.int32)
+        scale = np.broadcast_to(self.scale, structures).astype(np.float64)
+        im_level = scale * self._intensities[motion] / STANDARD_GRAVITY
+        return Assignment(np.arange(structures, dtype=np.int32), motion, scale, im_level, self.measure.name)
