@@ -1,0 +1,252 @@
+"""Scatter: random parameters of the structures, drawn once and kept with the results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+from scipy.stats import qmc
+
+from warpdyn.structures import BUILDING_PARAMETERS, LinearSystem, ShearBuilding, first_violation, one_of
+
+SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
+
+
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise ValueError(message)
+
+
+@dataclass(frozen=True)
+class Normal:
+    """A normal distribution.
+
+    Args:
+        mean: Mean.
+        standard_deviation: Standard deviation, at least 0.
+    """
+
+    mean: float
+    standard_deviation: float
+
+    def __post_init__(self) -> None:
+        _require(np.isfinite(self.mean), f"Normal.mean must be finite, got {self.mean}")
+        _require(
+            np.isfinite(self.standard_deviation) and self.standard_deviation >= 0,
+            f"Normal.standard_deviation must be finite and at least 0, got {self.standard_deviation}",
+        )
+
+    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the values at standard normal values z."""
+        return self.mean + self.standard_deviation * z
+
+
+@dataclass(frozen=True)
+class Lognormal:
+    """A lognormal distribution, by its median and dispersion.
+
+    Args:
+        median: Median, above 0.
+        dispersion: Standard deviation of the natural logarithm, at least 0.
+    """
+
+    median: float
+    dispersion: float
+
+    def __post_init__(self) -> None:
+        _require(np.isfinite(self.median) and self.median > 0, f"Lognormal.median must be above 0, got {self.median}")
+        _require(
+            np.isfinite(self.dispersion) and self.dispersion >= 0,
+            f"Lognormal.dispersion must be finite and at least 0, got {self.dispersion}",
+        )
+
+    @classmethod
+    def from_mean(cls, mean: float, cov: float) -> Lognormal:
+        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean)."""
+        _require(np.isfinite(mean) and mean > 0, f"mean must be finite and above 0, got {mean}")
+        _require(np.isfinite(cov) and cov >= 0, f"cov must be finite and at least 0, got {cov}")
+        return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
+
+    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the values at standard normal values z."""
+        return self.median * np.exp(self.dispersion * z)
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A uniform distribution between two bounds.
+
+    Args:
+        low: Lower bound.
+        high: Upper bound, above the lower.
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _require(
+            np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high,
+            f"Uniform needs finite bounds with low below high, got {self.low} and {self.high}",
+        )
+
+    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the values at standard normal values z."""
+        return self.low + (self.high - self.low) * ndtr(z)
+
+
+Distribution = Normal | Lognormal | Uniform
+
+
+@dataclass(frozen=True)
+class Factor:
+    """Scatter that multiplies the nominal value of a parameter.
+
+    Args:
+        distribution: Distribution of the factor.
+        per: "building" (one draw for all storeys) or "storey" (one draw each).
+        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+
+    Raises:
+        ValueError: If `per` is unknown or the correlation is out of range or has no storeys to join.
+    """
+
+    distribution: Distribution
+    per: str = "building"
+    storey_correlation: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.distribution, Distribution):
+            raise TypeError(f"distribution must be Normal, Lognormal or Uniform, got {self.distribution!r}")
+        one_of("per", self.per, ("building", "storey"))
+        if not 0 <= self.storey_correlation <= 1:
+            raise ValueError(f"storey_correlation must be from 0 to 1, got {self.storey_correlation}")
+        if self.storey_correlation and self.per == "building":
+            raise ValueError("storey_correlation needs per='storey': one draw for the building is common to all")
+
+
+@dataclass(frozen=True)
+class Value(Factor):
+    """Scatter that replaces the nominal value of a parameter; arguments as for Factor."""
+
+
+Scatter = Mapping[str, Factor | Value | float]
+
+
+def check_scatter(
+    structure: ShearBuilding | LinearSystem, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
+) -> None:
+    """Raise an error that names the entry of a scatter or correlation that does not fit the structure."""
+    allowed = ", ".join(structure.parameter_table)
+    for name, spread in scatter.items():
+        if name not in structure.parameter_table:
+            raise ValueError(f"scatter names unknown parameter {name!r}; {structure!r} has {allowed}")
+        if isinstance(spread, (int, float)) and not isinstance(spread, bool):
+            value, bounds = np.array(float(spread)), structure.parameter_table[name]
+            problem = first_violation(f"scatter[{name!r}]", value, bounds, ())
+            _require(problem is None, str(problem))
+        elif not isinstance(spread, Factor):
+            raise TypeError(f"scatter[{name!r}] must be a Factor, a Value or a number, got {spread!r}")
+        elif spread.per == "storey" and (structure.family != "chain" or name in BUILDING_PARAMETERS):
+            raise ValueError(f"scatter[{name!r}]: {name} has no values by storey; use per='building'")
+        if structure.family == "dense" and type(spread) is not Factor:
+            raise ValueError(f"scatter[{name!r}]: a matrix can only be scaled, by a Factor")
+    for pair, value in correlation.items():
+        if len(pair) != 2 or pair[0] == pair[1] or any(not isinstance(scatter.get(name), Factor) for name in pair):
+            raise ValueError(f"correlation names {pair}: it must be two different parameters with random scatter")
+        if not -1 <= value <= 1:
+            raise ValueError(f"correlation of {pair} must be from -1 to 1, got {value}")
+        if (pair[1], pair[0]) in correlation and pair[::-1] != pair:
+            raise ValueError(f"correlation of {pair} is given twice")
+    correlation_factor(structure, scatter, correlation)
+
+
+def correlation_factor(
+    structure: ShearBuilding | LinearSystem, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
+) -> tuple[list[tuple[str, int]], np.ndarray]:
+    """Return the random variables as (parameter, storey) and the lower factor L of their correlation matrix L L^T.
+
+    Two parameters have their correlation at the same storey; at different storeys it is times the geometric mean of
+    their storey correlations. A parameter drawn once for the building has it with every storey.
+    """
+    variables: list[tuple[str, int]] = []
+    for name, spread in scatter.items():
+        if isinstance(spread, Factor):
+            variables += [(name, i) for i in range(structure.dofs if spread.per == "storey" else 1)]
+    matrix = np.eye(len(variables))
+    for row, (p, i) in enumerate(variables):
+        for column, (q, j) in enumerate(variables[:row]):
+            value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))
+            if i != j and scatter[p].per == scatter[q].per == "storey":
+                value *= np.sqrt(scatter[p].storey_correlation * scatter[q].storey_correlation)
+            matrix[row, column] = matrix[column, row] = value
+    if not variables:
+        return variables, matrix
+    eigenvalues, vectors = np.linalg.eigh(matrix)
+    if eigenvalues[0] < -1e-10:
+        raise ValueError(
+            f"the correlations contradict each other: their matrix has eigenvalue {eigenvalues[0]:.3g}; "
+            "lower a correlation between parameters, or raise a storey_correlation"
+        )
+    # QR of the symmetric root gives a triangular factor where Cholesky would fail: at correlations of exactly 1.
+    factor = np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r").T
+    factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
+    factor[np.abs(factor) < 1e-14] = 0.0
+    return variables, factor
+
+
+def _standard_normals(sampling: str, samples: int, dimensions: int, seed: int) -> np.ndarray:
+    """Return independent standard normal values [sample, dimension]; Monte Carlo rows depend on seed and row alone."""
+    generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 0])))
+    if sampling == "monte_carlo":
+        uniform = generator.random((samples, dimensions))
+    elif sampling == "latin_hypercube":
+        uniform = qmc.LatinHypercube(dimensions, rng=generator).random(samples)
+    else:
+        engine = qmc.Sobol(dimensions, rng=generator)
+        uniform = engine.random_base2(max(0, int(samples - 1).bit_length()))[:samples]
+    return ndtri(np.clip(uniform, 2.0**-54, 1 - 2.0**-53))  # the normal value of exactly 0 would be infinite
+
+
+def draw(
+    structure: ShearBuilding | LinearSystem,
+    scatter: Scatter,
+    correlation: Mapping[tuple[str, str], float],
+    sampling: str,
+    samples: int,
+    seed: int,
+) -> dict[str, np.ndarray]:
+    """Return the parameters that are scattered, drawn, each of shape [structure, storey] or [structure].
+
+    Raises:
+        ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the place.
+    """
+    variables, factor = correlation_factor(structure, scatter, correlation)
+    z = _standard_normals(sampling, samples, len(variables), seed) if variables else np.empty((samples, 0))
+    drawn: dict[str, np.ndarray] = {}
+    for name, spread in scatter.items():
+        nominal = structure.parameters[name]
+        if not isinstance(spread, Factor):
+            drawn[name] = np.full((samples, *nominal.shape), float(spread))
+            continue
+        columns = []
+        for row, (owner, _) in enumerate(variables):
+            if owner == name:
+                # A sum in a fixed order, column by column: a matrix product's rounding depends on the number of rows.
+                correlated = np.zeros(samples)
+                for k in np.flatnonzero(factor[row]):
+                    correlated += factor[row, k] * z[:, k]
+                columns.append(spread.distribution.from_standard_normal(correlated))
+        values = np.stack(columns, axis=1) if spread.per == "storey" else columns[0]
+        if spread.per == "building":
+            values = values.reshape(samples, *(1 for _ in nominal.shape))
+        multiplied = nominal * values if type(spread) is Factor else np.broadcast_to(values, (samples, *nominal.shape))
+        drawn[name] = np.ascontiguousarray(multiplied)
+    for name, values in drawn.items():
+        axes = ("structure", "storey")[: values.ndim] if structure.family == "chain" else ("structure", "dof", "dof")
+        problem = first_violation(f"the drawn {name}", values, structure.parameter_table[name], axes)
+        if problem:
+            raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
+    return drawn

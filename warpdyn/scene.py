@@ -1,0 +1,119 @@
+"""A scene: a structure, what shakes it, what is random about it and what to record."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from warpdyn.designs import Cloud, Individual, Stripes
+from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
+from warpdyn.recorders import RECORDERS
+from warpdyn.sample import SAMPLING, Scatter, check_scatter
+from warpdyn.structures import LinearSystem, ShearBuilding, one_of
+
+Excitation = Stripes | Cloud | Individual | HarmonicForce | ForceHistory | FreeVibration
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything that decides what a run computes, but for how it is integrated.
+
+    Args:
+        structure: A ShearBuilding or a LinearSystem.
+        excitation: Stripes, Cloud or Individual ground motions; HarmonicForce, ForceHistory or FreeVibration; or one
+            GroundMotion.
+        scatter: What is random: parameter name -> Factor, Value, or a number that replaces the nominal value.
+        correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
+        sampling: "monte_carlo", "latin_hypercube" or "sobol".
+        record: Recorders to build in; None for all of the structure's: of a ShearBuilding "drift", "acceleration",
+            "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration" and "energy".
+        collapse_drift_ratio: Storey drift ratio beyond which a sample counts as collapsed; None for none.
+        tail: Free vibration after a motion's end [s]; None for long enough to read a residual drift.
+        title: What the dataset is called.
+
+    Raises:
+        ValueError, TypeError: If a part is unknown or the parts do not fit each other.
+    """
+
+    structure: ShearBuilding | LinearSystem
+    excitation: Excitation | GroundMotion
+    scatter: Scatter = field(default_factory=dict)
+    correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    sampling: str = "monte_carlo"
+    record: tuple[str, ...] | None = None
+    collapse_drift_ratio: float | None = None
+    tail: float | None = None
+    title: str = "warpdyn ensemble"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.structure, ShearBuilding | LinearSystem):
+            raise TypeError(f"structure must be a ShearBuilding or a LinearSystem, got {type(self.structure).__name__}")
+        if isinstance(self.excitation, GroundMotion):
+            object.__setattr__(self, "excitation", Cloud((self.excitation,)))
+        if not isinstance(self.excitation, Excitation):
+            raise TypeError(
+                "excitation must be Stripes, Cloud, Individual, GroundMotion, HarmonicForce, ForceHistory or "
+                f"FreeVibration, got {type(self.excitation).__name__}"
+            )
+        self._check_width()
+        one_of("sampling", self.sampling, SAMPLING)
+        recorders = RECORDERS[self.structure.family]
+        record = tuple(recorders) if self.record is None else tuple(self.record)
+        for name in record:
+            one_of(f"recorder of a {type(self.structure).__name__}", name, recorders)
+        object.__setattr__(self, "record", tuple(sorted(set(record))))
+        limit = self.collapse_drift_ratio
+        if limit is not None:
+            if not (np.isfinite(limit) and limit > 0):
+                raise ValueError(f"collapse_drift_ratio must be finite and above 0, got {limit}")
+            if "drift" not in self.record:
+                raise ValueError("collapse_drift_ratio needs the recorder 'drift' of a ShearBuilding")
+        if self.tail is not None and not (np.isfinite(self.tail) and self.tail >= 0):
+            raise ValueError(f"tail must be finite and at least 0 s, got {self.tail}")
+        check_scatter(self.structure, self.scatter, self.correlation)
+        object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))
+        object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))
+
+    def _check_width(self) -> None:
+        """Check that nodal loads and initial states have one value a degree of freedom; spread single values."""
+        dofs = self.structure.dofs
+        for kind, name in ((HarmonicForce, "amplitude"), (FreeVibration, "displacement"), (FreeVibration, "velocity")):
+            if isinstance(self.excitation, kind):
+                size = getattr(self.excitation, name).size
+                if size != dofs and (size != 1 or kind is HarmonicForce):
+                    raise ValueError(f"{kind.__name__}.{name} has {size} values for {dofs} degrees of freedom")
+        if isinstance(self.excitation, ForceHistory) and self.excitation.force.shape[1] != dofs:
+            columns = self.excitation.force.shape[1]
+            raise ValueError(f"ForceHistory.force has {columns} columns for {dofs} degrees of freedom")
+
+    def to_json(self) -> str:
+        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset."""
+        return json.dumps(_plain(self), separators=(",", ":"))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON can hold it, recursively."""
+    if isinstance(value, GroundMotion):
+        return {"name": value.name, "source": value.source, "step": value.step, "samples": value.acceleration.size}
+    if isinstance(value, np.ndarray):
+        return value.tolist() if value.size <= 1024 else f"array of shape {value.shape}"
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Mapping):
+        return {key if isinstance(key, str) else " ".join(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, ShearBuilding | LinearSystem):
+        kept = {"law": value.law, "damping": value.damping}
+        if value.family == "chain" and value.damping_modes:
+            kept["damping_modes"] = list(value.damping_modes)
+        return {"type": type(value).__name__, **kept, **_plain(value.parameters)}
+    if hasattr(value, "__dataclass_fields__"):
+        fields = {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+        return fields if isinstance(value, Scene) else {"type": type(value).__name__, **fields}
+    return value
