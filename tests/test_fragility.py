@@ -1,0 +1,300 @@
+"""Fragility of a run: what is counted, what is kept out, and the bootstrap over records."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.optimize import minimize
+from scipy.stats import beta, norm
+
+from warpdyn.fragility import fragility
+from warpdyn.lognormal_fit import FIT_MEANINGS, fit_lognormal
+
+
+def make_run(drift, record, level):
+    """Build a run as warpdyn.simulate writes it, from arrays by sample."""
+    drift = np.atleast_2d(np.asarray(drift, dtype=np.float64).T).T
+    samples = len(drift)
+    flags = {"flag_values": np.arange(4, dtype=np.int8), "flag_meanings": "ok collapsed diverged unstable_step"}
+    return xr.Dataset(
+        {
+            "peak_storey_drift_ratio": (("sample", "storey"), drift),
+            "status": ("sample", np.zeros(samples, np.int8), flags),
+        },
+        coords={
+            "record": ("sample", np.asarray(record, dtype=np.int32)),
+            "im_level": ("sample", np.asarray(level, dtype=np.float64), {"units": "g"}),
+            "structure": ("sample", np.arange(samples, dtype=np.int32)),
+            "storey": np.arange(1, drift.shape[1] + 1),
+        },
+    )
+
+
+def with_status(run, samples, code, demand=np.nan):
+    """Give some samples another status and demand."""
+    status, drift = run["status"].copy(), run["peak_storey_drift_ratio"].copy()
+    status[samples], drift[samples] = code, demand
+    return run.assign(status=status, peak_storey_drift_ratio=drift)
+
+
+def synthetic_run(seed, records=30, structures=10, between=0.3, within=0.2, levels=(0.3, 0.6, 0.9, 1.2, 1.5, 2.0)):
+    """Two storeys whose drift ratio is 0.02 IM times a lognormal factor of the record and one of the sample."""
+    generator = np.random.default_rng(seed)
+    record, level, _ = (g.ravel() for g in np.meshgrid(range(records), levels, range(structures), indexing="ij"))
+    factor = between * generator.standard_normal(records)[record, None]
+    factor = factor + within * generator.standard_normal((record.size, 2))
+    return make_run(0.02 * level[:, None] * np.exp(factor) * [1.0, 0.7], record, level)
+
+
+@pytest.mark.filterwarnings("ignore:damage state")  # too few records for intervals, which are not asked of it
+def test_fractions_curves_and_labels():
+    run = make_run(
+        [[0.01, 0.03], [0.03, 0.01], [0.02, 0.02], [0.05, 0.01], [0.05, 0.05], [0.0, 0.03], [0.1, 0.1], [0.0, 0.01]],
+        record=[0, 0, 5, 5, 0, 0, 5, 5],
+        level=[0.5, 0.5, 0.5, 0.5, 1.0, 1.0, 1.0, 1.0],
+    )
+    result = fragility(run, {"light": 0.02, "heavy": 0.04}, bootstrap=50)
+    # Counted by hand; 0.02 does not exceed 0.02.
+    assert result["exceeding_samples"].values.tolist() == [[3, 3], [1, 2]]
+    assert result["valid_samples"].values.tolist() == [4, 4]
+    assert result["exceedance_fraction"].values.tolist() == [[0.75, 0.75], [0.25, 0.5]]
+    by_storey = result["storey_exceedance_fraction"].transpose("storey", "damage_state", "stripe")
+    assert by_storey.values.tolist() == [[[0.5, 0.5], [0.25, 0.5]], [[0.25, 0.75], [0, 0.5]]]
+    assert result["drift_ratio_limit"].values.tolist() == [0.02, 0.04]
+    assert result["stripe"].values.tolist() == [0.5, 1.0]
+    # 1 of 4, by beta quantiles.
+    bounds = [result[f"exceedance_fraction_{side}"][1, 0].item() for side in ("lower", "upper")]
+    np.testing.assert_allclose(bounds, [beta.ppf(0.025, 1, 4), beta.ppf(0.975, 2, 3)], rtol=1e-10)
+    # Two stripes: the curve passes through both fractions. Phi^-1(1/4) = -.6744897501960817, Phi^-1(1/2) = 0.
+    np.testing.assert_allclose(result["fragility_median"], [np.nan, 1.0], atol=1e-9)
+    np.testing.assert_allclose(result["fragility_dispersion"], [np.nan, np.log(2) / 0.6744897501960817], atol=1e-9)
+    assert result["fit_status"].values.tolist() == [FIT_MEANINGS.index("not_increasing"), 0]
+
+
+def test_file_round_trip_keeps_every_variable_labelled(tmp_path):
+    run = synthetic_run(1)
+    result = fragility(run, {"light": 0.01, "heavy": 0.03}, bootstrap=40, confidence=0.9, seed=3)
+    assert {"bootstrap_replicates": 40, "confidence": 0.9, "bootstrap_seed": 3}.items() <= result.attrs.items()
+    assert "Baker" in result.attrs["fragility_method"]
+    for name, variable in result.drop_vars("damage_state").variables.items():
+        assert variable.attrs["long_name"], name
+        assert variable.attrs["units"] in ("1", "g"), name
+        assert (variable.attrs["units"] == "g") == ("9.80665" in variable.attrs.get("comment", "")), name
+    assert result["fragility_median"].attrs["units"] == result["stripe"].attrs["units"] == "g"
+    for name in ["fragility_median", "fragility_dispersion", "fragility_curve", "storey_fragility_median"]:
+        lower, middle, upper = result[f"{name}_lower"], result[name], result[f"{name}_upper"]
+        assert ((lower <= middle) & (middle <= upper)).all(), name
+    distance = np.log(result["intensity"][1:] / result["fragility_median"]) / result["fragility_dispersion"]
+    np.testing.assert_allclose(result["fragility_curve"][:, 1:], norm.cdf(distance.T), atol=1e-14)
+    assert (result["fragility_curve"][:, 0] == 0).all()
+
+    together = run.merge(result)
+    together.to_netcdf(tmp_path / "run.nc")
+    with xr.open_dataset(tmp_path / "run.nc") as read:
+        assert read["im_level"].dims == ("sample",)
+        xr.testing.assert_equal(read.load(), together)
+
+
+def test_collapse_counts_as_exceeding_even_without_a_demand():
+    run = synthetic_run(2)
+    low = np.flatnonzero((run["im_level"] == 0.3).values)
+    collapsed = with_status(with_status(run, low[:3], 1), low[3:7], 1, demand=0.001)
+    limits = {"light": 0.02, "heavy": 5.0}  # no drift reaches the second: all that exceeds it collapsed
+    with pytest.warns(UserWarning, match="'heavy' has no lognormal fit: not_increasing"):
+        result = fragility(collapsed, limits, bootstrap=20)
+    assert result["exceeding_samples"].sel(damage_state="heavy").values.tolist() == [7, 0, 0, 0, 0, 0]
+    by_storey = result["storey_exceedance_fraction"].sel(damage_state="heavy", stripe=0.3)
+    assert by_storey.values.tolist() == [7 / 300, 7 / 300]
+    assert result["valid_samples"].values.tolist() == [300] * 6
+
+
+def test_diverged_and_unstable_samples_are_kept_out():
+    run = synthetic_run(3)
+    out = np.arange(5, 1800, 100)  # 18 of 1800: exactly the 1 % that is allowed
+    marked = with_status(with_status(run, out[:10], 2), out[10:], 3)
+    result = fragility(marked, {"light": 0.02}, bootstrap=60)
+    assert result["excluded_samples"].item() == 18
+    assert result["excluded_samples"].attrs["comment"] == "diverged: 10, unstable_step: 8"
+    # The rest alone give the same numbers.
+    without = fragility(run.isel(sample=np.setdiff1d(np.arange(1800), out)), {"light": 0.02}, bootstrap=60)
+    xr.testing.assert_identical(result.drop_vars("excluded_samples"), without.drop_vars("excluded_samples"))
+
+
+def test_more_than_one_per_cent_kept_out_is_refused():
+    run = synthetic_run(3)
+    first = np.flatnonzero((run["record"] == 7).values & (run["im_level"] == 2.0).values)
+    second = np.flatnonzero((run["record"] == 4).values & (run["im_level"] == 1.5).values)
+    marked = with_status(with_status(run, first, 2), second[:9], 3)
+    with pytest.raises(ValueError, match=r"19 of 1800 samples \(1.06 %\).*10 diverged, 9 unstable_step") as raised:
+        fragility(marked, {"light": 0.02})
+    assert "record 7 (10), 4 (9); and in im_level 2.0 (10), 1.5 (9) g" in str(raised.value)
+
+
+def test_status_is_read_by_its_meanings():
+    run = synthetic_run(4)
+    flags = {"flag_values": np.int8([8, 4, 2, 1]), "flag_meanings": "ok unstable_step diverged collapsed"}
+    renamed = run.assign(status=("sample", np.full(1800, 8, np.int8), flags))
+    plain, other = (fragility(one, {"light": 0.02}, bootstrap=5) for one in (run, renamed))
+    xr.testing.assert_identical(plain, other)
+
+
+def test_bootstrap_equals_a_direct_loop():
+    run = synthetic_run(6, records=7, structures=5, within=0.5)
+    result = fragility(run, {"light": 0.02}, bootstrap=60, confidence=0.8, seed=9)
+    # The same records drawn, then everything by hand: samples copied, counted and fitted one replicate at a time.
+    worst = run["peak_storey_drift_ratio"].values.max(axis=1)
+    record, level = run["record"].values, run["im_level"].values
+
+    def cost(parameters, logarithm, exceeds):
+        score = (logarithm - parameters[0]) / np.exp(parameters[1])
+        return -np.sum(np.where(exceeds, norm.logcdf(score), norm.logsf(score)))
+
+    fits = []
+    for drawn in np.random.default_rng(9).integers(7, size=(60, 7)):
+        chosen = np.concatenate([np.flatnonzero(record == one) for one in drawn])
+        data = np.log(level[chosen]), worst[chosen] > 0.02
+        fits.append(np.exp(minimize(cost, [0.0, -1.0], data, "Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-11}).x))
+    median, dispersion = np.array(fits).T
+    assert result["bootstrap_fitted"].item() == 1
+    assert result["intensity"][100].item() == pytest.approx(1.0, abs=1e-12)
+    # A minimiser that sees values only finds the place to about the square root of double rounding.
+    for name, values in (
+        ("fragility_median", median),
+        ("fragility_dispersion", dispersion),
+        ("fragility_curve", norm.cdf(np.log(1.0 / median) / dispersion)),
+    ):
+        bounds = [result[f"{name}_{side}"] for side in ("lower", "upper")]
+        bounds = [bound[0, 100] if "intensity" in bound.dims else bound[0] for bound in bounds]
+        np.testing.assert_allclose(bounds, np.quantile(values, [0.1, 0.9]), rtol=1e-6)
+
+
+def test_bootstrap_intervals_have_the_width_of_the_estimators_spread():
+    records, structures, between, within = 44, 10, 0.35, 0.2
+    levels = np.array([0.3, 0.6, 0.9, 1.2, 1.5, 2.0])
+
+    def log_width(run):
+        result = fragility(run, {"light": 0.02}, bootstrap=300)
+        return float(np.log(result["fragility_median_upper"] / result["fragility_median_lower"]).item())
+
+    # One storey, so that capacity is lognormal with dispersion hypot(.35, .2); records shared over all levels.
+    def drift(generator, shape):
+        factor = between * generator.standard_normal((*shape, records, 1, 1))
+        factor = factor + within * generator.standard_normal((*shape, records, levels.size, structures))
+        return 0.02 * levels[:, None] * np.exp(factor)
+
+    exceeding = (drift(np.random.default_rng(20), (1500,)) > 0.02).sum(axis=(1, 3))
+    median, _ = fit_lognormal(levels, exceeding, records * structures)
+    spread = np.log(median).std()
+
+    record, level, _ = (g.ravel() for g in np.meshgrid(range(records), levels, range(structures), indexing="ij"))
+    correlated, independent = [], []
+    for seed in range(12):
+        drifts = drift(np.random.default_rng(seed), ()).ravel()
+        correlated.append(log_width(make_run(drifts, record, level)))
+        independent.append(log_width(make_run(drifts, np.arange(record.size), level)))  # each sample its own record
+    # A standard deviation from 44 records is known to 1/sqrt(88) = 11 %, the mean of 12 to 3 %; a bootstrap of n falls
+    # short by 1/(2n) = 1 % more, and percentiles of 300 replicates add their own 2 %.
+    assert np.mean(correlated) == pytest.approx(2 * 1.96 * spread, rel=0.12)
+    # Independent samples would claim an interval far too narrow.
+    assert max(independent) < 0.6 * min(correlated)
+
+
+def test_the_same_seed_gives_the_same_result_and_another_does_not():
+    run, limits = synthetic_run(8), {"light": 0.01, "heavy": 0.03}
+    first = fragility(run, limits, bootstrap=30, seed=1)
+    xr.testing.assert_identical(first, fragility(run, limits, bootstrap=30, seed=1))
+    # Neither the order of the samples nor the labels of the records matter beyond their order.
+    shuffled = run.isel(sample=np.random.default_rng(0).permutation(1800))
+    shuffled = shuffled.assign_coords(record=shuffled["record"] * 3)
+    xr.testing.assert_identical(first, fragility(shuffled, limits, bootstrap=30, seed=1))
+    other = fragility(run, limits, bootstrap=30, seed=2)
+    assert (other["fragility_median_lower"] != first["fragility_median_lower"]).all()
+    xr.testing.assert_identical(other["fragility_median"], first["fragility_median"])
+
+
+def test_one_record_has_no_interval():
+    run = synthetic_run(10, records=1, structures=200)
+    with pytest.warns(UserWarning, match="one record"):
+        result = fragility(run, {"light": 0.02})
+    assert np.isfinite(result["fragility_median"]).all()
+    for name in ["fragility_median", "fragility_dispersion", "fragility_curve", "storey_fragility_dispersion"]:
+        assert result[f"{name}_lower"].isnull().all()
+        assert result[f"{name}_upper"].isnull().all()
+    assert result.attrs["bootstrap_replicates"] == 0
+
+
+def test_no_interval_where_too_few_replicates_are_fitted():
+    # One of 5 records alone overlaps: a replicate without it, (4/5)^5 = 33 % of them, has separated stripes.
+    levels = np.array([0.5, 1.0, 1.5])
+    drift = np.array([[0.01, 0.01, 0.03]] * 5)
+    drift[0] = [0.03, 0.01, 0.03]
+    run = make_run(drift.ravel(), np.repeat(range(5), 3), np.tile(levels, 5))
+    with pytest.warns(UserWarning, match=r"'light', (worst storey|storey 1): only .* % of the bootstrap replicates"):
+        result = fragility(run, {"light": 0.02}, bootstrap=400)
+    # Four standard deviations of a proportion of 400.
+    assert result["bootstrap_fitted"].item() == pytest.approx(1 - 0.8**5, abs=4 * np.sqrt(0.33 * 0.67 / 400))
+    assert np.isfinite(result["fragility_median"]).all()
+    assert result["fragility_median_upper"].isnull().all()
+    assert result["fragility_curve_lower"].isnull().all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_storey_is_fitted_as_if_it_were_the_only_one():
+    run, limits = synthetic_run(12), {"light": 0.01, "heavy": 0.03}
+    both = fragility(run, limits, bootstrap=20)
+    alone = fragility(run.isel(storey=[1]), limits, bootstrap=20)
+    for name in ["exceedance_fraction", "fragility_median", "fragility_dispersion"]:
+        for side in ["", "_lower", "_upper"]:
+            expected = alone[f"{name}{side}"].values
+            np.testing.assert_array_equal(both[f"storey_{name}{side}"].sel(storey=2), expected)
+            assert (both[f"{name}{side}"] != expected).any(), name  # the worst storey is another
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda d: d.drop_vars("im_level"), "no 'im_level'.*stripes.*cloud"),
+        (lambda d: d.drop_vars("record"), "no 'record'"),
+        (lambda d: d.drop_vars("status"), "no 'status'"),
+        (lambda d: d.drop_vars("peak_storey_drift_ratio"), "no 'peak_storey_drift_ratio'"),
+        (lambda d: d.isel(storey=0), "dimensions"),
+        (lambda d: d.isel(sample=[]), "empty"),
+        (lambda d: d.isel(sample=(d["im_level"] == 0.6).values), "stripe of 0.6 g.*at least 2"),
+        (lambda d: d.assign_coords(im_level=0.1 + d["record"]), "30 values for 30 pairs.*stripes"),  # a cloud
+        (lambda d: d.assign_coords(im_level=d["im_level"] * np.nan), "'im_level' of sample 0 is nan"),
+        (lambda d: d.assign_coords(im_level=d["im_level"] * 0), "'im_level' of sample 0 is 0.0"),
+        (lambda d: d.assign_coords(im_level=d["im_level"].assign_attrs(units="m/s2")), "'m/s2'; it must be in 'g'"),
+        (
+            lambda d: d.assign(status=d["status"].astype(np.int8, keep_attrs=False)),
+            "flag_meanings.*ok, collapsed, diverged, unstable_step",
+        ),
+        (lambda d: d.assign(status=d["status"].copy(data=np.full(1800, 9))), "'status' of sample 0 is 9"),
+        (
+            lambda d: d.assign(peak_storey_drift_ratio=d["peak_storey_drift_ratio"].where(d["record"] != 3)),
+            r"sample 180 \(record 3, im_level 0.3 g\) is 'ok'.*nan.*60 of 1800",
+        ),
+        (lambda d: d.assign(peak_storey_drift_ratio=-d["peak_storey_drift_ratio"]), "not negative"),
+    ],
+)
+def test_bad_runs_are_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        fragility(change(synthetic_run(13)), {"light": 0.02})
+
+
+@pytest.mark.parametrize(
+    ("limits", "options", "error", "message"),
+    [
+        ({}, {}, ValueError, "at least one damage state"),
+        ([0.01, 0.02], {}, ValueError, "map"),
+        ({"light": 0.02, "heavy": 0.01}, {}, ValueError, "'light' has 0.02 and 'heavy' after it 0.01"),
+        ({"light": 0.02, "heavy": 0.02}, {}, ValueError, "increase"),
+        ({"light": 0.0}, {}, ValueError, "'light' is 0.0"),
+        ({"light": np.inf}, {}, ValueError, "finite"),
+        ({"light": 0.02}, {"bootstrap": 0}, ValueError, "bootstrap must be at least 1"),
+        ({"light": 0.02}, {"bootstrap": 10.5}, TypeError, "bootstrap must be a whole number"),
+        ({"light": 0.02}, {"seed": -1}, ValueError, "seed must be at least 0"),
+        ({"light": 0.02}, {"confidence": 95}, ValueError, "confidence must be between 0 and 1"),
+    ],
+)
+def test_bad_arguments_are_refused(limits, options, error, message):
+    with pytest.raises(error, match=message):
+        fragility(synthetic_run(13), limits, **options)

@@ -1,0 +1,235 @@
+"""Lognormal curves through binomial stripe counts: maximum likelihood, all rows of counts at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import betaincinv, log_ndtr, ndtr, ndtri
+
+FIT_MEANINGS = ("fitted", "no_exceedance", "all_exceeding", "separated", "not_increasing", "no_finite_median")
+FITTED, NO_EXCEEDANCE, ALL_EXCEEDING, SEPARATED, NOT_INCREASING, NO_FINITE_MEDIAN = range(len(FIT_MEANINGS))
+
+_BLOCK = 1 << 14  # rows fitted at a time: bounds the memory of large bootstraps and keeps the work in cache
+_ITERATIONS = 60  # Newton needs 5 to 10; more is only met where the likelihood is flat to rounding
+_HALVINGS = 40
+_TOLERANCE = 1e-9  # on the Newton step; convergence is quadratic, so the error left is far below 1e-10
+_LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
+
+
+def clopper_pearson(exceeding: ArrayLike, total: ArrayLike, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
+    """Exact binomial interval of a probability, from beta quantiles (Clopper and Pearson 1934).
+
+    Args:
+        exceeding: Number of exceedances, any shape.
+        total: Number of trials, broadcast with `exceeding`; where it is 0 the interval is [0, 1].
+        confidence: Probability that the interval covers, between 0 and 1.
+
+    Returns:
+        Lower and upper bound [1], of the broadcast shape.
+
+    Raises:
+        ValueError: If a count is not finite, is negative or exceeds its total, or the confidence is not in (0, 1).
+    """
+    exceeding, total = _checked_counts(exceeding, total)
+    check_confidence(confidence)
+    tail = 0.5 * (1.0 - confidence)
+    passing = total - exceeding
+    # The beta quantiles do not exist at the ends; ones stand in there and are not used.
+    lower = betaincinv(np.where(exceeding > 0, exceeding, 1.0), passing + 1.0, tail)
+    upper = betaincinv(exceeding + 1.0, np.where(passing > 0, passing, 1.0), 1.0 - tail)
+    return np.where(exceeding > 0, lower, 0.0), np.where(passing > 0, upper, 1.0)
+
+
+def probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) -> np.ndarray:
+    """Probability of exceedance by a lognormal fragility curve, 0 at zero intensity.
+
+    Args:
+        intensity: Intensity measure, in the unit of the median; 0 or above.
+        median: Intensity exceeded with probability one half.
+        dispersion: Standard deviation of the logarithm of the capacity [1].
+    """
+    with np.errstate(divide="ignore"):
+        return ndtr((np.log(intensity) - np.log(median)) / dispersion)
+
+
+def fit_lognormal(levels: ArrayLike, exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Fit a lognormal curve to stripe counts by maximum binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
+
+    Rows without a finite maximum at a positive dispersion are NaN in both results: no exceedance at all, exceedance
+    everywhere, separated stripes (at most one stripe is partial, none below it exceeds and all above it do: the
+    likelihood grows as the dispersion goes to 0), and counts that do not increase with the level (the best slope is
+    zero or negative, or so close to zero that the median is beyond floating point). `fit_stripes` says which.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Number of exceedances, shape [..., im_level].
+        total: Number of trials, broadcast with `exceeding`; stripes with 0 trials say nothing.
+
+    Returns:
+        Median, in the unit of `levels`, and dispersion [1], both of the leading shape.
+
+    Raises:
+        ValueError: If there are fewer than two distinct levels, a level is not finite and positive, shapes do not
+            match, or a count is not finite, is negative or exceeds its total.
+    """
+    return fit_stripes(levels, exceeding, total)[:2]
+
+
+def fit_stripes(levels: ArrayLike, exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit as `fit_lognormal` does and say for each row what became of it.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Number of exceedances, shape [..., im_level].
+        total: Number of trials, broadcast with `exceeding`.
+
+    Returns:
+        Median, dispersion, and the outcome as an index into `FIT_MEANINGS`, all of the leading shape.
+
+    Raises:
+        ValueError: As `fit_lognormal`.
+    """
+    levels = np.asarray(levels, dtype=np.float64)
+    if levels.ndim != 1 or np.unique(levels).size < 2:
+        raise ValueError(f"levels must be one row of at least 2 distinct intensities, got {levels.tolist()}")
+    bad = np.flatnonzero(~(np.isfinite(levels) & (levels > 0)))
+    if bad.size:
+        raise ValueError(f"levels[{bad[0]}] is {levels[bad[0]]}; every level must be finite and above 0")
+    exceeding, total = _checked_counts(exceeding, total)
+    if exceeding.ndim == 0 or exceeding.shape[-1] != levels.size:
+        raise ValueError(f"counts must end in the {levels.size} levels, got shape {exceeding.shape}")
+    leading = exceeding.shape[:-1]
+    exceeding = exceeding.reshape(-1, levels.size)
+    passing = total.reshape(-1, levels.size) - exceeding
+
+    # Centred and scaled logarithms, so that the two parameters are of one size and nearly uncorrelated.
+    logarithm = np.log(levels)
+    centre, scale = logarithm.mean(), logarithm.std()
+    position = (logarithm - centre) / scale
+    outcome = _classify(position, exceeding, passing)
+    rows = np.flatnonzero(outcome == FITTED)
+    parameters = np.full((outcome.size, 2), np.nan)
+    for start in range(0, rows.size, _BLOCK):
+        block = rows[start : start + _BLOCK]
+        parameters[block] = _maximise(position, exceeding[block], passing[block])
+    # A slope that is positive by a hair can put the median beyond the floating-point range; that is no fit either.
+    with np.errstate(all="ignore"):
+        median = np.exp(centre - scale * parameters[:, 0] / parameters[:, 1])
+        dispersion = scale / parameters[:, 1]
+    fitted = np.isfinite(median) & (median >= np.finfo(np.float64).tiny) & np.isfinite(dispersion) & (dispersion > 0)
+    outcome[(outcome == FITTED) & ~fitted] = NO_FINITE_MEDIAN
+    median[~fitted] = dispersion[~fitted] = np.nan
+    return median.reshape(leading), dispersion.reshape(leading), outcome.reshape(leading)
+
+
+def check_confidence(confidence: float) -> None:
+    """Refuse a confidence that is not between 0 and 1.
+
+    Args:
+        confidence: Probability that an interval covers.
+
+    Raises:
+        ValueError: If it is not strictly between 0 and 1.
+    """
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence must be between 0 and 1, as 0.95, got {confidence}")
+
+
+def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    exceeding, total = np.asarray(exceeding, dtype=np.float64), np.asarray(total, dtype=np.float64)
+    try:
+        exceeding, total = np.broadcast_arrays(exceeding, total)
+    except ValueError:
+        raise ValueError(f"exceeding {exceeding.shape} and total {total.shape} do not match in shape") from None
+    bad = ~(np.isfinite(total) & (exceeding >= 0) & (exceeding <= total))
+    if bad.any():
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise ValueError(
+            f"counts at {index}: {exceeding[index]} exceeding of {total[index]}; "
+            "counts must be finite and 0 <= exceeding <= total"
+        )
+    return exceeding, total
+
+
+def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) -> np.ndarray:
+    """Tell before fitting whether the likelihood of each row has a finite maximum with a positive slope.
+
+    A finite maximum exists exactly where exceeding and passing trials overlap in level (Albert and Anderson 1984,
+    Biometrika 71). The likelihood is concave, so its slope has the sign of its derivative at the best flat curve.
+    """
+    lowest_exceeding = np.where(exceeding > 0, position, np.inf).min(axis=1)
+    highest_exceeding = np.where(exceeding > 0, position, -np.inf).max(axis=1)
+    lowest_passing = np.where(passing > 0, position, np.inf).min(axis=1)
+    highest_passing = np.where(passing > 0, position, -np.inf).max(axis=1)
+
+    total = exceeding + passing
+    trials = np.maximum(total.sum(axis=1, keepdims=True), 1.0)
+    residual = exceeding - total * (exceeding.sum(axis=1, keepdims=True) / trials)
+    derivative = residual @ position
+    rounding = 1e-12 * trials[:, 0] * np.abs(position).max()
+
+    outcome = np.full(len(exceeding), FITTED, dtype=np.int8)
+    outcome[(derivative <= rounding) | (highest_exceeding <= lowest_passing)] = NOT_INCREASING
+    outcome[highest_passing <= lowest_exceeding] = SEPARATED
+    outcome[~(passing > 0).any(axis=1)] = ALL_EXCEEDING
+    outcome[~(exceeding > 0).any(axis=1)] = NO_EXCEEDANCE
+    return outcome
+
+
+def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) -> np.ndarray:
+    """Newton's method with step halving on the concave probit likelihood, every row at once, from the flat curve.
+
+    Returns intercept and slope of the probit, shape [row, 2]; NaN where it did not converge.
+    """
+    trials = (exceeding + passing).sum(axis=1)
+    parameters = np.zeros((len(exceeding), 2))
+    parameters[:, 0] = ndtri(exceeding.sum(axis=1) / trials)
+    active = np.arange(len(exceeding))
+    for _ in range(_ITERATIONS):
+        current, step = parameters[active], np.empty((active.size, 2))
+        score = current[:, :1] + current[:, 1:] * position
+        value, slope, curvature = _likelihood(score, exceeding[active], passing[active])
+        gradient = np.stack([slope.sum(axis=1), slope @ position], axis=1)
+        a, b, c = curvature.sum(axis=1), curvature @ position, curvature @ position**2
+        determinant = a * c - b * b
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step[:, 0] = (c * gradient[:, 0] - b * gradient[:, 1]) / determinant
+            step[:, 1] = (a * gradient[:, 1] - b * gradient[:, 0]) / determinant
+
+        # The likelihood is known to rounding only; without the slack the last, tiny steps would be refused.
+        least = value - 1e-13 * np.abs(value)
+        trial = np.arange(active.size)
+        for _ in range(_HALVINGS):
+            moved = current[trial] + step[trial]
+            score = moved[:, :1] + moved[:, 1:] * position
+            rows = active[trial]
+            reached = _log_likelihood(score, exceeding[rows], passing[rows])
+            trial = trial[~(reached >= least[trial])]
+            if trial.size == 0:
+                break
+            step[trial] *= 0.5
+        step[trial] = np.nan  # no step raises the likelihood: leave the row unconverged
+        parameters[active] = current + step
+        size = np.abs(step).max(axis=1)
+        active = active[~(size <= _TOLERANCE * (1.0 + np.abs(current).max(axis=1))) & np.isfinite(size)]
+        if active.size == 0:
+            break
+    parameters[active] = np.nan
+    return parameters
+
+
+def _log_likelihood(score: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) -> np.ndarray:
+    return (exceeding * log_ndtr(score) + passing * log_ndtr(-score)).sum(axis=1)
+
+
+def _likelihood(
+    score: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Log-likelihood of each row, and its derivative and negated second derivative in each stripe's score."""
+    log_above, log_below = log_ndtr(score), log_ndtr(-score)
+    log_density = -0.5 * score * score - _LOG_SQRT_2PI
+    above, below = np.exp(log_density - log_above), np.exp(log_density - log_below)  # inverse Mills ratios
+    value = (exceeding * log_above + passing * log_below).sum(axis=1)
+    slope = exceeding * above - passing * below
+    curvature = exceeding * above * (above + score) + passing * below * (below - score)
+    return value, slope, np.maximum(curvature, 0.0)  # it is positive; rounding far in a tail may not be
