@@ -1,0 +1,114 @@
+"""What a kernel is built from, and the structs through which it is fed."""
+
+# No `from __future__ import annotations` in this folder: warp reads annotations as live types.
+
+import functools
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import warp as wp
+
+DTYPES = {"float32": wp.float32, "float64": wp.float64}
+
+# Codes of the status variable, in the order of its flag_meanings.
+OK, COLLAPSED, DIVERGED, UNSTABLE_STEP = 0, 1, 2, 3
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that decides a kernel's source: one kernel is built and compiled for each distinct plan.
+
+    Args:
+        family: "chain" (storeys in series) or "dense" (full matrices).
+        dofs: Degrees of freedom.
+        law: Row of SPRINGS ("elastic" for the dense family).
+        damping: "none", "storey", "rayleigh" or "modal" (chain); "matrix" (dense).
+        load: Row of LOADS.
+        recorders: Rows of RECORDERS, sorted.
+        method: Row of METHODS.
+        dtype: Row of DTYPES.
+        lanes: Samples a thread carries.
+        max_unroll: Loops up to this count are unrolled before the compiler sees them.
+    """
+
+    family: str
+    dofs: int
+    law: str
+    damping: str
+    load: str
+    recorders: tuple[str, ...]
+    method: str
+    dtype: str
+    lanes: int
+    max_unroll: int
+
+
+@functools.cache
+def structs(dtype_name: str) -> SimpleNamespace:
+    """Return the argument structs of all kernels for one dtype; each field is named as the dataset names it."""
+    dtype = DTYPES[dtype_name]
+    plain = wp.array(dtype=dtype)
+    table = wp.array2d(dtype=dtype)
+    series = wp.array3d(dtype=dtype)
+
+    class Structure:  # first index as named, last index: structure
+        mass: table
+        inverse_mass: table
+        inverse_height: table
+        coefficients: table  # of the storey law, [storey x coefficient, structure]
+        storey_damping: table
+        mass_damping: plain  # Rayleigh's factor of the mass, [structure]
+        damping_matrix: table  # [dof x dof, structure]
+        mass_matrix: table
+        rate_of_displacement: table  # M^-1 K
+        rate_of_velocity: table  # M^-1 C
+        flexibility_of_mass: table  # M^-1
+        influence: plain  # [dof]
+
+    class Load:
+        values: plain  # all histories end to end, [time x width]
+        first: wp.array(dtype=wp.int32)  # where each history starts, [motion]
+        intervals: wp.array(dtype=wp.int32)  # intervals between its samples, [motion]
+        run_intervals: wp.array(dtype=wp.int32)  # the same with the free vibration after it, [motion]
+        residual_from: wp.array(dtype=wp.int32)  # interval from which the residual is averaged, [motion]
+        step: plain  # integration step, [motion]
+        amplitude: table  # of a harmonic force, [dof, structure]
+        circular_frequency: wp.array(dtype=wp.float64)  # [structure]
+        phase: wp.array(dtype=wp.float64)  # [structure]
+        initial_displacement: plain  # [dof]
+        initial_velocity: plain  # [dof]
+
+    class Samples:  # one value a sample of this launch, in the order of its lanes
+        output: wp.array(dtype=wp.int32)  # column of the outputs
+        structure: wp.array(dtype=wp.int32)
+        motion: wp.array(dtype=wp.int32)
+        scale: plain
+
+    class Output:  # last index: sample
+        peak_storey_drift: table
+        time_of_peak_drift: plain
+        storey_of_peak_drift: wp.array(dtype=wp.int32)
+        peak_floor_acceleration: table
+        peak_base_shear: plain
+        residual_drift: table
+        input_energy: plain
+        viscous_energy: plain
+        hysteretic_energy: table
+        energy_balance_error: plain
+        peak_displacement: table
+        time_of_peak_displacement: table
+        peak_acceleration: table
+        status: wp.array(dtype=wp.int8)
+
+    class History:  # [sample of this launch, time, dof]
+        displacement: series
+        velocity: series
+        acceleration: series
+        storey_force: series
+
+    def as_struct(cls: type):
+        cls.__qualname__ = f"{cls.__name__}_{dtype_name}"
+        cls.__name__ = cls.__qualname__
+        return wp.struct(cls)
+
+    return SimpleNamespace(**{c.__name__: as_struct(c) for c in (Structure, Load, Samples, Output, History)})
