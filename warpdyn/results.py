@@ -1,0 +1,183 @@
+"""From a run's arrays to a labelled dataset: names, units, coordinates and the trace of where it came from."""
+
+from __future__ import annotations
+
+import datetime
+import platform
+from collections.abc import Sequence
+from importlib.metadata import version
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.motions import STANDARD_GRAVITY, Assignment
+from warpdyn.recorders import HISTORY, RECORDERS
+from warpdyn.sample import Factor
+from warpdyn.scene import Scene
+from warpdyn.timeline import Timeline, motions_of
+
+STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step")
+OK, COLLAPSED, DIVERGED, UNSTABLE_STEP = range(4)
+IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"
+
+
+def label(
+    scene: Scene,
+    outputs: dict[str, np.ndarray],
+    drawn: dict[str, np.ndarray],
+    assignment: Assignment,
+    timeline: Timeline,
+) -> xr.Dataset:
+    """Return the dataset of a run.
+
+    Args:
+        scene: The scene.
+        outputs: Recorded variables, sample last.
+        drawn: Scattered parameters, structure first.
+        assignment: Which structure and motion each sample had.
+        timeline: Time grid of each motion.
+    """
+    variables: dict[str, tuple] = {}
+    dtype = next((v.dtype for v in outputs.values() if np.issubdtype(v.dtype, np.floating)), np.dtype("float64"))
+    for recorder in scene.record:
+        for name, variable in RECORDERS[scene.structure.family][recorder].items():
+            attributes = {"long_name": variable.long_name, "units": variable.units}
+            variables[name] = (("sample", *variable.dims), outputs[name].T, attributes)
+    variables |= _ratios(scene, variables, drawn, assignment, dtype)
+    status = {
+        "long_name": "outcome of the sample",
+        "units": "1",
+        "flag_values": np.arange(len(STATUS_MEANINGS), dtype=np.int8),
+        "flag_meanings": " ".join(STATUS_MEANINGS),
+    }
+    variables["status"] = ("sample", outputs["status"].astype(np.int8), status)
+    for name, values in drawn.items():
+        parameter = scene.structure.parameter_table[name]
+        attributes = {"long_name": parameter.long_name, "units": parameter.units}
+        if scene.structure.family == "dense":
+            # A scaled matrix is told by its factor: the matrix itself stands in the scene.
+            nominal = scene.structure.parameters[name]
+            at = np.unravel_index(np.abs(nominal).argmax(), nominal.shape)
+            values = values[:, *at] / nominal[at]
+            attributes = {"long_name": f"factor on the {parameter.long_name}", "units": "1"}
+            name = f"{name}_factor"
+        elif not isinstance(scene.scatter[name], Factor):
+            continue  # a number that replaces the nominal value is the same in every sample; the scene tells it
+        dims = ("sample", "storey")[: values.ndim]
+        variables[name] = (dims, values.astype(dtype)[assignment.structure], attributes)
+    dataset = xr.Dataset(variables, coords=_coordinates(scene, assignment))
+    dataset = dataset.merge(_motion_table(scene, timeline))
+    dataset.attrs = {
+        "Conventions": "CF-1.11",
+        "title": scene.title,
+        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} warpdyn.simulate",
+        "source": f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
+        f"Python {platform.python_version()}",
+        "scene": scene.to_json(),
+    }
+    return dataset
+
+
+def _ratios(
+    scene: Scene,
+    variables: dict[str, tuple],
+    drawn: dict[str, np.ndarray],
+    assignment: Assignment,
+    dtype: np.dtype,
+) -> dict[str, tuple]:
+    """Return the drift ratios; the residual drift itself gives way to its ratio."""
+    ratios = {}
+    height = drawn["height"][assignment.structure] if "height" in drawn else scene.structure.parameters.get("height")
+    if "peak_storey_drift" in variables:
+        values = (variables["peak_storey_drift"][1] / height).astype(dtype)
+        attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
+        ratios["peak_storey_drift_ratio"] = (("sample", "storey"), values, attributes)
+    if "residual_drift" in variables:
+        values = (variables.pop("residual_drift")[1] / height).astype(dtype)
+        attributes = {"long_name": "storey drift ratio averaged over the end of the free vibration", "units": "1"}
+        ratios["residual_drift_ratio"] = (("sample", "storey"), values, attributes)
+    return ratios
+
+
+def _coordinates(scene: Scene, assignment: Assignment) -> dict[str, tuple]:
+    count = assignment.structure.size
+    coordinates: dict[str, tuple] = {
+        "sample": (
+            "sample",
+            np.arange(count, dtype=np.int32),
+            {"standard_name": "realization", "long_name": "sample", "units": "1"},
+        ),
+        "structure": ("sample", assignment.structure, {"long_name": "index of the drawn structure", "units": "1"}),
+    }
+    if scene.structure.family == "chain":
+        numbers = np.arange(1, scene.structure.storeys + 1, dtype=np.int32)
+        coordinates["storey"] = ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})
+        if "acceleration" in scene.record:
+            coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
+    else:
+        numbers = np.arange(1, scene.structure.dofs + 1, dtype=np.int32)
+        coordinates["dof"] = ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})
+    if motions_of(scene):
+        record = {"long_name": "index along the dimension motion", "units": "1"}
+        coordinates["record"] = ("sample", assignment.motion, record)
+        coordinates["scale_factor_of_motion"] = (
+            "sample",
+            assignment.scale,
+            {"long_name": "factor on the recorded motion", "units": "1"},
+        )
+    if assignment.im_level is not None:
+        name = f"{assignment.measure} of the scaled motion"
+        striped = "stripes" if assignment.is_striped else "no stripes: every motion has a level of its own"
+        attributes = {"long_name": name, "units": "g", "comment": IN_G, "design": striped}
+        coordinates["im_level"] = ("sample", assignment.im_level, attributes)
+    return coordinates
+
+
+def _motion_table(scene: Scene, timeline: Timeline) -> xr.Dataset:
+    """Return what is known of each motion, along `motion`."""
+    motions = motions_of(scene)
+    if not motions:
+        return xr.Dataset()
+    names = [getattr(motion, "name", "force history") for motion in motions]
+    columns = {
+        "motion_name": (np.array(names, dtype=str), "name of the motion", "1"),
+        "motion_step": (np.array([motion.step for motion in motions]), "sampling step of the motion", "s"),
+        "integration_step": (timeline.step, "integration step under the motion", "s"),
+        "run_duration": (
+            timeline.step * timeline.substeps * timeline.run_intervals,
+            "time integrated: the motion and the free vibration after it",
+            "s",
+        ),
+    }
+    return xr.Dataset(
+        {
+            name: ("motion", column, {"long_name": text, "units": units})
+            for name, (column, text, units) in columns.items()
+        }
+    )
+
+
+def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:
+    """Return whole histories along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
+
+    Args:
+        samples: The sample of each history.
+        time: Time of the states kept [s].
+        values: Histories by name, shape [history, time, dof].
+    """
+    variables = {}
+    numbers = np.arange(1, next(iter(values.values())).shape[2] + 1, dtype=np.int32)
+    for name, array in values.items():
+        attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
+        dim = "storey" if name == "storey_force" else "dof"
+        variables[name] = (("history", "time", dim), array, attributes)
+    coordinates = {
+        "time": ("time", time, {"long_name": "time", "units": "s"}),
+        "dof": ("dof", numbers, {"long_name": "degree of freedom, from the ground up", "units": "1"}),
+        "history_sample": (
+            "history",
+            np.array(samples, dtype=np.int32),
+            {"long_name": "index along the dimension sample", "units": "1"},
+        ),
+    }
+    return xr.Dataset(variables, coords=coordinates)
