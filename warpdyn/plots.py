@@ -1,0 +1,149 @@
+"""Figures, one function each: it takes a dataset and returns a matplotlib Figure."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib import ticker
+from matplotlib.figure import Figure
+
+# Okabe and Ito's colours: told apart with any colour vision, from the lightest damage state to the heaviest.
+COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
+
+
+def _figure(width: float = 7.0, height: float = 4.6) -> Figure:
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def _measure(dataset: xr.Dataset) -> str:
+    name = dataset["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    return f"{name} [g]"
+
+
+def fragility_curves(dataset: xr.Dataset) -> Figure:
+    """Draw the fitted curves with their bootstrap bands, and the stripe fractions with their intervals.
+
+    Args:
+        dataset: A run merged with its `fragility`.
+    """
+    figure = _figure()
+    axes = figure.subplots()
+    intensity = dataset["intensity"].values
+    for colour, state in zip(COLOURS, dataset["damage_state"].values, strict=False):
+        row = dataset.sel(damage_state=state)
+        axes.fill_between(
+            intensity, row["fragility_curve_lower"], row["fragility_curve_upper"], color=colour, alpha=0.18, lw=0
+        )
+        limit = float(row["drift_ratio_limit"])
+        axes.plot(intensity, row["fragility_curve"], color=colour, label=f"{state} (drift > {100 * limit:.2g} %)")
+        fraction = row["exceedance_fraction"].values
+        error = [fraction - row["exceedance_fraction_lower"].values, row["exceedance_fraction_upper"].values - fraction]
+        axes.errorbar(
+            row["stripe"], fraction, yerr=np.maximum(error, 0), fmt="o", ms=3.5, color=colour, lw=0.8, capsize=2
+        )
+    axes.set(xlabel=_measure(dataset), ylabel="Probability of exceedance", ylim=(-0.02, 1.02), xlim=(0, None))
+    axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower right", frameon=True)
+    confidence = 100 * dataset.attrs["confidence"]
+    axes.set_title(
+        f"Fragility, worst storey; bands: {confidence:.0f} % bootstrap over records, "
+        f"bars: {confidence:.0f} % Clopper-Pearson",
+        fontsize=9,
+    )
+    return figure
+
+
+def _valid(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the samples that are neither diverged nor of an unstable step."""
+    return dataset.isel(sample=np.flatnonzero(dataset["status"].values <= 1))
+
+
+def drift_over_height(dataset: xr.Dataset, levels: int = 5) -> Figure:
+    """Draw the median peak drift ratio of each storey, with its 16 to 84 % range, for some of the stripes.
+
+    Args:
+        dataset: A run on stripes.
+        levels: Number of stripes drawn.
+    """
+    valid = _valid(dataset)
+    stripes = np.unique(valid["im_level"])
+    stripes = stripes[np.unique(np.linspace(0, stripes.size - 1, levels).round().astype(int))]
+    figure = _figure(6.4, 4.6)
+    axes = figure.subplots()
+    storeys = valid["storey"].values
+    for colour, level in zip(COLOURS, stripes, strict=False):
+        drift = 100 * valid["peak_storey_drift_ratio"].values[valid["im_level"].values == level]
+        low, median, high = np.quantile(drift, (0.16, 0.5, 0.84), axis=0)
+        axes.fill_betweenx(storeys, low, high, color=colour, alpha=0.15, lw=0)
+        axes.plot(median, storeys, "o-", color=colour, ms=4, label=f"{level:g}")
+    for state, limit in zip(dataset["damage_state"].values, dataset["drift_ratio_limit"].values, strict=True):
+        axes.axvline(100 * limit, color="0.45", ls=":", lw=1)
+        place = (100 * limit, storeys[-1] + 0.15)
+        axes.annotate(state, place, rotation=90, fontsize=8, color="0.35", ha="right", va="bottom")
+    axes.set(xscale="log", xlabel="Peak storey drift ratio [%]", ylabel="Storey", ylim=(0.6, storeys[-1] + 1))
+    axes.yaxis.set_major_locator(ticker.MaxNLocator(integer=True))
+    axes.xaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    axes.grid(alpha=0.3)
+    figure.legend(title=_measure(dataset), fontsize=8, title_fontsize=8, loc="outside right upper")
+    axes.set_title("Peak drift over height: median and 16 to 84 %", fontsize=9)
+    return figure
+
+
+def drift_against_intensity(dataset: xr.Dataset) -> Figure:
+    """Draw the largest peak drift ratio of every sample against its intensity measure, with the stripes' quantiles.
+
+    Args:
+        dataset: A run on stripes, merged with its `fragility`.
+    """
+    valid = _valid(dataset)
+    level = valid["im_level"].values
+    drift = 100 * valid["peak_storey_drift_ratio"].max("storey").values
+    figure = _figure(6.4, 4.6)
+    axes = figure.subplots()
+    shown = np.random.default_rng(0).permutation(level.size)[:20_000]  # more points than these only fill the stripes in
+    axes.scatter(level[shown], drift[shown], s=3, color="0.7", lw=0, rasterized=True, label="samples")
+    stripes = np.unique(level)
+    quantiles = np.array([np.quantile(drift[level == each], (0.16, 0.5, 0.84)) for each in stripes])
+    axes.plot(stripes, quantiles[:, 1], "o-", color=COLOURS[0], ms=4, label="median")
+    axes.plot(stripes, quantiles[:, [0, 2]], "--", color=COLOURS[0], lw=1, label=["16 and 84 %", None])
+    limits = zip(COLOURS[1:], dataset["damage_state"].values, dataset["drift_ratio_limit"].values, strict=False)
+    for colour, state, limit in limits:
+        axes.axhline(100 * limit, color=colour, lw=1)
+        axes.annotate(state, (stripes[0], 100 * limit), fontsize=8, color=colour, va="bottom")
+    axes.set(xscale="log", yscale="log", xlabel=_measure(dataset), ylabel="Largest peak storey drift ratio [%]")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    axes.grid(alpha=0.3, which="both", lw=0.4)
+    axes.legend(fontsize=8, loc="lower right")
+    return figure
+
+
+def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
+    """Draw the storey force against the storey drift of one sample's whole history.
+
+    Args:
+        dataset: A run with histories.
+        history: Which of them.
+    """
+    chosen = dataset.isel(history=history)
+    displacement = chosen["displacement"].values
+    drift = np.diff(displacement, axis=1, prepend=0.0)
+    force = chosen["storey_force"].values / 1e6
+    storeys = force.shape[1]
+    figure = _figure(2.2 * min(storeys, 5) + 0.6, 2.9 * -(-storeys // 5))
+    grid = figure.subplots(-(-storeys // 5), min(storeys, 5), sharex=True, sharey=True, squeeze=False)
+    for storey, axes in enumerate(grid.ravel()):
+        if storey >= storeys:
+            axes.set_axis_off()
+            continue
+        axes.plot(1000 * drift[:, storey], force[:, storey], color=COLOURS[0], lw=0.7)
+        axes.set_title(f"storey {storey + 1}", fontsize=9)
+        axes.grid(alpha=0.3)
+    figure.supxlabel("Storey drift [mm]", fontsize=9)
+    figure.supylabel("Storey force [MN]", fontsize=9)
+    sample = int(chosen["history_sample"])
+    at = dataset.isel(sample=sample)
+    name = str(dataset["motion_name"].values[int(at["record"])]) if "motion_name" in dataset else ""
+    figure.suptitle(f"Sample {sample}: {name}, {_measure(dataset)[:-4]} = {float(at['im_level']):g} g", fontsize=10)
+    return figure
