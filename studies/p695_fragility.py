@@ -89,10 +89,10 @@ def main() -> None:
     started = time.perf_counter()
     scene = build_scene()
     loop = wd.Histories((loop_sample(scene),), every=1)
-    print(f"{scene.structure}: T1 = {scene.structure.fundamental_period:.3f} s, {len(scene.excitation.motions)} records")
-    run = wd.simulate(
-        scene, samples=arguments.samples, device=arguments.device, seed=arguments.seed, histories=loop
+    print(
+        f"{scene.structure}: T1 = {scene.structure.fundamental_period:.3f} s, {len(scene.excitation.motions)} records"
     )
+    run = wd.simulate(scene, samples=arguments.samples, device=arguments.device, seed=arguments.seed, histories=loop)
     simulated = time.perf_counter()
     result = run.merge(wd.fragility(run, DRIFT_LIMITS, seed=arguments.seed), combine_attrs="no_conflicts")
     fitted = time.perf_counter()
@@ -110,7 +110,9 @@ def main() -> None:
 
     meanings = run["status"].attrs["flag_meanings"].split()
     counts = np.bincount(run["status"], minlength=len(meanings))
-    print(f"{run.sizes['sample']:,} histories: " + ", ".join(f"{n:,} {m}" for n, m in zip(counts, meanings, strict=True)))
+    print(
+        f"{run.sizes['sample']:,} histories: " + ", ".join(f"{n:,} {m}" for n, m in zip(counts, meanings, strict=True))
+    )
     print_table(result)
     parts = {
         "sampling": run.attrs["seconds_sampling"],

@@ -1,0 +1,38 @@
+"""The main job, run once by the README's own command and read by several tests."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def readme_commands() -> list[str]:
+    """Return the lines of the README's shell blocks, and the commands it names in its text."""
+    text = (ROOT / "README.md").read_text()
+    blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
+    inline = re.findall(r"`(python studies/[^`]+)`", text)
+    return [line for block in blocks for line in block.splitlines() if line.strip()] + inline
+
+
+def run_study(command: str, out: Path) -> subprocess.CompletedProcess[str]:
+    """Run the `python studies/...` part of a command with this interpreter, its results under `out`."""
+    script = re.search(r"python (studies/\S+\.py) --out (\S+)(.*)$", command)
+    arguments = [sys.executable, script[1], "--out", str(out), *script[3].split()]
+    environment = os.environ | {"MPLBACKEND": "agg"}
+    return subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, env=environment, check=False)
+
+
+@pytest.fixture(scope="session")
+def main_job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The folder of results and the terminal output of the README's first command."""
+    out = tmp_path_factory.mktemp("main_job")
+    done = run_study(readme_commands()[0], out)
+    assert done.returncode == 0, done.stderr
+    return out, done.stdout

@@ -1,0 +1,56 @@
+"""Every command and program in the README runs. `.ci/run` runs the install steps in front of them."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import xarray as xr
+from conftest import ROOT, readme_commands, run_study
+
+
+def test_first_screen_holds_the_two_commands() -> None:
+    first_screen = (ROOT / "README.md").read_text().splitlines()[:25]
+    commands = [line for line in first_screen if line.startswith("python3 -m venv .venv && .venv/bin/pip install")]
+    assert commands == readme_commands()[:2]
+    assert commands[0].endswith("python studies/p695_fragility.py --out results")
+    assert commands[1].endswith("python -m pytest")
+
+
+def test_every_command_is_known_here() -> None:
+    # The main job is run by the fixture `main_job`, the tests by this very run; others are run below.
+    scripts = {re.search(r"studies/\w+\.py", c)[0] for c in readme_commands() if "studies/" in c}
+    assert scripts == {"studies/p695_fragility.py", "studies/seed_frame.py"}
+
+
+def test_seed_frame_command(tmp_path: Path) -> None:
+    (command,) = (c for c in readme_commands() if "seed_frame" in c)
+    done = run_study(command, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "seed_frame.nc").stat().st_size > 0
+
+
+def test_program_for_ones_own_building(tmp_path: Path) -> None:
+    (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    with xr.open_dataset(tmp_path / "results" / "own_building.nc") as result:
+        assert result.sizes["sample"] == 32 * 8 * 6
+        assert (result["status"] == 0).all()
+        median = result["fragility_median"].values
+        assert 0 < median[0] < median[1] < 3.2
+
+
+def test_table_in_the_readme_is_what_the_main_job_prints(main_job: tuple[Path, str]) -> None:
+    # Compared to 1 %, not to the letter: float32 sums differ in the last digits between processors.
+    def numbers(text: str) -> list[list[float]]:
+        rows = re.findall(r"^(?:slight|moderate|extensive|complete) .*$", text, flags=re.MULTILINE)
+        return [[float(n) for n in re.findall(r"\d+\.\d+", row)] for row in rows]
+
+    told, printed = numbers((ROOT / "README.md").read_text()), numbers(main_job[1])
+    assert len(told) == 4
+    for told_row, printed_row in zip(told, printed, strict=True):
+        assert len(told_row) == len(printed_row) == 7
+        assert all(abs(a - b) <= 0.01 * b + 0.002 for a, b in zip(told_row, printed_row, strict=True))
