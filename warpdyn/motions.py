@@ -25,7 +25,7 @@ class GroundMotion:
             finite and positive.
     """
 
-    acceleration: np.ndarray
+    acceleration: np.ndarray = field(repr=False)
     step: float
     name: str = "motion"
     source: str = field(default="", repr=False)

@@ -10,9 +10,8 @@ import functools
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS, harmonic
-from warpdyn.kernels.plan import COLLAPSED, DIVERGED, DTYPES, OK, Plan, structs
+from warpdyn.kernels.plan import COLLAPSED, DIVERGED, DTYPES, OK, Plan, row_types, structs, tableau
 from warpdyn.kernels.springs import SPRINGS
-from warpdyn.methods import METHODS
 
 
 @functools.cache
@@ -20,7 +19,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates shear chains as the plan says."""
     dtype = DTYPES[plan.dtype]
     types = structs(plan.dtype)
-    spring, load, method = SPRINGS[plan.law], LOADS[plan.load], METHODS[plan.method]
+    spring, load = SPRINGS[plan.law], LOADS[plan.load]
     N, LANES, C = plan.dofs, plan.lanes, spring.coefficients
     spring_force, spring_evolve, spring_recoverable = spring.force, spring.evolve or spring.force, spring.recoverable
     HAS_MEMORY, IS_RATE = spring.evolve is not None, spring.is_rate
@@ -32,20 +31,13 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     DRIFT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders for name in ("drift", "acceleration", "base_shear", "residual", "energy", "history")
     )
-    STAGES = method.stages
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
-    row = wp.types.vector(length=LANES, dtype=dtype)
-    row64 = wp.types.vector(length=LANES, dtype=wp.float64)
-    indices = wp.types.vector(length=LANES, dtype=wp.int32)
+    row, row64, indices = row_types(plan)
+    STAGES, weight, reach, node, first_stage = tableau(plan)
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=1, dtype=dtype)
-    stage_vector = wp.types.vector(length=STAGES, dtype=dtype)
-    weight = wp.constant(stage_vector(*method.b))
-    reach = wp.constant(stage_vector(*[method.a[s + 1][s] for s in range(STAGES - 1)], 0.0))
-    node = wp.constant(stage_vector(*method.c))
-    first_stage = wp.constant(stage_vector(1.0, *[0.0] * (STAGES - 1)))
     ok, collapsed, diverged = wp.int8(OK), wp.int8(COLLAPSED), wp.int8(DIVERGED)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
@@ -87,6 +79,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         vn = matrix()
         zn = matrix()
         intervals = int(0)
+        residual_start = int(2147483647)
         for j in range(LANES):
             # Lanes past the last sample repeat it: they write the same values again.
             sample[j] = wp.min(block * LANES + j, count - 1)
@@ -94,6 +87,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             motion[j] = samples.motion[sample[j]]
             live_intervals[j] = loads.run_intervals[motion[j]]
             intervals = wp.max(intervals, live_intervals[j])
+            residual_start = wp.min(residual_start, loads.residual_from[motion[j]])
             scale[j] = samples.scale[sample[j]]
             step[j] = loads.step[motion[j]]
             if IS_HARMONIC:
@@ -228,8 +222,6 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 f += damping[i, j] * rate
                             # What acts on the floor: absolute acceleration times its mass, but for base motion.
                             net = above[j] - f
-                            if MASS_DAMPING:
-                                nodal = mass_damping[j] * vi
                             if MODAL_DAMPING:
                                 net -= damping_force[i, j]
                             if IS_HARMONIC:
@@ -239,6 +231,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 net += force
                             ai = net * inverse_mass[i, j]
                             if MASS_DAMPING:
+                                nodal = mass_damping[j] * vi
                                 ai -= nodal
                             if ACCELERATION:
                                 peak_acceleration[i, j] = wp.max(peak_acceleration[i, j], wp.abs(ai) * gate)
@@ -313,18 +306,22 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 worst_storey[j] = i
                                 worst_time[j] = dtype(interval * substeps + substep + 1) * step[j]
                 if RESIDUAL:
-                    for j in range(LANES):
-                        start = loads.residual_from[motion[j]]
-                        if interval >= start and interval < live_intervals[j]:
-                            share = dtype(1.0) / dtype((live_intervals[j] - start) * substeps)
-                            for i in range(N):
-                                drift = u[i, j]
-                                if i > 0:
-                                    drift -= u[i - 1, j]
-                                mean = drift * share
-                                if interval > start or substep > 0:
-                                    mean += output.residual_drift[i, samples.output[sample[j]]]
-                                output.residual_drift[i, samples.output[sample[j]]] = mean
+                    if interval >= residual_start:
+                        # Summed up where it is stored, in memory: it is rarely touched, and registers are dear. A lane
+                        # that repeats the last sample must not add to it again.
+                        for j in range(LANES):
+                            start = loads.residual_from[motion[j]]
+                            if interval >= start and interval < live_intervals[j] and block * LANES + j < count:
+                                o = samples.output[sample[j]]
+                                share = dtype(1.0) / dtype((live_intervals[j] - start) * substeps)
+                                for i in range(N):
+                                    drift = u[i, j]
+                                    if i > 0:
+                                        drift -= u[i - 1, j]
+                                    mean = drift * share
+                                    if interval > start or substep > 0:
+                                        mean += output.residual_drift[i, o]
+                                    output.residual_drift[i, o] = mean
 
         for j in range(LANES):
             o = samples.output[sample[j]]

@@ -9,8 +9,7 @@ import functools
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS, harmonic
-from warpdyn.kernels.plan import DIVERGED, DTYPES, OK, Plan, structs
-from warpdyn.methods import METHODS
+from warpdyn.kernels.plan import DIVERGED, DTYPES, OK, Plan, row_types, structs, tableau
 
 
 @functools.cache
@@ -19,23 +18,16 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
     dtype = DTYPES[plan.dtype]
     types = structs(plan.dtype)
     N, LANES = plan.dofs, plan.lanes
-    load, method = LOADS[plan.load], METHODS[plan.method]
+    load = LOADS[plan.load]
     IS_HISTORY, IS_BASE, IS_HARMONIC = load.is_history, load.is_base, load.is_harmonic
     IS_FORCE_HISTORY = IS_HISTORY and not IS_BASE
     DISPLACEMENT, ACCELERATION, ENERGY, HISTORY = (
         name in plan.recorders for name in ("displacement", "acceleration", "energy", "history")
     )
-    STAGES = method.stages
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N, LANES), dtype=dtype)
-    row = wp.types.vector(length=LANES, dtype=dtype)
-    row64 = wp.types.vector(length=LANES, dtype=wp.float64)
-    indices = wp.types.vector(length=LANES, dtype=wp.int32)
-    stage_vector = wp.types.vector(length=STAGES, dtype=dtype)
-    weight = wp.constant(stage_vector(*method.b))
-    reach = wp.constant(stage_vector(*[method.a[s + 1][s] for s in range(STAGES - 1)], 0.0))
-    node = wp.constant(stage_vector(*method.c))
-    first_stage = wp.constant(stage_vector(1.0, *[0.0] * (STAGES - 1)))
+    row, row64, indices = row_types(plan)
+    STAGES, weight, reach, node, first_stage = tableau(plan)
     ok, diverged = wp.int8(OK), wp.int8(DIVERGED)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})

@@ -8,6 +8,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warpdyn.methods import METHODS
+
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
 # Codes of the status variable, in the order of its flag_meanings.
@@ -41,6 +43,23 @@ class Plan:
     dtype: str
     lanes: int
     max_unroll: int
+
+
+def row_types(plan: Plan) -> tuple:
+    """Return types of one value a lane: of the plan's dtype, of float64, of whole numbers."""
+    return tuple(
+        wp.types.vector(length=plan.lanes, dtype=dtype) for dtype in (DTYPES[plan.dtype], wp.float64, wp.int32)
+    )
+
+
+def tableau(plan: Plan) -> tuple:
+    """Return a method's constants: stages, weights b, the next stage's a, times c, and 1 at the first stage alone."""
+    method = METHODS[plan.method]
+    stages = method.stages
+    vector = wp.types.vector(length=stages, dtype=DTYPES[plan.dtype])
+    reach = [method.a[stage + 1][stage] for stage in range(stages - 1)]
+    rows = (method.b, (*reach, 0.0), method.c, (1.0, *[0.0] * (stages - 1)))
+    return stages, *(wp.constant(vector(*row)) for row in rows)
 
 
 @functools.cache
