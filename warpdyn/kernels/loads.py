@@ -1,5 +1,6 @@
 """What shakes a sample: one row each in LOADS, and the device functions that evaluate it."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,8 +30,11 @@ LOADS = {
 }
 
 
+TURN = wp.constant(wp.float64(2.0 * math.pi))  # warp would work out 2.0 * wp.pi in float32
+
+
 @wp.func
 def harmonic(position: wp.float64, step: Any, circular_frequency: wp.float64, phase: wp.float64):
     """Return sin(w t + phase) at t = position * step, whole turns taken off in float64, before float32 loses them."""
-    turns = (circular_frequency * position * wp.float64(step) + phase) / wp.float64(2.0 * wp.pi)
-    return wp.sin(type(step)((turns - wp.floor(turns)) * wp.float64(2.0 * wp.pi)))
+    turns = (circular_frequency * position * wp.float64(step) + phase) / TURN
+    return wp.sin(type(step)((turns - wp.floor(turns)) * TURN))
