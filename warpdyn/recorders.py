@@ -1,4 +1,8 @@
-"""What is kept of a run, as data: each recorder, the variables it fills and how the dataset labels them."""
+"""What is kept of a run, as data: each recorder, the variables it fills and how the dataset labels them.
+
+Drifts and displacements are seen at the end of every step, forces and accelerations at its start: the equation of
+motion is evaluated there. Of the very last state, in the free vibration after a motion, only the drift is seen.
+"""
 
 from __future__ import annotations
 

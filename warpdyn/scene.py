@@ -87,6 +87,12 @@ class Scene:
                 size = getattr(self.excitation, name).size
                 if size != dofs and (size != 1 or kind is HarmonicForce):
                     raise ValueError(f"{kind.__name__}.{name} has {size} values for {dofs} degrees of freedom")
+        displaced = isinstance(self.excitation, FreeVibration) and np.any(self.excitation.displacement)
+        if displaced and self.structure.law != "elastic":
+            raise ValueError(
+                f"FreeVibration.displacement needs an elastic structure: the force of a {self.structure.law!r} "
+                "storey at a displacement depends on how it came there; start from a velocity"
+            )
         if isinstance(self.excitation, ForceHistory) and self.excitation.force.shape[1] != dofs:
             columns = self.excitation.force.shape[1]
             raise ValueError(f"ForceHistory.force has {columns} columns for {dofs} degrees of freedom")

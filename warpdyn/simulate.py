@@ -91,6 +91,7 @@ def simulate(
     sampled = time.perf_counter()
     outputs = run.integrate(samples_per_chunk)
     integrated = time.perf_counter()
+    _warn_of_failures(outputs["status"][~unstable])
     outputs["status"][unstable] = UNSTABLE_STEP
     _blank_failed(outputs)
     dataset = label(scene, outputs, drawn, assignment, timeline)
@@ -149,6 +150,22 @@ def _unstable_samples(
             stacklevel=3,
         )
     return unstable
+
+
+def _warn_of_failures(status: np.ndarray) -> None:
+    """Say how many samples failed while they ran."""
+    for code, reason in (
+        (DIVERGED, "diverged: their state is not finite at the end"),
+        (
+            UNSTABLE_STEP,
+            "are flagged unstable_step: the step is too long for their storey law (Bouc-Wen: yield drift "
+            "over velocity and exponent)",
+        ),
+    ):
+        count = np.count_nonzero(status == code)
+        if count:
+            text = f"{count} of {status.size} samples {reason}; their demands are NaN. A shorter step may hold"
+            warnings.warn(text, stacklevel=3)
 
 
 def _blank_failed(outputs: dict[str, np.ndarray]) -> None:

@@ -10,7 +10,18 @@ import functools
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS, harmonic
-from warpdyn.kernels.plan import COLLAPSED, DIVERGED, DTYPES, OK, Plan, row_types, structs, tableau
+from warpdyn.kernels.plan import (
+    COLLAPSED,
+    DIVERGED,
+    DTYPES,
+    LARGEST_SATURATION,
+    OK,
+    UNSTABLE_STEP,
+    Plan,
+    row_types,
+    structs,
+    tableau,
+)
 from warpdyn.kernels.springs import SPRINGS
 
 
@@ -23,6 +34,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     N, LANES, C = plan.dofs, plan.lanes, spring.coefficients
     spring_force, spring_evolve, spring_recoverable = spring.force, spring.evolve or spring.force, spring.recoverable
     HAS_MEMORY, IS_RATE = spring.evolve is not None, spring.is_rate
+    HAS_BOUND, spring_saturation = spring.saturation is not None, spring.saturation or spring.force
     IS_MAPPING = HAS_MEMORY and not IS_RATE
     IS_HISTORY, IS_BASE, IS_HARMONIC = load.is_history, load.is_base, load.is_harmonic
     IS_FORCE_HISTORY = IS_HISTORY and not IS_BASE
@@ -38,7 +50,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     STAGES, weight, reach, node, first_stage = tableau(plan)
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=1, dtype=dtype)
-    ok, collapsed, diverged = wp.int8(OK), wp.int8(COLLAPSED), wp.int8(DIVERGED)
+    ok, collapsed, diverged, unstable_step = (wp.int8(c) for c in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP))
+    largest_saturation = wp.constant(dtype(LARGEST_SATURATION))
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
     def integrate_chain(
@@ -123,6 +136,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         h = row()
         power_in = row()
         power_viscous = row()
+        saturation = row()
         peak_drift = matrix()
         worst_ratio = row()
         worst_time = row()
@@ -284,10 +298,13 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         drift = un[i, j]
                         if i > 0:
                             drift -= un[i - 1, j]
-                        if IS_MAPPING:
+                        if IS_MAPPING or HAS_BOUND:
                             c = coefficient_vector()
                             for q in range(C):
                                 c[q] = coefficients[i * C + q, j]
+                        if HAS_BOUND:
+                            saturation[j] = wp.max(saturation[j], spring_saturation(memory_vector(zn[i, j]), c))
+                        if IS_MAPPING:
                             mapped = spring_evolve(drift, memory_vector(z[i, j]), c)
                             zn[i, j] = mapped[0]
                         u[i, j] = un[i, j]
@@ -352,6 +369,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 output.storey_of_peak_drift[o] = worst_storey[j] + 1
                 if worst_ratio[j] > collapse_drift_ratio:
                     status = collapsed
+            if saturation[j] > largest_saturation:
+                status = unstable_step
             if not wp.isfinite(total):
                 status = diverged
             output.status[o] = status
@@ -361,6 +380,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 output.input_energy[o] = energy_in[j]
                 output.viscous_energy[o] = energy_viscous[j]
                 error = initial_energy[j] + energy_in[j] - kinetic - energy_viscous[j] - spent
-                output.energy_balance_error[o] = error / wp.max(supplied[j], initial_energy[j])
+                scale_of_error = wp.max(supplied[j], initial_energy[j])
+                output.energy_balance_error[o] = dtype(0.0)
+                if scale_of_error != dtype(0.0):  # nothing was supplied; NaN passes
+                    output.energy_balance_error[o] = error / scale_of_error
 
     return integrate_chain

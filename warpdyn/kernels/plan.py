@@ -15,6 +15,10 @@ DTYPES = {"float32": wp.float32, "float64": wp.float64}
 # Codes of the status variable, in the order of its flag_meanings.
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP = 0, 1, 2, 3
 
+# A law's memory beyond this share of its bound says that the step is too long for the law. Below the law's limit RK4
+# stays near 1; at 1.1 times the limit a Bouc-Wen spring of exponent 2 reaches 2.3.
+LARGEST_SATURATION = 1.5
+
 
 @dataclass(frozen=True)
 class Plan:
