@@ -231,3 +231,20 @@ def test_three_yielding_storeys(law, damping):
         assert run.time_of_peak_drift.item() == pytest.approx(step * own_drift[:, 1].argmax(), abs=1e-12)
         own_acceleration = np.abs(run.acceleration.values[0]).max(axis=0)
         np.testing.assert_allclose(run.peak_floor_acceleration[0], own_acceleration, rtol=1e-11)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 2.0, 3.0])
+def test_step_too_long_for_bouc_wen_is_flagged(exponent: float) -> None:
+    """Well inside the linear limit, but beyond h = 2.785 uy / (n |v|) at the 14 m/s that this motion reaches."""
+    building = wd.ShearBuilding(
+        1.0, (4 * np.pi) ** 2, 1.0, law="bouc_wen", yield_force=0.5, hardening_ratio=0.0, exponent=exponent
+    )
+    motion = wd.GroundMotion(30 * np.sin(2 * np.pi * np.arange(0, 4, 0.02)), 0.02)
+    scene = wd.Scene(building, motion, tail=1.0, collapse_drift_ratio=0.5)
+    with pytest.warns(UserWarning, match=r"1 of 1 samples (diverged|are flagged unstable_step)"):
+        long = wd.simulate(scene, step=0.005, dtype="float64")
+    assert long["status"].item() in (2, 3)  # oscillating beyond the bound, or on to infinity; never a collapse
+    assert np.isnan(long["peak_storey_drift"].item())
+    short = wd.simulate(scene, step=0.0005, dtype="float64")
+    assert short["status"].item() == 1  # a drift of many times the height: a collapse
+    assert short["peak_base_shear"].item() == pytest.approx(0.5, rel=1e-6)  # the yield force, approached from below
