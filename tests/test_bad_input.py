@@ -1,0 +1,283 @@
+"""Bad input: each is refused before any kernel runs, by an error that names the field, the place and what is allowed.
+
+Records and their files are in test_records.py, files that cannot be written in test_store.py.
+"""
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+from warpdyn.kernels import build
+
+WAVE = wd.GroundMotion(np.sin(np.arange(50) * 0.3), 0.02, name="wave")
+SILENCE = wd.GroundMotion(np.zeros(50), 0.02, name="silence")
+PGA = wd.PeakGroundAcceleration()
+MASS, STIFFNESS = np.diag([2.0, 1.0]), np.array([[300.0, -100.0], [-100.0, 100.0]])
+NAN, INFINITE = float("nan"), float("inf")
+
+
+@pytest.fixture(autouse=True)
+def no_kernel(monkeypatch):
+    def refuse(*arguments, **named):
+        pytest.fail("a kernel was reached")
+
+    monkeypatch.setattr(build, "launch", refuse)
+    monkeypatch.setattr(build, "build_kernel", refuse)
+
+
+def building(**changes):
+    parameters = {"mass": [2e3, 1e3], "stiffness": [6e5, 4e5], "height": [3.5, 3.0], "law": "bilinear"}
+    parameters |= {"yield_force": [4e3, 2e3], "hardening_ratio": 0.05, "damping": "rayleigh", "damping_ratio": 0.05}
+    return wd.ShearBuilding(**(parameters | changes))
+
+
+def system(**changes):
+    return wd.LinearSystem(**({"mass": MASS, "damping": np.zeros((2, 2)), "stiffness": STIFFNESS} | changes))
+
+
+def scene(**changes):
+    return wd.Scene(**({"structure": building(), "excitation": WAVE} | changes))
+
+
+def run(scene_changes=None, **arguments):
+    return wd.simulate(scene(**(scene_changes or {})), **arguments)
+
+
+def changed(matrix, at, value):
+    matrix = np.array(matrix)
+    matrix[at] = value
+    return matrix
+
+
+def with_correlation(pair, value, **more):
+    factor = wd.Factor(wd.Lognormal(1, 0.1))
+    return scene(scatter={"mass": factor, "stiffness": factor, "height": 3.0} | more, correlation={pair: value})
+
+
+# What is given, the error, and what its message must tell.
+STRUCTURES = {
+    "negative mass": (lambda: building(mass=[2e3, -1.0]), "mass is -1 at storey 2; it must be finite and above 0"),
+    "zero mass": (lambda: building(mass=0.0), "mass is 0 at storey 1; it must be finite and above 0"),
+    "mass not finite": (lambda: building(mass=[2e3, NAN]), "mass is nan at storey 2; it must be finite"),
+    "zero stiffness": (lambda: building(stiffness=[6e5, 0.0]), "stiffness is 0 at storey 2", "finite and above 0"),
+    "infinite stiffness": (lambda: building(stiffness=INFINITE), "stiffness is inf at storey 1; it must be finite"),
+    "negative height": (lambda: building(height=[-3.0, 3.0]), "height is -3 at storey 1", "finite and above 0"),
+    "zero yield force": (lambda: building(yield_force=[4e3, 0.0]), "yield_force is 0 at storey 2", "above 0"),
+    "hardening of one": (lambda: building(hardening_ratio=1.0), "hardening_ratio is 1 at storey 1", "below 1"),
+    "critical damping": (
+        lambda: building(damping_ratio=1.0),
+        "damping_ratio is 1; it must be",
+        "at least 0 and below 1",
+    ),
+    "two damping ratios": (lambda: building(damping_ratio=[0.05, 0.04]), "damping_ratio must be one value", "got 2"),
+    "unequal lengths": (lambda: building(mass=[1e3] * 3), "has 2 values, but the building has 3 storeys"),
+    "table for a row": (lambda: building(mass=np.ones((2, 2))), "mass must be one value or one a storey", "(2, 2)"),
+    "words for numbers": (lambda: building(mass="heavy"), "mass must be numbers", "heavy"),
+    "too many storeys": (
+        lambda: building(mass=np.ones(61), stiffness=1.0, height=1.0, yield_force=1.0),
+        "1 to 60 storeys",
+        "61",
+    ),
+    "unknown law": (lambda: building(law="plastic"), "storey law 'plastic'", "'elastic', 'bilinear', 'bouc_wen'"),
+    "unknown damping": (lambda: building(damping="viscous"), "unknown damping 'viscous'", "'rayleigh', 'modal'"),
+    "unknown parameter": (lambda: building(strength=1.0), "unknown parameter 'strength'", "yield_force"),
+    "parameter of another law": (lambda: building(beta=0.5), "unknown parameter 'beta'", "law 'bilinear'"),
+    "missing parameter": (
+        lambda: wd.ShearBuilding(1, 1, 1, law="bilinear", yield_force=1),
+        "hardening_ratio",
+        "is missing",
+    ),
+    "modes of no Rayleigh": (lambda: building(damping="modal", damping_modes=(1, 2)), "damping_modes", "'rayleigh'"),
+    "mode out of range": (lambda: building(damping_modes=(1, 3)), "damping_modes must be two", "from 1 to 2"),
+    "modes of one storey": (
+        lambda: wd.ShearBuilding(1, 1, 1, damping="rayleigh", damping_ratio=0.05, damping_modes=(1, 3)),
+        "damping_modes",
+    ),
+    "matrix not square": (lambda: system(stiffness=np.ones((2, 3))), "stiffness must be a square matrix", "(2, 3)"),
+    "matrices of two sizes": (
+        lambda: system(damping=np.zeros((3, 3))),
+        "damping has shape (3, 3), but mass has (2, 2)",
+    ),
+    "no degree of freedom": (lambda: system(mass=[], damping=[], stiffness=[]), "1 to 32 degrees of freedom"),
+    "words in a matrix": (lambda: system(damping=[["a", 0], [0, 0]]), "damping"),
+    "too many degrees of freedom": (lambda: wd.LinearSystem(*[np.eye(33)] * 3), "1 to 32 degrees of freedom, got 33"),
+    "entry not finite": (lambda: system(damping=changed(MASS, (0, 1), NAN)), "damping[0, 1] is nan", "finite"),
+    "asymmetric stiffness": (
+        lambda: system(stiffness=changed(STIFFNESS, (0, 1), 5.0)),
+        "stiffness is not symmetric: [0, 1] is 5 but [1, 0] is -100",
+    ),
+    "singular mass": (lambda: system(mass=[2.0, 0.0]), "mass is singular", "every degree of freedom needs mass"),
+    "negative mass matrix": (lambda: system(mass=[2.0, -1.0]), "mass is singular or not positive definite"),
+    "free stiffness": (lambda: system(stiffness=[[100, -100], [-100, 100]]), "stiffness must be positive definite"),
+    "influence of one": (lambda: system(influence=[1.0]), "influence must be 2 finite values"),
+}
+SCENES = {
+    "motion of no step": (lambda: wd.GroundMotion([0.0, 1.0], 0.0, "A"), "motion 'A': step", "above 0 s, got 0.0"),
+    "motion not finite": (
+        lambda: wd.GroundMotion([0.0, NAN], 0.1, "A"),
+        "motion 'A': acceleration[1] is nan",
+        "finite",
+    ),
+    "force history of no step": (
+        lambda: wd.ForceHistory(np.ones((3, 2)), -1),
+        "step must be finite and above 0 s, got -1",
+    ),
+    "force history not finite": (lambda: wd.ForceHistory([[0.0], [NAN]], 0.1), "force must be finite", "[time, dof]"),
+    "duration": (lambda: wd.FreeVibration(0.0), "duration must be finite and above 0 s, got 0.0"),
+    "frequency": (lambda: wd.HarmonicForce([1.0], INFINITE, 1.0), "circular_frequency must be finite, got inf"),
+    "amplitude a dof": (lambda: scene(excitation=wd.HarmonicForce([1], 1, 1)), "amplitude has 1 values for 2 degrees"),
+    "columns a dof": (lambda: scene(excitation=wd.ForceHistory([[1], [2]], 1)), "force has 1 columns for 2 degrees"),
+    "state a dof": (lambda: scene(excitation=wd.FreeVibration(1, [1, 2, 3])), "displacement has 3 values for 2"),
+    "displaced and yielding": (
+        lambda: scene(excitation=wd.FreeVibration(1.0, 0.1)),
+        "FreeVibration.displacement needs an elastic structure",
+        "start from a velocity",
+    ),
+    "no motion": (lambda: wd.Cloud([]), "motions is empty"),
+    "no level": (lambda: wd.Stripes([WAVE], [], PGA), "levels_in_g must be a row of finite values above 0 g"),
+    "negative level": (lambda: wd.Stripes([WAVE], [-0.1, 0.2], PGA), "levels_in_g", "above 0 g", "-0.1"),
+    "levels that fall": (lambda: wd.Stripes([WAVE], [0.2, 0.1], PGA), "levels_in_g must increase, got [0.2, 0.1]"),
+    "all-zero record": (lambda: wd.Stripes([WAVE, SILENCE], [0.1], PGA), "motion 1 ('silence')", "all-zero"),
+    "all-zero record, Sa": (lambda: wd.Stripes([SILENCE], [0.1], wd.SpectralAcceleration(1.0)), "motion 0 ('silence')"),
+    "index of no motion": (lambda: wd.Individual([WAVE], motion=[1]), "motion indexes 1 motions from 0, got 1 to 1"),
+    "scale": (lambda: wd.Individual([WAVE], scale=[1.0, 0.0]), "scale must be", "finite and above 0"),
+    "unknown recorder": (lambda: scene(record=("drifts",)), "recorder of a ShearBuilding 'drifts'", "'base_shear'"),
+    "recorder of a chain": (
+        lambda: scene(structure=system(), record=("drift",)),
+        "LinearSystem 'drift'",
+        "'displacement'",
+    ),
+    "collapse limit": (lambda: scene(collapse_drift_ratio=0.0), "collapse_drift_ratio must be finite and above 0"),
+    "collapse unseen": (lambda: scene(record=("energy",), collapse_drift_ratio=0.1), "needs the recorder 'drift'"),
+    "tail": (lambda: scene(tail=-1.0), "tail must be finite and at least 0 s, got -1.0"),
+    "unknown sampling": (lambda: scene(sampling="halton"), "unknown sampling 'halton'", "'latin_hypercube', 'sobol'"),
+    "scatter of nothing": (
+        lambda: scene(scatter={"strength": 1.0}),
+        "scatter names unknown parameter 'strength'",
+        "yield_force",
+    ),
+    "fixed out of bounds": (
+        lambda: scene(scatter={"mass": -2.0}),
+        "scatter['mass'] is -2; it must be finite and above 0",
+    ),
+    "storeys of one value": (
+        lambda: scene(scatter={"damping_ratio": wd.Factor(wd.Normal(1, 0.1), per="storey")}),
+        "scatter['damping_ratio']: damping_ratio has no values by storey; use per='building'",
+    ),
+    "matrix for a value": (
+        lambda: scene(structure=system(), scatter={"stiffness": wd.Value(wd.Normal(1, 0.1))}),
+        "scatter['stiffness']: a matrix can only be scaled, by a Factor",
+    ),
+    "median": (lambda: wd.Lognormal(0.0, 0.1), "Lognormal.median must be above 0, got 0.0"),
+    "dispersion": (lambda: wd.Lognormal(1.0, -0.1), "Lognormal.dispersion must be finite and at least 0, got -0.1"),
+    "cov": (lambda: wd.Lognormal.from_mean(1.0, NAN), "cov must be finite and at least 0, got nan"),
+    "deviation": (lambda: wd.Normal(1.0, -0.1), "Normal.standard_deviation must be finite and at least 0, got -0.1"),
+    "bounds": (lambda: wd.Uniform(2.0, 1.0), "low below high, got 2.0 and 1.0"),
+    "unknown per": (lambda: wd.Factor(wd.Normal(1, 0.1), per="floor"), "unknown per 'floor'", "'building', 'storey'"),
+    "storey correlation": (
+        lambda: wd.Factor(wd.Normal(1, 0.1), "storey", 1.5),
+        "storey_correlation must be from 0 to 1, got 1.5",
+    ),
+    "correlated storeys of one draw": (lambda: wd.Factor(wd.Normal(1, 0.1), "building", 0.5), "needs per='storey'"),
+    "correlation": (
+        lambda: with_correlation(("mass", "stiffness"), 1.1),
+        "('mass', 'stiffness') must be from -1 to 1, got 1.1",
+    ),
+    "correlation with oneself": (lambda: with_correlation(("mass", "mass"), 0.5), "two different parameters"),
+    "correlation with a number": (
+        lambda: with_correlation(("mass", "height"), 0.5),
+        "('mass', 'height')",
+        "random scatter",
+    ),
+    "correlations that contradict": (
+        lambda: scene(
+            scatter={name: wd.Factor(wd.Normal(1, 0.1)) for name in ("mass", "stiffness", "yield_force")},
+            correlation={("mass", "stiffness"): 0.9, ("stiffness", "yield_force"): 0.9, ("mass", "yield_force"): -0.9},
+        ),
+        "the correlations contradict each other",
+    ),
+}
+RUNS = {
+    "no samples": (lambda: run(samples=0), "samples must be a whole number of at least 1, got 0"),
+    "half a sample": (lambda: run(samples=1.5), "samples must be a whole number", "1.5"),
+    "negative seed": (lambda: run(seed=-1), "seed must be a whole number of at least 0, got -1"),
+    "no threads": (lambda: run(threads=0), "threads must be a whole number of at least 1, got 0"),
+    "empty chunk": (lambda: run(samples_per_chunk=0), "samples_per_chunk must be a whole number of at least 1, got 0"),
+    "unknown method": (lambda: run(method="euler"), "unknown method 'euler'", "'rk4'"),
+    "unknown dtype": (lambda: run(dtype="float16"), "unknown dtype 'float16'", "'float32', 'float64'"),
+    "unknown device": (lambda: run(device="tpu"), "no device 'tpu' here", "cpu"),
+    "zero step": (lambda: run(step=0.0), "step must be finite and above 0 s, got 0.0"),
+    "step not finite": (lambda: run(step=NAN), "step must be finite and above 0 s, got nan"),
+    "step that divides nothing": (
+        lambda: run(step=0.003),
+        "step 0.003 s does not divide",
+        "motion 0 ('wave')",
+        "0.02 s",
+    ),
+    "step above the record's": (lambda: run(step=0.04), "step 0.04 s does not divide", "0.02 s", "0.01 s"),
+    "too many steps": (lambda: run(step=1e-10), "2147483647", "longer step"),
+    "history of no sample": (
+        lambda: run(histories=wd.Histories((0, 3)), samples=3),
+        "histories ask for sample 3, but the run has samples 0 to 2",
+    ),
+    "history of every nothing": (lambda: run(histories=wd.Histories((0,), 0)), "histories.every", "at least 1, got 0"),
+    "histories of two steps": (
+        lambda: run(
+            {"excitation": wd.Cloud([WAVE, wd.GroundMotion([0.0, 1.0], 0.0007)])}, histories=wd.Histories((0, 1))
+        ),
+        "histories of samples 0 and 1 have steps",
+        "divides all",
+    ),
+    "damping that feeds": (
+        lambda: run({"structure": system(damping=-MASS)}),
+        "damping",
+        "negative",
+    ),
+    "motions for other samples": (
+        lambda: run({"excitation": wd.Individual([WAVE], motion=[0, 0])}, samples=3),
+        "Individual.motion has 2 values for 3 samples",
+    ),
+    "draw out of bounds": (
+        lambda: run({"scatter": {"mass": wd.Factor(wd.Normal(-1, 0.0))}}, samples=3),
+        "the drawn mass is -2000 at structure 0, storey 1; it must be finite and above 0; narrow its scatter",
+    ),
+    "ratio drawn out of bounds": (
+        lambda: run({"scatter": {"damping_ratio": wd.Value(wd.Uniform(1.0, 2.0))}}, samples=3),
+        "the drawn damping_ratio is 1.",
+        "at structure 0",
+        "below 1",
+    ),
+}
+WRONG_TYPES = {
+    "structure": (lambda: scene(structure=3.0), "structure must be a ShearBuilding or a LinearSystem, got float"),
+    "excitation": (lambda: scene(excitation=[WAVE]), "excitation must be", "Stripes", "got list"),
+    "motion": (lambda: wd.Cloud([WAVE, 3.0]), "motions[1] is a float", "GroundMotion"),
+    "scatter": (
+        lambda: scene(scatter={"mass": "much"}),
+        "scatter['mass'] must be a Factor, a Value or a number",
+        "much",
+    ),
+    "distribution": (lambda: wd.Factor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),
+}
+
+
+def test_what_is_changed_below_is_accepted_as_it_stands():
+    # Otherwise an error below might come from somewhere else.
+    assert scene().structure.storeys == 2
+    assert scene(structure=system()).structure.dofs == 2
+    assert with_correlation(("mass", "stiffness"), 0.5)
+
+
+CASES = [
+    pytest.param(kind, *case[:1], case[1:], id=name)
+    for kind, table in ((ValueError, STRUCTURES | SCENES | RUNS), (TypeError, WRONG_TYPES))
+    for name, case in table.items()
+]
+
+
+@pytest.mark.parametrize(("kind", "attempt", "told"), CASES)
+def test_refused(kind, attempt, told):
+    with pytest.raises(kind) as error:
+        attempt()
+    for part in told:
+        assert part in str(error.value)

@@ -1,0 +1,139 @@
+"""Writing: a file that is there is whole, and what stood there before survives a failure; errors name the path."""
+
+import errno
+import os
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from warpdyn.store import check_writable, write
+
+
+def make_dataset(scale=1.0):
+    return xr.Dataset(
+        {
+            "drift": (("sample",), scale * np.array([0.1, np.nan, -0.0]), {"units": "m", "long_name": "drift"}),
+            "status": (("sample",), np.array([0, 2, 1], np.int8), {"flag_values": np.arange(4, dtype=np.int8)}),
+            "motion_name": (("motion",), np.array(["A", "long name"]), {"units": "1"}),
+        },
+        attrs={"title": "test", "step": np.array([0.1, 0.2]), "seed": 3},
+    )
+
+
+def unwritable_dataset():
+    return make_dataset(2.0).assign_attrs(scene=None)  # netCDF has no None
+
+
+def test_what_is_read_is_what_was_written(tmp_path):
+    path = write(make_dataset(), tmp_path / "new" / "folder" / "run.nc")
+    assert path == tmp_path / "new" / "folder" / "run.nc"
+    with xr.open_dataset(path) as read:
+        xr.testing.assert_identical(read.load(), make_dataset())
+        assert np.signbit(read["drift"].values[2])
+        assert read["drift"].dtype == np.float64
+        assert read["status"].dtype == np.int8
+    assert os.listdir(path.parent) == ["run.nc"]
+    assert path.read_bytes()[1:4] == b"HDF"  # netCDF-4
+
+
+def test_a_file_is_replaced_whole(tmp_path):
+    write(make_dataset(), tmp_path / "run.nc")
+    with xr.open_dataset(tmp_path / "run.nc") as before:  # held open, as a notebook does
+        write(make_dataset(2.0), str(tmp_path / "run.nc"))
+        np.testing.assert_array_equal(before["drift"], make_dataset()["drift"])
+    with xr.open_dataset(tmp_path / "run.nc") as after:
+        np.testing.assert_array_equal(after["drift"], make_dataset(2.0)["drift"])
+    assert os.listdir(tmp_path) == ["run.nc"]
+
+
+def fail_in_the_dataset(monkeypatch):
+    return unwritable_dataset(), "attr 'scene'"
+
+
+def fail_half_way(monkeypatch):
+    """Write part of a file, then fail as a full disk does."""
+
+    def to_netcdf(self, path, **options):
+        with open(path, "wb") as file:
+            file.write(b"half of it")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", to_netcdf)
+    return make_dataset(2.0), "No space left"
+
+
+def fail_at_the_end(monkeypatch):
+    def replace(source, target):
+        assert os.path.getsize(source) > 0
+        raise OSError(errno.EACCES, "moved away")
+
+    monkeypatch.setattr(os, "replace", replace)
+    return make_dataset(2.0), "moved away"
+
+
+@pytest.mark.parametrize("fail", [fail_in_the_dataset, fail_half_way, fail_at_the_end])
+@pytest.mark.parametrize("existed", [True, False])
+def test_a_failure_leaves_what_was_there(fail, existed, tmp_path, monkeypatch):
+    path = tmp_path / "run.nc"
+    if existed:
+        write(make_dataset(), path)
+    before = path.read_bytes() if existed else None
+    dataset, reason = fail(monkeypatch)
+    with pytest.raises((OSError, TypeError), match=reason):
+        write(dataset, path)
+    assert os.listdir(tmp_path) == (["run.nc"] if existed else [])
+    if existed:
+        assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("attempt", [check_writable, lambda path: write(make_dataset(), path)])
+def test_no_place_to_write(attempt, tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    with pytest.raises(OSError, match=r"cannot write .*file.run\.nc: .*; choose another folder"):
+        attempt(tmp_path / "file" / "run.nc")
+    with pytest.raises(OSError, match=r"cannot write .*file.deeper.run\.nc: .*; choose another folder"):
+        attempt(tmp_path / "file" / "deeper" / "run.nc")
+    with pytest.raises(IsADirectoryError, match=r"cannot write .*: it is a directory; name a file in it"):
+        attempt(tmp_path)
+    assert (tmp_path / "file").read_text() == "not a folder"
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_no_permission(tmp_path, monkeypatch):
+    """What the system refuses is told; root is refused nothing, so the refusals are played."""
+    path = tmp_path / "run.nc"
+    path.write_text("precious")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "access", lambda *arguments: False)
+        with pytest.raises(PermissionError, match=r"cannot write .*run\.nc: .*read-only; choose another folder"):
+            check_writable(path)
+
+    def refuse(*arguments, **options):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr("tempfile.NamedTemporaryFile", refuse)
+    with pytest.raises(PermissionError, match=r"cannot write .*run\.nc: Permission denied; choose another folder"):
+        check_writable(path)
+    assert path.read_text() == "precious"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
+def test_read_only_folder_and_file(tmp_path):
+    path = tmp_path / "run.nc"
+    path.write_text("precious")
+    path.chmod(0o444)
+    with pytest.raises(PermissionError, match=r"cannot write .*read-only"):
+        check_writable(path)
+    tmp_path.chmod(0o555)
+    try:
+        with pytest.raises(PermissionError, match=r"cannot write .*Permission denied"):
+            check_writable(tmp_path / "other.nc")
+    finally:
+        tmp_path.chmod(0o755)
+
+
+def test_asking_leaves_no_trace_but_the_folder(tmp_path):
+    path = tmp_path / "deep" / "folder" / "run.nc"
+    assert check_writable(str(path)) == path
+    assert os.listdir(path.parent) == []
