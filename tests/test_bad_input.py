@@ -98,7 +98,7 @@ STRUCTURES = {
         lambda: system(damping=np.zeros((3, 3))),
         "damping has shape (3, 3), but mass has (2, 2)",
     ),
-    "no degree of freedom": (lambda: system(mass=[], damping=[], stiffness=[]), "1 to 32 degrees of freedom"),
+    "no degree of freedom": (lambda: system(mass=[], damping=[], stiffness=[]), "mass", "square matrix"),
     "words in a matrix": (lambda: system(damping=[["a", 0], [0, 0]]), "damping"),
     "too many degrees of freedom": (lambda: wd.LinearSystem(*[np.eye(33)] * 3), "1 to 32 degrees of freedom, got 33"),
     "entry not finite": (lambda: system(damping=changed(MASS, (0, 1), NAN)), "damping[0, 1] is nan", "finite"),
@@ -112,7 +112,7 @@ STRUCTURES = {
     "influence of one": (lambda: system(influence=[1.0]), "influence must be 2 finite values"),
 }
 SCENES = {
-    "motion of no step": (lambda: wd.GroundMotion([0.0, 1.0], 0.0, "A"), "motion 'A': step", "above 0 s, got 0.0"),
+    "motion of no step": (lambda: wd.GroundMotion([0.0, 1.0], 0.0, "A"), "motion 'A': step", "above 0, got 0.0"),
     "motion not finite": (
         lambda: wd.GroundMotion([0.0, NAN], 0.1, "A"),
         "motion 'A': acceleration[1] is nan",
@@ -120,11 +120,14 @@ SCENES = {
     ),
     "force history of no step": (
         lambda: wd.ForceHistory(np.ones((3, 2)), -1),
-        "step must be finite and above 0 s, got -1",
+        "step [s] must be a finite number above 0, got -1",
     ),
-    "force history not finite": (lambda: wd.ForceHistory([[0.0], [NAN]], 0.1), "force must be finite", "[time, dof]"),
-    "duration": (lambda: wd.FreeVibration(0.0), "duration must be finite and above 0 s, got 0.0"),
-    "frequency": (lambda: wd.HarmonicForce([1.0], INFINITE, 1.0), "circular_frequency must be finite, got inf"),
+    "force history not finite": (lambda: wd.ForceHistory([[0.0], [NAN]], 0.1), "force[1, 0] is nan"),
+    "duration": (lambda: wd.FreeVibration(0.0), "duration [s] must be a finite number above 0, got 0.0"),
+    "frequency": (
+        lambda: wd.HarmonicForce([1.0], INFINITE, 1.0),
+        "circular_frequency must be a finite number, got inf",
+    ),
     "amplitude a dof": (lambda: scene(excitation=wd.HarmonicForce([1], 1, 1)), "amplitude has 1 values for 2 degrees"),
     "columns a dof": (lambda: scene(excitation=wd.ForceHistory([[1], [2]], 1)), "force has 1 columns for 2 degrees"),
     "state a dof": (lambda: scene(excitation=wd.FreeVibration(1, [1, 2, 3])), "displacement has 3 values for 2"),
@@ -147,9 +150,9 @@ SCENES = {
         "LinearSystem 'drift'",
         "'displacement'",
     ),
-    "collapse limit": (lambda: scene(collapse_drift_ratio=0.0), "collapse_drift_ratio must be finite and above 0"),
+    "collapse limit": (lambda: scene(collapse_drift_ratio=0.0), "collapse_drift_ratio must be a finite number above 0"),
     "collapse unseen": (lambda: scene(record=("energy",), collapse_drift_ratio=0.1), "needs the recorder 'drift'"),
-    "tail": (lambda: scene(tail=-1.0), "tail must be finite and at least 0 s, got -1.0"),
+    "tail": (lambda: scene(tail=-1.0), "tail [s] must be a finite number of at least 0, got -1.0"),
     "unknown sampling": (lambda: scene(sampling="halton"), "unknown sampling 'halton'", "'latin_hypercube', 'sobol'"),
     "scatter of nothing": (
         lambda: scene(scatter={"strength": 1.0}),
@@ -168,15 +171,21 @@ SCENES = {
         lambda: scene(structure=system(), scatter={"stiffness": wd.Value(wd.Normal(1, 0.1))}),
         "scatter['stiffness']: a matrix can only be scaled, by a Factor",
     ),
-    "median": (lambda: wd.Lognormal(0.0, 0.1), "Lognormal.median must be above 0, got 0.0"),
-    "dispersion": (lambda: wd.Lognormal(1.0, -0.1), "Lognormal.dispersion must be finite and at least 0, got -0.1"),
-    "cov": (lambda: wd.Lognormal.from_mean(1.0, NAN), "cov must be finite and at least 0, got nan"),
-    "deviation": (lambda: wd.Normal(1.0, -0.1), "Normal.standard_deviation must be finite and at least 0, got -0.1"),
-    "bounds": (lambda: wd.Uniform(2.0, 1.0), "low below high, got 2.0 and 1.0"),
+    "median": (lambda: wd.Lognormal(0.0, 0.1), "Lognormal.median must be a finite number above 0, got 0.0"),
+    "dispersion": (
+        lambda: wd.Lognormal(1.0, -0.1),
+        "Lognormal.dispersion must be a finite number of at least 0, got -0.1",
+    ),
+    "cov": (lambda: wd.Lognormal.from_mean(1.0, NAN), "cov must be a finite number of at least 0, got nan"),
+    "deviation": (
+        lambda: wd.Normal(1.0, -0.1),
+        "Normal.standard_deviation must be a finite number of at least 0, got -0.1",
+    ),
+    "bounds": (lambda: wd.Uniform(2.0, 1.0), "Uniform.high must be a finite number above 2, got 1.0"),
     "unknown per": (lambda: wd.Factor(wd.Normal(1, 0.1), per="floor"), "unknown per 'floor'", "'building', 'storey'"),
     "storey correlation": (
         lambda: wd.Factor(wd.Normal(1, 0.1), "storey", 1.5),
-        "storey_correlation must be from 0 to 1, got 1.5",
+        "storey_correlation must be at most 1, got 1.5",
     ),
     "correlated storeys of one draw": (lambda: wd.Factor(wd.Normal(1, 0.1), "building", 0.5), "needs per='storey'"),
     "correlation": (
@@ -206,8 +215,8 @@ RUNS = {
     "unknown method": (lambda: run(method="euler"), "unknown method 'euler'", "'rk4'"),
     "unknown dtype": (lambda: run(dtype="float16"), "unknown dtype 'float16'", "'float32', 'float64'"),
     "unknown device": (lambda: run(device="tpu"), "no device 'tpu' here", "cpu"),
-    "zero step": (lambda: run(step=0.0), "step must be finite and above 0 s, got 0.0"),
-    "step not finite": (lambda: run(step=NAN), "step must be finite and above 0 s, got nan"),
+    "zero step": (lambda: run(step=0.0), "step [s] must be a finite number above 0, got 0.0"),
+    "step not finite": (lambda: run(step=NAN), "step [s] must be a finite number above 0, got nan"),
     "step that divides nothing": (
         lambda: run(step=0.003),
         "step 0.003 s does not divide",
@@ -231,7 +240,7 @@ RUNS = {
     "damping that feeds": (
         lambda: run({"structure": system(damping=-MASS)}),
         "damping",
-        "negative",
+        "put energy in",
     ),
     "motions for other samples": (
         lambda: run({"excitation": wd.Individual([WAVE], motion=[0, 0])}, samples=3),

@@ -225,8 +225,20 @@ def test_samples_depend_on_seed_and_index_alone(few, more, seed, sampling):
 def test_matrices_are_scaled_whole():
     system = wd.LinearSystem([2.0, 1.0], np.zeros((2, 2)), [[300.0, -100.0], [-100.0, 100.0]])
     result = drawn({"stiffness": wd.Factor(wd.Uniform(0.5, 1.5))}, samples=50, structure=system)["stiffness"]
-    assert result.shape == (50, 2, 2)
-    np.testing.assert_allclose(result / [[300.0, -100.0], [-100.0, 100.0]], result[:, :1, 1:] / -100 * np.ones((2, 2)))
+    assert result.shape == (50,)  # one factor a structure, also where the matrix it scales is zero
+    assert 0.5 <= result.min() < result.max() <= 1.5
+    scatter = {name: wd.Factor(wd.Lognormal(1, 0.3)) for name in ("mass", "damping", "stiffness")}
+    shake = wd.FreeVibration(2.0, velocity=0.1)
+    run = wd.simulate(wd.Scene(system, shake, scatter=scatter), samples=2, step=0.001, dtype="float64")
+    for sample in range(2):
+        of_mass, of_stiffness = (float(run[f"{name}_factor"][sample]) for name in ("mass", "stiffness"))
+        scaled = wd.LinearSystem(
+            np.diag([2.0, 1.0]) * of_mass, np.zeros((2, 2)), system.parameters["stiffness"] * of_stiffness
+        )
+        alone = wd.simulate(wd.Scene(scaled, shake), step=0.001, dtype="float64")
+        np.testing.assert_allclose(run["peak_displacement"][sample], alone["peak_displacement"][0], rtol=1e-12)
+        np.testing.assert_allclose(run["input_energy"][sample], alone["input_energy"][0], atol=1e-15)
+        np.testing.assert_allclose(run["energy_balance_error"][sample], alone["energy_balance_error"][0], atol=1e-13)
 
 
 def test_a_drawn_structure_runs_as_the_structure_of_its_values():

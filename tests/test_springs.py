@@ -61,7 +61,8 @@ def law(name, **parameters):
     parameters = {"stiffness": STIFFNESS, "yield_force": YIELD_FORCE, "hardening_ratio": HARDENING} | parameters
     arrays = dict(zip(parameters, np.broadcast_arrays(*map(np.atleast_1d, parameters.values())), strict=True))
     arrays = {key: array[None, :] for key, array in arrays.items()}
-    return LAWS[name].spring(arrays), np.array([c[0] for c in LAWS[name].coefficients(arrays)])
+    row = LAWS[name].spring(arrays)
+    return row, np.array([c[0] for c in LAWS[name].coefficients(arrays, row)])
 
 
 def bouc_wen(exponent, beta=0.5, gamma=0.5, **parameters):
@@ -173,7 +174,7 @@ def test_bouc_wen_pushed_monotonically(step):
 def test_bouc_wen_cycled(step, row):
     coefficients = bouc_wen(2.0)[1]
     if row == "bouc_wen":
-        coefficients = np.vstack([coefficients, [[2.0]]])
+        coefficients = np.insert(coefficients, 5, 2.0, axis=0)
     z, area = push(row, coefficients, [2.0, -2.0, 2.0, -2.0], step)[:, :, 0].T
     expected = [0.964027580076, -0.995397251646, 0.995099957222, -0.995102862735]
     np.testing.assert_allclose(z, expected, rtol=0, atol=0.02 * step**4)
@@ -205,7 +206,7 @@ def test_rows_of_whole_exponents_equal_the_general_row(exponent):
     velocity, memory = random.normal(size=(2, 200))
     memory[0] = velocity[1] = 0.0
     row, coefficients = bouc_wen(exponent, beta=0.6, gamma=-0.2)
-    general = np.vstack([coefficients, [[exponent]]])
+    general = np.insert(coefficients, 5, exponent, axis=0)
     whole = evaluate(row, coefficients, velocity, velocity, memory)
     # A few roundings of rates of up to 100 |v| (1 + |z|^3).
     np.testing.assert_allclose(evaluate("bouc_wen", general, velocity, velocity, memory), whole, rtol=0, atol=1e-12)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.checks import real_numbers
 from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
 from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion
 
@@ -25,6 +26,8 @@ def _checked_motions(motions: Sequence[GroundMotion]) -> tuple[GroundMotion, ...
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+    if not isinstance(measure, IntensityMeasure):
+        raise TypeError(f"measure must be PeakGroundAcceleration() or SpectralAcceleration(period), got {measure!r}")
     return np.array([measure.of(motion) for motion in motions])
 
 
@@ -50,7 +53,7 @@ class Stripes:
 
     def __post_init__(self) -> None:
         motions = _checked_motions(self.motions)
-        levels = np.atleast_1d(np.array(self.levels_in_g, dtype=np.float64))
+        levels = np.atleast_1d(real_numbers("levels_in_g", self.levels_in_g))
         if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
             raise ValueError(f"levels_in_g must be a row of finite values above 0 g, got {self.levels_in_g}")
         if np.any(np.diff(levels) <= 0):
@@ -120,7 +123,7 @@ class Individual:
 
     def __post_init__(self) -> None:
         motions = _checked_motions(self.motions)
-        scale = np.array(self.scale, dtype=np.float64)
+        scale = real_numbers("scale", self.scale)
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
             raise ValueError("scale must be one factor, or one a sample, each finite and above 0")
         if self.motion is not None:

@@ -17,30 +17,49 @@ from warpdyn.timeline import Timeline
 
 SHARE_OF_FREE_MEMORY = 0.25
 LARGEST_CHUNK = 2**20
+COPIES_OF_A_STRUCTURE = 8  # its parameters, drawn, combined and packed, in float64 and in the run's dtype
 
 
 class Ensemble:
-    """One simulate() under way: the device's copies of the inputs, and the launches over them."""
+    """The launches of one run.
+
+    Args:
+        scene: The scene.
+        drawn: Scattered parameters, one entry a structure.
+        assignment: Which structure and motion each sample has.
+        timeline: Time grid of each motion.
+        run_intervals: Intervals each sample is integrated for, shape [sample].
+        residual_steps: Steps at the end over which each residual drift is averaged, shape [sample].
+        method: Integration method.
+        dtype: "float32" or "float64".
+        device: Warp device.
+        threads: CPU threads.
+    """
 
     def __init__(
         self,
         scene: Scene,
-        parameters: dict[str, np.ndarray],
+        drawn: dict[str, np.ndarray],
         assignment: Assignment,
         timeline: Timeline,
+        run_intervals: np.ndarray,
+        residual_steps: np.ndarray,
+        *,
         method: str,
         dtype: str,
         device: str,
         threads: int,
     ) -> None:
-        self.scene, self.assignment, self.timeline = scene, assignment, timeline
+        self.scene, self.drawn, self.assignment, self.timeline = scene, drawn, assignment, timeline
+        self.run_intervals, self.residual_steps = run_intervals, residual_steps
+        self.substeps = timeline.substeps[assignment.motion]
         self.dtype, self.device, self.threads = dtype, device, threads
         family = scene.structure.family
         lanes, max_unroll = build.lanes_and_unroll(family, scene.structure.dofs, device != "cpu")
-        self.plan = build.Plan(
+        self.plan = Plan(
             family=family,
             dofs=scene.structure.dofs,
-            law=pack.spring_of(scene, parameters),
+            law=pack.spring_of(scene, pack.parameters_of(scene, drawn)),
             damping=scene.structure.damping,
             load=pack.load_of(scene),
             recorders=scene.record,
@@ -49,17 +68,7 @@ class Ensemble:
             lanes=lanes,
             max_unroll=max_unroll,
         )
-        packed = pack.pack_chain(scene, parameters) if family == "chain" else pack.pack_dense(scene, parameters)
-        structures = len(next(iter(parameters.values())))
-        self.structure_index = assignment.structure if structures > 1 else np.zeros_like(assignment.structure)
-        self.structures = build.fill_struct("Structure", packed, dtype, device)
-        self.load = pack.pack_load(scene, structures) | {
-            "step": timeline.step,
-            "intervals": timeline.intervals,
-            "run_intervals": timeline.run_intervals,
-            "residual_from": timeline.residual_from,
-        }
-        self.loads = build.fill_struct("Load", self.load, dtype, device)
+        self.loads = build.fill_struct("Load", pack.pack_load(scene, timeline), dtype, device)
         self.variables = {name: variable for r in scene.record for name, variable in RECORDERS[family][r].items()} | {
             "status": Variable((), "1", "", integer=True)
         }
@@ -80,88 +89,99 @@ class Ensemble:
                 f"{steps[other]:g} s: ask for samples of one step, or give simulate() a step that divides all"
             )
 
+    def _structures(self, samples: np.ndarray) -> tuple[object, np.ndarray]:
+        """Return the structures of some samples on the device, and which of them each sample has."""
+        index = self.assignment.structure[samples] if self.drawn else np.zeros(samples.size, dtype=np.int32)
+        unique, place = np.unique(index, return_inverse=True)
+        parameters = pack.parameters_of(self.scene, self.drawn, unique)
+        packed = pack.PACKERS[self.plan.family](self.scene, parameters, self.plan.law)
+        return build.fill_struct("Structure", packed, self.dtype, self.device), place
+
     def _launch(
         self,
         plan: Plan,
-        chosen: np.ndarray,
+        samples: np.ndarray,
         columns: np.ndarray,
-        loads: object,
-        substeps: int,
         output: object,
         history: object,
         every: int = 1,
         advance: Callable[[int], object] = lambda done: None,
     ) -> None:
-        """Integrate the chosen samples and write each to its column of the outputs."""
-        arrays = {
-            "output": columns,
-            "structure": self.structure_index[chosen],
-            "motion": self.assignment.motion[chosen],
-            "scale": self.assignment.scale[chosen],
-        }
-        samples = build.fill_struct("Samples", arrays, self.dtype, self.device)
+        """Integrate some samples and write each to its column of the outputs."""
+        structures, place = self._structures(samples)
         limit = self.scene.collapse_drift_ratio
         collapse = [np.inf if limit is None else limit] if plan.family == "chain" else []
-        arguments = [chosen.size, int(substeps), every, *collapse, samples, self.structures, loads, output, history]
-        build.launch(plan, chosen.size, arguments, self.device, self.threads, advance)
+        for substeps in np.unique(self.substeps[samples]):
+            chosen = np.flatnonzero(self.substeps[samples] == substeps)
+            # Longest first and neighbours alike: no thread waits long for another's last history.
+            chosen = chosen[np.argsort(-self.run_intervals[samples[chosen]], kind="stable")]
+            arrays = {
+                "output": columns[chosen],
+                "structure": place[chosen],
+                "motion": self.assignment.motion[samples[chosen]],
+                "scale": self.assignment.scale[samples[chosen]],
+                "run_intervals": self.run_intervals[samples[chosen]],
+                "residual_steps": self.residual_steps[samples[chosen]],
+            }
+            launched = build.fill_struct("Samples", arrays, self.dtype, self.device)
+            arguments = [
+                chosen.size,
+                int(substeps),
+                every,
+                *collapse,
+                launched,
+                structures,
+                self.loads,
+                output,
+                history,
+            ]
+            build.launch(plan, chosen.size, arguments, self.device, self.threads, advance)
+
+    def _chunk(self, shapes: dict[str, tuple[int, ...]]) -> int:
+        """Return how many samples fit the memory at hand, with the structures they need."""
+        samples = self.assignment.structure.size
+        values = sum(int(np.prod(shape)) for shape in shapes.values()) + 8  # and a sample's own indices
+        one = pack.parameters_of(self.scene, self.drawn, slice(0, 1))
+        packed = pack.PACKERS[self.plan.family](self.scene, one, self.plan.law)
+        structures = len(next(iter(self.drawn.values()))) if self.drawn else 0
+        values += COPIES_OF_A_STRUCTURE * sum(array.size for array in packed.values()) * structures / samples
+        fitting = int(SHARE_OF_FREE_MEMORY * build.free_memory(self.device) / (8 * values))
+        return max(self.plan.lanes, min(fitting, LARGEST_CHUNK))
 
     def integrate(self, samples_per_chunk: int | None) -> dict[str, np.ndarray]:
         """Return every recorded variable, sample last."""
         total = self.assignment.structure.size
         sizes = {"storey": self.plan.dofs, "floor": self.plan.dofs, "dof": self.plan.dofs}
         shapes = {name: tuple(sizes[d] for d in v.dims) for name, v in self.variables.items()}
-        values = sum(int(np.prod(shape)) for shape in shapes.values()) + 4  # and the four indices of a sample
-        fitting = int(SHARE_OF_FREE_MEMORY * build.free_memory(self.device) / (values * np.dtype(self.dtype).itemsize))
-        chunk = samples_per_chunk or max(self.plan.lanes, min(fitting, LARGEST_CHUNK))
+        chunk = samples_per_chunk or self._chunk(shapes)
         results: dict[str, np.ndarray] = {}
         no_history = build.fill_struct("History", {}, self.dtype, self.device)
-        substeps_of = self.timeline.substeps[self.assignment.motion]
         with tqdm(total=total, unit="history", unit_scale=True, disable=None) as progress:
             for start in range(0, total, chunk):
-                stop = min(start + chunk, total)
-                output = build.blank_output(shapes, stop - start, self.dtype, self.device)
-                for substeps in np.unique(substeps_of[start:stop]):
-                    chosen = start + np.flatnonzero(substeps_of[start:stop] == substeps)
-                    # Longest first and neighbours alike: no thread waits long for another's last history.
-                    lengths = self.timeline.run_intervals[self.assignment.motion[chosen]]
-                    chosen = chosen[np.argsort(-lengths, kind="stable")]
-                    self._launch(
-                        self.plan,
-                        chosen,
-                        chosen - start,
-                        self.loads,
-                        substeps,
-                        output,
-                        no_history,
-                        advance=progress.update,
-                    )
+                samples = np.arange(start, min(start + chunk, total))
+                output = build.blank_output(shapes, samples.size, self.dtype, self.device)
+                self._launch(self.plan, samples, samples - start, output, no_history, advance=progress.update)
                 for name, shape in shapes.items():
                     part = build.read_array(output, name)
                     if name not in results:
                         results[name] = np.empty((*shape, total), part.dtype)
-                    results[name][..., start:stop] = part
+                    results[name][..., start : start + samples.size] = part
         return results
 
     def integrate_histories(self, kept: Sequence[int], every: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Return the time grid [s] and each variable's histories, shape [history, time, dof], NaN after a run's end."""
-        chosen = np.array(kept)
-        motion = self.assignment.motion[chosen]
-        last = self.timeline.run_intervals[motion] * self.timeline.substeps[motion]
+        samples = np.array(kept)
+        last = self.run_intervals[samples] * self.substeps[samples]
         times = last.max() // every + 1
-        # One interval more, so that the state at the end is evaluated and kept too.
-        loads = build.fill_struct(
-            "Load", self.load | {"run_intervals": self.timeline.run_intervals + 1}, self.dtype, self.device
-        )
         plan = build.history_plan(self.plan)
         names = list(HISTORY) if plan.family == "chain" else [n for n in HISTORY if n != "storey_force"]
-        shape = (chosen.size, int(times), plan.dofs)
-        blank = {name: np.full(shape, np.nan) for name in names}
-        history = build.fill_struct("History", blank, self.dtype, self.device)
-        output = build.blank_output({"status": ()}, chosen.size, self.dtype, self.device)
-        for substeps in np.unique(self.timeline.substeps[motion]):
-            rows = np.flatnonzero(self.timeline.substeps[motion] == substeps)
-            self._launch(plan, chosen[rows], rows, loads, substeps, output, history, every=every)
-        time_grid = np.arange(times) * every * self.timeline.step[motion[0]]
+        shape = (samples.size, int(times), plan.dofs)
+        history = build.fill_struct(
+            "History", {name: np.full(shape, np.nan) for name in names}, self.dtype, self.device
+        )
+        output = build.blank_output({"status": ()}, samples.size, self.dtype, self.device)
+        self._launch(plan, samples, np.arange(samples.size), output, history, every=every)
+        time_grid = np.arange(times) * every * self.timeline.step[self.assignment.motion[samples[0]]]
         values = {name: build.read_array(history, name) for name in names}
         for row, end in enumerate(last):
             for array in values.values():

@@ -38,6 +38,15 @@ class Parameter:
         above = values >= self.high if self.high_open else values > self.high
         return ~np.isfinite(values) | below | above
 
+    def first_violation(self, name: str, values: np.ndarray, axes: tuple[str, ...]) -> str | None:
+        """Return a sentence on the first value out of bounds, with its place along `axes`, or None."""
+        bad = self.violations(values)
+        if not bad.any():
+            return None
+        place = np.argwhere(bad)[0]
+        where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, place, strict=True))
+        return f"{name} is {values[tuple(place)]:g}{' at ' if where else ''}{where}; it must be {self.allowed}"
+
     @property
     def allowed(self) -> str:
         """The bounds in words."""
@@ -56,15 +65,17 @@ class Law:
     Args:
         parameters: Parameters beside the storey stiffness, each one value a storey.
         spring: From the parameters to the row of the kernels' SPRINGS table that holds for all of them.
-        coefficients: From the parameters, each [structure, storey], to what that row reads, in its order.
+        coefficients: From the parameters, each [structure, storey], and the row's name to what it reads, in its order.
+        problem: From the parameters to a sentence on what is wrong between them, if anything is.
     """
 
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     spring: Callable[[Values], str] = lambda p: "elastic"
-    coefficients: Callable[[Values], tuple[np.ndarray, ...]] = lambda p: (p["stiffness"],)
+    coefficients: Callable[[Values, str], tuple[np.ndarray, ...]] = lambda p, spring: (p["stiffness"],)
+    problem: Callable[[Values], str | None] = lambda p: None
 
 
-def _bilinear_coefficients(p: Values) -> tuple[np.ndarray, ...]:
+def _bilinear_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
     stiffness, hardening = p["stiffness"], p["hardening_ratio"]
     return hardening * stiffness, (1 - hardening) * stiffness, p["yield_force"] / stiffness
 
@@ -77,10 +88,24 @@ def _bouc_wen_spring(p: Values) -> str:
     return "bouc_wen"
 
 
-def _bouc_wen_coefficients(p: Values) -> tuple[np.ndarray, ...]:
+def _bouc_wen_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
     stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
     values = (hardening * stiffness, (1 - hardening) * strength, stiffness / strength, p["beta"], p["gamma"])
-    return values if _bouc_wen_spring(p) != "bouc_wen" else (*values, p["exponent"])
+    power = (p["exponent"],) if spring == "bouc_wen" else ()
+    bound = (p["beta"] + p["gamma"]) ** (-1 / p["exponent"])
+    return *values, *power, p["exponent"] / bound * stiffness / strength
+
+
+def _bouc_wen_problem(p: Values) -> str | None:
+    """Beyond these bounds z grows without end, or gives back more energy than was put in (Erlicher and Point 2004)."""
+    bad = (p["gamma"] <= -p["beta"]) | (p["gamma"] > p["beta"])
+    if not np.any(bad):
+        return None
+    place = tuple(np.argwhere(bad)[0])
+    return (
+        f"gamma is {p['gamma'][place]:g} where beta is {p['beta'][place]:g} (storey {place[-1] + 1}); "
+        "a Bouc-Wen storey needs -beta < gamma <= beta"
+    )
 
 
 YIELD_FORCE = Parameter("N", "storey yield force", low=0.0, low_open=True)
@@ -104,5 +129,6 @@ LAWS = {
         },
         _bouc_wen_spring,
         _bouc_wen_coefficients,
+        _bouc_wen_problem,
     ),
 }

@@ -40,6 +40,8 @@ class ExplicitMethod:
         if np.any(np.tril(a, -2)):
             # The kernels keep no earlier slopes: each stage starts from the accepted state and the last slope alone.
             raise ValueError(f"method {self.name!r}: a may hold values only just below its diagonal")
+        if not 1 <= self.order <= self.stages:
+            raise ValueError(f"method {self.name!r}: {self.stages} stages are not of order {self.order}")
         taylor = 1 / np.cumprod([1.0, *range(1, self.order + 1)])
         if not np.allclose(self.stability_polynomial[: self.order + 1], taylor, atol=1e-14):
             raise ValueError(f"method {self.name!r}: the tableau is not of order {self.order}")

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.checks import finite_numbers, real_number, real_numbers
+
 STANDARD_GRAVITY = 9.80665  # m/s2, exact by definition (CGPM 1901)
 
 
@@ -31,7 +33,7 @@ class GroundMotion:
     source: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
-        acceleration = np.array(self.acceleration, dtype=np.float64)
+        acceleration = real_numbers(f"motion {self.name!r}: acceleration", self.acceleration)
         if acceleration.ndim != 1 or acceleration.size < 2:
             raise ValueError(
                 f"motion {self.name!r}: acceleration must be one row of at least 2 values, "
@@ -43,11 +45,9 @@ class GroundMotion:
                 f"motion {self.name!r}: acceleration[{bad[0]}] is {acceleration[bad[0]]} "
                 f"({bad.size} of {acceleration.size} values are not finite); every value must be finite"
             )
-        if not (np.isfinite(self.step) and self.step > 0):
-            raise ValueError(f"motion {self.name!r}: step must be finite and above 0 s, got {self.step}")
         acceleration.flags.writeable = False
         object.__setattr__(self, "acceleration", acceleration)
-        object.__setattr__(self, "step", float(self.step))
+        object.__setattr__(self, "step", real_number(f"motion {self.name!r}: step [s]", self.step, above=0))
 
     @property
     def duration(self) -> float:
@@ -86,16 +86,10 @@ def _assign_one(structures: int) -> Assignment:
     return Assignment(np.arange(structures, dtype=np.int32), np.zeros(structures, dtype=np.int32), np.ones(structures))
 
 
-def _checked_duration(duration: float) -> float:
-    if not (np.isfinite(duration) and duration > 0):
-        raise ValueError(f"duration must be finite and above 0 s, got {duration}")
-    return float(duration)
-
-
 def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
-    row = np.atleast_1d(np.array(values, dtype=np.float64))
-    if row.ndim != 1 or not np.all(np.isfinite(row)):
-        raise ValueError(f"{name} must be a row of finite values, one a degree of freedom")
+    row = np.atleast_1d(finite_numbers(name, values))
+    if row.ndim != 1:
+        raise ValueError(f"{name} must be a row of values, one a degree of freedom, got shape {row.shape}")
     return row
 
 
@@ -117,10 +111,9 @@ class HarmonicForce:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "amplitude", _checked_row("amplitude", self.amplitude))
-        object.__setattr__(self, "duration", _checked_duration(self.duration))
+        object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
         for name in ("circular_frequency", "phase"):
-            if not np.isfinite(getattr(self, name)):
-                raise ValueError(f"{name} must be finite, got {getattr(self, name)}")
+            object.__setattr__(self, name, real_number(name, getattr(self, name)))
 
     def assign(self, structures: int, seed: int) -> Assignment:
         """Return one sample a structure."""
@@ -140,13 +133,11 @@ class ForceHistory:
     step: float
 
     def __post_init__(self) -> None:
-        force = np.array(self.force, dtype=np.float64)
-        if force.ndim != 2 or force.shape[0] < 2 or not np.all(np.isfinite(force)):
-            raise ValueError(f"force must be finite, shape [time, dof] with at least 2 times, got shape {force.shape}")
-        if not (np.isfinite(self.step) and self.step > 0):
-            raise ValueError(f"step must be finite and above 0 s, got {self.step}")
+        force = finite_numbers("force", self.force)
+        if force.ndim != 2 or force.shape[0] < 2:
+            raise ValueError(f"force must have shape [time, dof] with at least 2 times, got shape {force.shape}")
         object.__setattr__(self, "force", force)
-        object.__setattr__(self, "step", float(self.step))
+        object.__setattr__(self, "step", real_number("step [s]", self.step, above=0))
 
     def assign(self, structures: int, seed: int) -> Assignment:
         """Return one sample a structure."""
@@ -168,7 +159,7 @@ class FreeVibration:
     velocity: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "duration", _checked_duration(self.duration))
+        object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
         object.__setattr__(self, "displacement", _checked_row("displacement", self.displacement))
         object.__setattr__(self, "velocity", _checked_row("velocity", self.velocity))
 

@@ -14,17 +14,23 @@ from warpdyn.modal import (
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.scene import Scene
 from warpdyn.stability import stable_step, stable_step_of_eigenvalues, state_eigenvalues
-from warpdyn.timeline import motions_of
+from warpdyn.timeline import Timeline, Vibration, motions_of
 
 Arrays = dict[str, np.ndarray]
+DOUBLES_AT_A_TIME = 2**20  # in the state matrices of the eigenvalue problems, which are larger than any result
 
 
-def all_parameters(scene: Scene, drawn: Arrays) -> Arrays:
-    """Return every parameter, scattered or not, with `structure` as first index; one structure where none is drawn."""
-    structures = len(next(iter(drawn.values()))) if drawn else 1
+def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
+    """Return every parameter of some drawn structures, `structure` first; the one structure there is if none is drawn.
+
+    Of a LinearSystem they are the factors on its matrices.
+    """
+    count = len(next(iter(drawn.values()))[structures]) if drawn else 1
+    values = scene.structure.parameters
+    nominal = values if scene.structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
     return {
-        name: drawn.get(name, np.broadcast_to(nominal, (structures, *nominal.shape)))
-        for name, nominal in scene.structure.parameters.items()
+        name: drawn[name][structures] if name in drawn else np.broadcast_to(value, (count, *value.shape))
+        for name, value in nominal.items()
     }
 
 
@@ -45,11 +51,11 @@ def _rayleigh(scene: Scene, parameters: Arrays) -> tuple[np.ndarray, np.ndarray]
     return rayleigh_coefficients(first, second, parameters["damping_ratio"])
 
 
-def pack_chain(scene: Scene, parameters: Arrays) -> Arrays:
+def pack_chain(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
     """Return the arrays of the chain's kernel, structures last."""
     mass, stiffness = parameters["mass"], parameters["stiffness"]
     structures, storeys = mass.shape
-    coefficients = np.stack(LAWS[scene.structure.law].coefficients(parameters), axis=2)
+    coefficients = np.stack(LAWS[scene.structure.law].coefficients(parameters, spring), axis=2)
     packed = {
         "mass": mass.T,
         "inverse_mass": 1 / mass.T,
@@ -68,31 +74,35 @@ def pack_chain(scene: Scene, parameters: Arrays) -> Arrays:
     return packed
 
 
-def pack_dense(scene: Scene, parameters: Arrays) -> Arrays:
-    """Return the arrays of the dense kernel, structures last."""
-    mass = parameters["mass"]
-    structures, dofs = mass.shape[:2]
-
-    def flat(matrices: np.ndarray) -> np.ndarray:
-        return matrices.reshape(structures, dofs * dofs).T
-
+def pack_dense(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
+    """Return the arrays of the dense kernel: the nominal matrices and the factors on them."""
+    nominal = scene.structure.parameters
     return {
-        "mass_matrix": flat(mass),
-        "rate_of_displacement": flat(np.linalg.solve(mass, parameters["stiffness"])),
-        "rate_of_velocity": flat(np.linalg.solve(mass, parameters["damping"])),
-        "flexibility_of_mass": flat(np.linalg.inv(mass)),
+        "mass_matrix": nominal["mass"],
+        "rate_of_displacement": np.linalg.solve(nominal["mass"], nominal["stiffness"]),
+        "rate_of_velocity": np.linalg.solve(nominal["mass"], nominal["damping"]),
+        "flexibility_of_mass": np.linalg.inv(nominal["mass"]),
         "influence": scene.structure.influence,
+        **{f"{name}_factor": parameters[name] for name in nominal},
     }
 
 
-def pack_load(scene: Scene, structures: int) -> Arrays:
-    """Return what the load's struct holds beside the time grid."""
+PACKERS = {"chain": pack_chain, "dense": pack_dense}
+
+
+def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
+    """Return what the load's struct holds."""
     excitation, dofs = scene.excitation, scene.structure.dofs
-    packed: Arrays = {"initial_displacement": np.zeros(dofs), "initial_velocity": np.zeros(dofs)}
+    packed: Arrays = {
+        "step": timeline.step,
+        "intervals": timeline.intervals,
+        "initial_displacement": np.zeros(dofs),
+        "initial_velocity": np.zeros(dofs),
+    }
     if isinstance(excitation, HarmonicForce):
-        packed["amplitude"] = np.repeat(excitation.amplitude[:, None], structures, axis=1)
-        packed["circular_frequency"] = np.full(structures, excitation.circular_frequency)
-        packed["phase"] = np.full(structures, excitation.phase)
+        packed["amplitude"] = excitation.amplitude
+        packed["circular_frequency"] = np.array([excitation.circular_frequency])
+        packed["phase"] = np.array([excitation.phase])
     elif isinstance(excitation, FreeVibration):
         packed["initial_displacement"] = np.broadcast_to(excitation.displacement, dofs)
         packed["initial_velocity"] = np.broadcast_to(excitation.velocity, dofs)
@@ -104,22 +114,42 @@ def pack_load(scene: Scene, structures: int) -> Arrays:
     return packed
 
 
-def stable_steps(scene: Scene, parameters: Arrays, stability_polynomial: tuple[float, ...]) -> np.ndarray:
-    """Return the longest step at which a method is stable for each structure at its initial stiffness [s]."""
-    mass, stiffness = parameters["mass"], parameters["stiffness"]
+def vibration_of(scene: Scene, drawn: Arrays, stability_polynomial: tuple[float, ...]) -> Vibration:
+    """Return the linear vibration of every drawn structure at its initial stiffness."""
+    count = len(next(iter(drawn.values()))) if drawn else 1
+    together = max(1, DOUBLES_AT_A_TIME // (2 * scene.structure.dofs) ** 2)
+    parts = [
+        _vibration(scene, parameters_of(scene, drawn, slice(start, start + together)), stability_polynomial)
+        for start in range(0, count, together)
+    ]
+    return Vibration(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def _vibration(
+    scene: Scene, parameters: Arrays, stability_polynomial: tuple[float, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return period [s], slowest decay [1/s] and longest stable step [s] of some structures."""
     damping = scene.structure.damping
-    if damping in ("none", "rayleigh", "modal"):
-        # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
-        frequencies = circular_frequencies(mass, stiffness)
-        ratios = np.zeros_like(frequencies)
-        if damping == "modal":
-            ratios += parameters["damping_ratio"][:, None]
-        elif damping == "rayleigh":
-            of_mass, of_stiffness = _rayleigh(scene, parameters)
-            ratios += (of_mass[:, None] / frequencies + of_stiffness[:, None] * frequencies) / 2
-        return stable_step(stability_polynomial, frequencies, ratios).min(axis=1)
-    if scene.structure.family == "chain":
-        matrices = (mass, chain_stiffness_matrix(parameters["damping_coefficient"]), chain_stiffness_matrix(stiffness))
+    mass, stiffness = parameters["mass"], parameters["stiffness"]
+    if scene.structure.family == "dense":
+        nominal = scene.structure.parameters
+        matrices = (parameters[name][:, None, None] * nominal[name] for name in ("mass", "damping", "stiffness"))
+        eigenvalues = state_eigenvalues(*matrices)
+        period = scene.structure.fundamental_period * np.sqrt(mass / stiffness)
     else:
-        matrices = (mass, parameters["damping"], stiffness)
-    return stable_step_of_eigenvalues(stability_polynomial, state_eigenvalues(*matrices))
+        frequencies = circular_frequencies(mass, stiffness)
+        period = 2 * np.pi / frequencies[:, 0]
+        if damping != "storey":
+            # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
+            ratios = np.zeros_like(frequencies)
+            if damping == "modal":
+                ratios += parameters["damping_ratio"][:, None]
+            elif damping == "rayleigh":
+                of_mass, of_stiffness = _rayleigh(scene, parameters)
+                ratios += (of_mass[:, None] / frequencies + of_stiffness[:, None] * frequencies) / 2
+            stable = stable_step(stability_polynomial, frequencies, ratios).min(axis=1)
+            return period, (ratios * frequencies).min(axis=1), stable
+        dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
+        eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
+    decay = np.maximum(-eigenvalues.real.max(axis=1), 0.0)
+    return period, decay, stable_step_of_eigenvalues(stability_polynomial, eigenvalues)

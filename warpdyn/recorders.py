@@ -1,12 +1,15 @@
 """What is kept of a run, as data: each recorder, the variables it fills and how the dataset labels them.
 
-Drifts and displacements are seen at the end of every step, forces and accelerations at its start: the equation of
-motion is evaluated there. Of the very last state, in the free vibration after a motion, only the drift is seen.
+Demands are seen at every step, not between; forces and accelerations as the equation of motion has them there.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+# Values of the status variable, with their flag_meanings.
+STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step")
+OK, COLLAPSED, DIVERGED, UNSTABLE_STEP = range(4)
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ RECORDERS: dict[str, dict[str, dict[str, Variable]]] = {
         },
         "base_shear": {"peak_base_shear": Variable((), "N", "peak restoring force of the first storey")},
         "residual": {
-            "residual_drift": Variable(("storey",), "m", "storey drift averaged over the end of the free vibration"),
+            "residual_drift_ratio": Variable(("storey",), "1", "storey drift ratio averaged over the end of the run"),
         },
         "energy": {
             **ENERGY,

@@ -11,13 +11,10 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.motions import STANDARD_GRAVITY, Assignment
-from warpdyn.recorders import HISTORY, RECORDERS
-from warpdyn.sample import Factor
+from warpdyn.recorders import HISTORY, RECORDERS, STATUS_MEANINGS
 from warpdyn.scene import Scene
 from warpdyn.timeline import Timeline, motions_of
 
-STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step")
-OK, COLLAPSED, DIVERGED, UNSTABLE_STEP = range(4)
 IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"
 
 
@@ -43,7 +40,11 @@ def label(
         for name, variable in RECORDERS[scene.structure.family][recorder].items():
             attributes = {"long_name": variable.long_name, "units": variable.units}
             variables[name] = (("sample", *variable.dims), outputs[name].T, attributes)
-    variables |= _ratios(scene, variables, drawn, assignment, dtype)
+    if "peak_storey_drift" in variables:
+        height = drawn["height"][assignment.structure] if "height" in drawn else scene.structure.parameters["height"]
+        values = (variables["peak_storey_drift"][1] / height).astype(dtype)
+        attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
+        variables["peak_storey_drift_ratio"] = (("sample", "storey"), values, attributes)
     status = {
         "long_name": "outcome of the sample",
         "units": "1",
@@ -54,15 +55,7 @@ def label(
     for name, values in drawn.items():
         parameter = scene.structure.parameter_table[name]
         attributes = {"long_name": parameter.long_name, "units": parameter.units}
-        if scene.structure.family == "dense":
-            # A scaled matrix is told by its factor: the matrix itself stands in the scene.
-            nominal = scene.structure.parameters[name]
-            at = np.unravel_index(np.abs(nominal).argmax(), nominal.shape)
-            values = values[:, *at] / nominal[at]
-            attributes = {"long_name": f"factor on the {parameter.long_name}", "units": "1"}
-            name = f"{name}_factor"
-        elif not isinstance(scene.scatter[name], Factor):
-            continue  # a number that replaces the nominal value is the same in every sample; the scene tells it
+        name = name if scene.structure.family == "chain" else f"{name}_factor"
         dims = ("sample", "storey")[: values.ndim]
         variables[name] = (dims, values.astype(dtype)[assignment.structure], attributes)
     dataset = xr.Dataset(variables, coords=_coordinates(scene, assignment))
@@ -76,27 +69,6 @@ def label(
         "scene": scene.to_json(),
     }
     return dataset
-
-
-def _ratios(
-    scene: Scene,
-    variables: dict[str, tuple],
-    drawn: dict[str, np.ndarray],
-    assignment: Assignment,
-    dtype: np.dtype,
-) -> dict[str, tuple]:
-    """Return the drift ratios; the residual drift itself gives way to its ratio."""
-    ratios = {}
-    height = drawn["height"][assignment.structure] if "height" in drawn else scene.structure.parameters.get("height")
-    if "peak_storey_drift" in variables:
-        values = (variables["peak_storey_drift"][1] / height).astype(dtype)
-        attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
-        ratios["peak_storey_drift_ratio"] = (("sample", "storey"), values, attributes)
-    if "residual_drift" in variables:
-        values = (variables.pop("residual_drift")[1] / height).astype(dtype)
-        attributes = {"long_name": "storey drift ratio averaged over the end of the free vibration", "units": "1"}
-        ratios["residual_drift_ratio"] = (("sample", "storey"), values, attributes)
-    return ratios
 
 
 def _coordinates(scene: Scene, assignment: Assignment) -> dict[str, tuple]:
@@ -143,11 +115,6 @@ def _motion_table(scene: Scene, timeline: Timeline) -> xr.Dataset:
         "motion_name": (np.array(names, dtype=str), "name of the motion", "1"),
         "motion_step": (np.array([motion.step for motion in motions]), "sampling step of the motion", "s"),
         "integration_step": (timeline.step, "integration step under the motion", "s"),
-        "run_duration": (
-            timeline.step * timeline.substeps * timeline.run_intervals,
-            "time integrated: the motion and the free vibration after it",
-            "s",
-        ),
     }
     return xr.Dataset(
         {

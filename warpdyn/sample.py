@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
-from warpdyn.structures import BUILDING_PARAMETERS, LinearSystem, ShearBuilding, first_violation, one_of
+from warpdyn.checks import one_of, real_number
+from warpdyn.laws import LAWS
+from warpdyn.structures import BUILDING_PARAMETERS, LinearSystem, ShearBuilding
 
 SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
-
-
-def _require(condition: bool, message: str) -> None:
-    if not condition:
-        raise ValueError(message)
 
 
 @dataclass(frozen=True)
@@ -32,11 +30,8 @@ class Normal:
     standard_deviation: float
 
     def __post_init__(self) -> None:
-        _require(np.isfinite(self.mean), f"Normal.mean must be finite, got {self.mean}")
-        _require(
-            np.isfinite(self.standard_deviation) and self.standard_deviation >= 0,
-            f"Normal.standard_deviation must be finite and at least 0, got {self.standard_deviation}",
-        )
+        real_number("Normal.mean", self.mean)
+        real_number("Normal.standard_deviation", self.standard_deviation, least=0)
 
     def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the values at standard normal values z."""
@@ -56,17 +51,14 @@ class Lognormal:
     dispersion: float
 
     def __post_init__(self) -> None:
-        _require(np.isfinite(self.median) and self.median > 0, f"Lognormal.median must be above 0, got {self.median}")
-        _require(
-            np.isfinite(self.dispersion) and self.dispersion >= 0,
-            f"Lognormal.dispersion must be finite and at least 0, got {self.dispersion}",
-        )
+        real_number("Lognormal.median", self.median, above=0)
+        real_number("Lognormal.dispersion", self.dispersion, least=0)
 
     @classmethod
     def from_mean(cls, mean: float, cov: float) -> Lognormal:
         """Return the distribution of a given mean and coefficient of variation (standard deviation over mean)."""
-        _require(np.isfinite(mean) and mean > 0, f"mean must be finite and above 0, got {mean}")
-        _require(np.isfinite(cov) and cov >= 0, f"cov must be finite and at least 0, got {cov}")
+        real_number("mean", mean, above=0)
+        real_number("cov", cov, least=0)
         return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
 
     def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
@@ -87,10 +79,7 @@ class Uniform:
     high: float
 
     def __post_init__(self) -> None:
-        _require(
-            np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high,
-            f"Uniform needs finite bounds with low below high, got {self.low} and {self.high}",
-        )
+        real_number("Uniform.high", self.high, above=real_number("Uniform.low", self.low))
 
     def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the values at standard normal values z."""
@@ -121,8 +110,8 @@ class Factor:
         if not isinstance(self.distribution, Distribution):
             raise TypeError(f"distribution must be Normal, Lognormal or Uniform, got {self.distribution!r}")
         one_of("per", self.per, ("building", "storey"))
-        if not 0 <= self.storey_correlation <= 1:
-            raise ValueError(f"storey_correlation must be from 0 to 1, got {self.storey_correlation}")
+        if real_number("storey_correlation", self.storey_correlation, least=0) > 1:
+            raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
         if self.storey_correlation and self.per == "building":
             raise ValueError("storey_correlation needs per='storey': one draw for the building is common to all")
 
@@ -139,14 +128,17 @@ def check_scatter(
     structure: ShearBuilding | LinearSystem, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
 ) -> None:
     """Raise an error that names the entry of a scatter or correlation that does not fit the structure."""
+    for what, given in (("scatter", scatter), ("correlation", correlation)):
+        if not isinstance(given, Mapping):
+            raise TypeError(f"{what} must map names to values, got {given!r}")
     allowed = ", ".join(structure.parameter_table)
     for name, spread in scatter.items():
         if name not in structure.parameter_table:
             raise ValueError(f"scatter names unknown parameter {name!r}; {structure!r} has {allowed}")
-        if isinstance(spread, (int, float)) and not isinstance(spread, bool):
-            value, bounds = np.array(float(spread)), structure.parameter_table[name]
-            problem = first_violation(f"scatter[{name!r}]", value, bounds, ())
-            _require(problem is None, str(problem))
+        if isinstance(spread, Real) and not isinstance(spread, bool):
+            problem = structure.parameter_table[name].first_violation(f"scatter[{name!r}]", np.array(float(spread)), ())
+            if problem:
+                raise ValueError(problem)
         elif not isinstance(spread, Factor):
             raise TypeError(f"scatter[{name!r}] must be a Factor, a Value or a number, got {spread!r}")
         elif spread.per == "storey" and (structure.family != "chain" or name in BUILDING_PARAMETERS):
@@ -154,11 +146,16 @@ def check_scatter(
         if structure.family == "dense" and type(spread) is not Factor:
             raise ValueError(f"scatter[{name!r}]: a matrix can only be scaled, by a Factor")
     for pair, value in correlation.items():
-        if len(pair) != 2 or pair[0] == pair[1] or any(not isinstance(scatter.get(name), Factor) for name in pair):
+        if (
+            not isinstance(pair, tuple)
+            or len(pair) != 2
+            or pair[0] == pair[1]
+            or any(not isinstance(scatter.get(name), Factor) for name in pair)
+        ):
             raise ValueError(f"correlation names {pair}: it must be two different parameters with random scatter")
-        if not -1 <= value <= 1:
+        if not abs(real_number(f"correlation of {pair}", value)) <= 1:
             raise ValueError(f"correlation of {pair} must be from -1 to 1, got {value}")
-        if (pair[1], pair[0]) in correlation and pair[::-1] != pair:
+        if (pair[1], pair[0]) in correlation:
             raise ValueError(f"correlation of {pair} is given twice")
     correlation_factor(structure, scatter, correlation)
 
@@ -218,35 +215,57 @@ def draw(
     samples: int,
     seed: int,
 ) -> dict[str, np.ndarray]:
-    """Return the parameters that are scattered, drawn, each of shape [structure, storey] or [structure].
+    """Return the scattered parameters, one entry a structure, of shape [structure, storey] or [structure].
+
+    Of a LinearSystem they are the factors on its matrices.
 
     Raises:
         ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the place.
     """
     variables, factor = correlation_factor(structure, scatter, correlation)
     z = _standard_normals(sampling, samples, len(variables), seed) if variables else np.empty((samples, 0))
-    drawn: dict[str, np.ndarray] = {}
-    for name, spread in scatter.items():
-        nominal = structure.parameters[name]
-        if not isinstance(spread, Factor):
-            drawn[name] = np.full((samples, *nominal.shape), float(spread))
-            continue
-        columns = []
-        for row, (owner, _) in enumerate(variables):
-            if owner == name:
-                # A sum in a fixed order, column by column: a matrix product's rounding depends on the number of rows.
-                correlated = np.zeros(samples)
-                for k in np.flatnonzero(factor[row]):
-                    correlated += factor[row, k] * z[:, k]
-                columns.append(spread.distribution.from_standard_normal(correlated))
-        values = np.stack(columns, axis=1) if spread.per == "storey" else columns[0]
-        if spread.per == "building":
-            values = values.reshape(samples, *(1 for _ in nominal.shape))
-        multiplied = nominal * values if type(spread) is Factor else np.broadcast_to(values, (samples, *nominal.shape))
-        drawn[name] = np.ascontiguousarray(multiplied)
+    # A sum in a fixed order, column by column: a matrix product's rounding depends on the number of rows.
+    columns: dict[str, list[np.ndarray]] = {name: [] for name in scatter}
+    for row, (name, _) in enumerate(variables):
+        correlated = np.zeros(samples)
+        for k in np.flatnonzero(factor[row]):
+            correlated += factor[row, k] * z[:, k]
+        columns[name].append(scatter[name].distribution.from_standard_normal(correlated))
+    drawn = {name: _combined(structure, name, scatter[name], columns[name], samples) for name in scatter}
+    axes = ("structure", "storey")
     for name, values in drawn.items():
-        axes = ("structure", "storey")[: values.ndim] if structure.family == "chain" else ("structure", "dof", "dof")
-        problem = first_violation(f"the drawn {name}", values, structure.parameter_table[name], axes)
+        parameter = structure.parameter_table[name]
+        problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim])
         if problem:
             raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
+    problem = LAWS[structure.law].problem({**structure.parameters, **drawn})
+    if problem:
+        raise ValueError(f"drawn: {problem}")
     return drawn
+
+
+def central(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
+    """Return the scattered parameters at the middle of their distributions, of shape [storey] or []."""
+    values = {}
+    for name, spread in scatter.items():
+        count = structure.dofs if isinstance(spread, Factor) and spread.per == "storey" else 1
+        middle = [spread.distribution.from_standard_normal(np.zeros(1))] * count if isinstance(spread, Factor) else []
+        values[name] = _combined(structure, name, spread, middle, 1)[0]
+    return values
+
+
+def _combined(
+    structure: ShearBuilding | LinearSystem,
+    name: str,
+    spread: Factor | Value | float,
+    columns: list[np.ndarray],
+    samples: int,
+) -> np.ndarray:
+    """Return a parameter's values [structure] or [structure, storey] from the draws of its distribution."""
+    nominal = structure.parameters[name] if structure.family == "chain" else np.array(1.0)
+    if not isinstance(spread, Factor):
+        return np.full((samples, *nominal.shape), float(spread))
+    values = np.stack(columns, axis=1) if spread.per == "storey" else columns[0].reshape(-1, *(1,) * nominal.ndim)
+    if type(spread) is Factor:
+        return nominal * values
+    return np.ascontiguousarray(np.broadcast_to(values, (samples, *nominal.shape)))

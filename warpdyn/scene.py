@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from warpdyn.checks import one_of, real_number
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.recorders import RECORDERS
-from warpdyn.sample import SAMPLING, Scatter, check_scatter
-from warpdyn.structures import LinearSystem, ShearBuilding, one_of
+from warpdyn.sample import SAMPLING, Scatter, central, check_scatter
+from warpdyn.structures import LinearSystem, ShearBuilding
 
 Excitation = Stripes | Cloud | Individual | HarmonicForce | ForceHistory | FreeVibration
 
@@ -33,7 +34,7 @@ class Scene:
         record: Recorders to build in; None for all of the structure's: of a ShearBuilding "drift", "acceleration",
             "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration" and "energy".
         collapse_drift_ratio: Storey drift ratio beyond which a sample counts as collapsed; None for none.
-        tail: Free vibration after a motion's end [s]; None for long enough to read a residual drift.
+        tail: Free vibration after a motion's end [s]; None for long enough to read each structure's residual drift.
         title: What the dataset is called.
 
     Raises:
@@ -63,18 +64,21 @@ class Scene:
         self._check_width()
         one_of("sampling", self.sampling, SAMPLING)
         recorders = RECORDERS[self.structure.family]
-        record = tuple(recorders) if self.record is None else tuple(self.record)
+        record = tuple(recorders) if self.record is None else self.record
+        if not isinstance(record, tuple | list):
+            raise TypeError(f"record must be a tuple of recorders, such as ('drift',), got {record!r}")
+        if not isinstance(self.title, str):
+            raise TypeError(f"title must be text, got {self.title!r}")
         for name in record:
             one_of(f"recorder of a {type(self.structure).__name__}", name, recorders)
         object.__setattr__(self, "record", tuple(sorted(set(record))))
         limit = self.collapse_drift_ratio
         if limit is not None:
-            if not (np.isfinite(limit) and limit > 0):
-                raise ValueError(f"collapse_drift_ratio must be finite and above 0, got {limit}")
+            real_number("collapse_drift_ratio", limit, above=0)
             if "drift" not in self.record:
                 raise ValueError("collapse_drift_ratio needs the recorder 'drift' of a ShearBuilding")
-        if self.tail is not None and not (np.isfinite(self.tail) and self.tail >= 0):
-            raise ValueError(f"tail must be finite and at least 0 s, got {self.tail}")
+        if self.tail is not None:
+            real_number("tail [s]", self.tail, least=0)
         check_scatter(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))
         object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))
@@ -97,6 +101,11 @@ class Scene:
             columns = self.excitation.force.shape[1]
             raise ValueError(f"ForceHistory.force has {columns} columns for {dofs} degrees of freedom")
 
+    @property
+    def central_parameters(self) -> dict[str, np.ndarray]:
+        """The scattered parameters at the middle of their distributions, of shape [storey] or []."""
+        return central(self.structure, self.scatter)
+
     def to_json(self) -> str:
         """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset."""
         return json.dumps(_plain(self), separators=(",", ":"))
@@ -118,6 +127,8 @@ def _plain(value: Any) -> Any:
         kept = {"law": value.law, "damping": value.damping}
         if value.family == "chain" and value.damping_modes:
             kept["damping_modes"] = list(value.damping_modes)
+        elif value.family == "dense":
+            kept["influence"] = value.influence.tolist()
         return {"type": type(value).__name__, **kept, **_plain(value.parameters)}
     if hasattr(value, "__dataclass_fields__"):
         fields = {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}

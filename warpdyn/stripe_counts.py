@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from warpdyn.recorders import STATUS_MEANINGS as _STATUS
+
 LARGEST_EXCLUDED_FRACTION = 0.01  # with more diverged and unstable samples than this nothing is counted
 
-_STATUS = ("ok", "collapsed", "diverged", "unstable_step")
 _CHUNK = 1 << 16  # samples counted at a time
 _NEEDS_STRIPES = (
     "curves are fitted to stripes, where each record is scaled to each of a list of levels; "

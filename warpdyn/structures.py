@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.checks import finite_numbers, one_of, real_numbers, whole_number
 from warpdyn.laws import LAWS, Parameter
 from warpdyn.modal import chain_stiffness_matrix, modal_damping_matrix, modal_properties, rayleigh_coefficients
 
@@ -26,32 +27,6 @@ DAMPING = {
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
-def one_of(what: str, name: object, allowed: Mapping | tuple) -> None:
-    """Raise a ValueError that lists what is allowed, unless `name` is among it."""
-    if name not in allowed:
-        raise ValueError(f"unknown {what} {name!r}; allowed: {', '.join(repr(a) for a in allowed)}")
-
-
-def first_violation(name: str, values: np.ndarray, parameter: Parameter, axes: tuple[str, ...]) -> str | None:
-    """Return a sentence on the first value out of bounds, with its place along `axes`, or None."""
-    bad = parameter.violations(values)
-    if not bad.any():
-        return None
-    place = np.argwhere(bad)[0]
-    where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, place, strict=True))
-    return f"{name} is {values[tuple(place)]:g}{' at ' if where else ''}{where}; it must be {parameter.allowed}"
-
-
-def _per_storey(name: str, values: ArrayLike) -> np.ndarray:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be numbers, one a storey: {error}") from None
-    if array.ndim > 1:
-        raise ValueError(f"{name} must be one value or one a storey, got shape {array.shape}")
-    return array
-
-
 class ShearBuilding:
     """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
 
@@ -65,6 +40,10 @@ class ShearBuilding:
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
         **parameters: What the law and the damping take, one value or one a storey: `yield_force` [N],
             `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`.
+
+    The Bouc-Wen force is a k d + (1 - a) Fy z with a the hardening ratio, Fy the yield force, k the stiffness and
+    (Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v), where -beta < gamma <= beta. Its z is bounded by
+    (beta + gamma)^(-1/n), which is 1 at the defaults, beta = gamma = 0.5: elsewhere it yields at that multiple of Fy.
 
     Raises:
         ValueError: If a value is out of bounds, lengths differ, or a name is unknown.
@@ -109,7 +88,9 @@ class ShearBuilding:
                 raise ValueError(
                     f"{name} ({parameter.long_name}) is missing: law {law!r} and damping {damping!r} need it"
                 )
-            arrays[name] = _per_storey(name, value)
+            arrays[name] = real_numbers(name, value)
+            if arrays[name].ndim > 1:
+                raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
         self.storeys = max(array.size for array in arrays.values())
         if not 1 <= self.storeys <= MAXIMUM_STOREYS:
             raise ValueError(f"a shear building has 1 to {MAXIMUM_STOREYS} storeys, got {self.storeys}")
@@ -123,10 +104,13 @@ class ShearBuilding:
             else:
                 arrays[name] = np.array(np.broadcast_to(array, self.storeys))
             axes = () if name in BUILDING_PARAMETERS else ("storey",)
-            problem = first_violation(name, arrays[name], self.parameter_table[name], axes)
+            problem = self.parameter_table[name].first_violation(name, arrays[name], axes)
             if problem:
                 raise ValueError(problem)
             arrays[name].flags.writeable = False
+        problem = LAWS[law].problem(arrays)
+        if problem:
+            raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
         if damping_modes is not None and damping != "rayleigh":
             raise ValueError(f"damping_modes belong to damping 'rayleigh', not {damping!r}")
@@ -134,10 +118,14 @@ class ShearBuilding:
 
     def _checked_modes(self, modes: tuple[int, int] | None) -> tuple[int, int]:
         """Return the two modes of Rayleigh damping; a one-storey building has its only mode twice."""
-        first, second = (1, min(2, self.storeys)) if modes is None else modes
-        if self.storeys > 1 and not 1 <= first < second <= self.storeys:
-            raise ValueError(f"damping_modes must be two different modes from 1 to {self.storeys}, got {modes}")
-        return int(first), int(second)
+        if modes is None:
+            return 1, min(2, self.storeys)
+        if not isinstance(modes, Sequence) or len(modes) != 2:
+            raise ValueError(f"damping_modes must be two modes, such as (1, 3), got {modes!r}")
+        first, second = (whole_number(f"damping_modes[{i}]", mode, 1) for i, mode in enumerate(modes))
+        if max(first, second) > self.storeys or (first >= second and self.storeys > 1):
+            raise ValueError(f"damping_modes must be two different modes from 1 to {self.storeys}, got {modes!r}")
+        return first, second
 
     @property
     def dofs(self) -> int:
@@ -193,16 +181,13 @@ class LinearSystem:
     ) -> None:
         matrices = {"mass": mass, "damping": damping, "stiffness": stiffness}
         for name, values in matrices.items():
-            matrix = np.array(values, dtype=np.float64)
+            matrix = finite_numbers(name, values)
             if name == "mass" and matrix.ndim == 1:
                 matrix = np.diag(matrix)
-            if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
+            if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
                 raise ValueError(f"{name} must be a square matrix [dof, dof], got shape {matrix.shape}")
             if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
                 raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: they must agree")
-            if not np.all(np.isfinite(matrix)):
-                row, column = np.argwhere(~np.isfinite(matrix))[0]
-                raise ValueError(f"{name}[{row}, {column}] is {matrix[row, column]}; every entry must be finite")
             difference = np.abs(matrix - matrix.T)
             # Rounding of an assembly is forgiven; anything above it is a mistake in the matrix.
             if difference.max() > 1e-12 * np.abs(matrix).max():
@@ -222,16 +207,22 @@ class LinearSystem:
                 f"mass is singular or not positive definite (smallest eigenvalue {smallest:g} kg): "
                 "every degree of freedom needs mass; condense those without it"
             )
+        smallest, largest = np.linalg.eigvalsh(matrices["damping"])[[0, -1]]
+        if smallest < -1e-12 * abs(largest):
+            raise ValueError(
+                f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would put energy in"
+            )
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(matrices)
+        # A matrix is only ever scaled: these are the bounds of its factor.
         self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
             {
-                "mass": Parameter("kg", "mass matrix"),
-                "damping": Parameter("N s m-1", "viscous damping matrix"),
-                "stiffness": Parameter("N m-1", "stiffness matrix"),
+                "mass": Parameter("1", "factor on the mass matrix", low=0.0, low_open=True),
+                "damping": Parameter("1", "factor on the viscous damping matrix", low=0.0),
+                "stiffness": Parameter("1", "factor on the stiffness matrix", low=0.0, low_open=True),
             }
         )
-        self.influence = np.ones(self.dofs) if influence is None else np.array(influence, dtype=np.float64)
-        if self.influence.shape != (self.dofs,) or not np.all(np.isfinite(self.influence)):
+        self.influence = np.ones(self.dofs) if influence is None else finite_numbers("influence", influence)
+        if self.influence.shape != (self.dofs,):
             raise ValueError(f"influence must be {self.dofs} finite values, one a degree of freedom")
         self.damping = "matrix"
         self.modal()  # says what is wrong with a stiffness that is not positive definite

@@ -11,7 +11,8 @@ import warp as wp
 
 from warpdyn.kernels.chain import chain_kernel
 from warpdyn.kernels.dense import dense_kernel
-from warpdyn.kernels.plan import DIVERGED, Plan, structs
+from warpdyn.kernels.plan import Plan, structs
+from warpdyn.recorders import DIVERGED
 
 FAMILIES = {"chain": chain_kernel, "dense": dense_kernel}
 

@@ -9,35 +9,25 @@ import functools
 
 import warp as wp
 
-from warpdyn.kernels.loads import LOADS, harmonic
-from warpdyn.kernels.plan import (
-    COLLAPSED,
-    DIVERGED,
-    DTYPES,
-    LARGEST_SATURATION,
-    OK,
-    UNSTABLE_STEP,
-    Plan,
-    row_types,
-    structs,
-    tableau,
-)
+from warpdyn.kernels.loads import LOADS, harmonic, sampled
+from warpdyn.kernels.plan import DTYPES, Plan, row_types, stiff_limit, structs, tableau
+from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
 from warpdyn.kernels.springs import SPRINGS
+from warpdyn.recorders import COLLAPSED, DIVERGED, OK, UNSTABLE_STEP
 
 
 @functools.cache
 def chain_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates shear chains as the plan says."""
-    dtype = DTYPES[plan.dtype]
-    types = structs(plan.dtype)
+    dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
     spring, load = SPRINGS[plan.law], LOADS[plan.load]
     N, LANES, C = plan.dofs, plan.lanes, spring.coefficients
-    spring_force, spring_evolve, spring_recoverable = spring.force, spring.evolve or spring.force, spring.recoverable
-    HAS_MEMORY, IS_RATE = spring.evolve is not None, spring.is_rate
-    HAS_BOUND, spring_saturation = spring.saturation is not None, spring.saturation or spring.force
+    HAS_MEMORY, IS_RATE, IS_STIFF = spring.evolve is not None, spring.is_rate, spring.relaxation is not None
     IS_MAPPING = HAS_MEMORY and not IS_RATE
-    IS_HISTORY, IS_BASE, IS_HARMONIC = load.is_history, load.is_base, load.is_harmonic
-    IS_FORCE_HISTORY = IS_HISTORY and not IS_BASE
+    # Warp looks names up in branches that are never built too, so each must be some function.
+    force_of, recoverable_of = spring.force, spring.recoverable
+    evolve, relaxation_of = spring.evolve or spring.force, spring.relaxation or spring.force
+    IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
@@ -50,8 +40,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     STAGES, weight, reach, node, first_stage = tableau(plan)
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=1, dtype=dtype)
-    ok, collapsed, diverged, unstable_step = (wp.int8(c) for c in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP))
-    largest_saturation = wp.constant(dtype(LARGEST_SATURATION))
+    ok, collapsed, diverged, unstable_step = (wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP))
+    longest_relaxed_step = wp.constant(dtype(stiff_limit(plan)))
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
     def integrate_chain(
@@ -91,52 +81,6 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         un = matrix()  # the next accepted state, summed up stage by stage
         vn = matrix()
         zn = matrix()
-        intervals = int(0)
-        residual_start = int(2147483647)
-        for j in range(LANES):
-            # Lanes past the last sample repeat it: they write the same values again.
-            sample[j] = wp.min(block * LANES + j, count - 1)
-            s = samples.structure[sample[j]]
-            motion[j] = samples.motion[sample[j]]
-            live_intervals[j] = loads.run_intervals[motion[j]]
-            intervals = wp.max(intervals, live_intervals[j])
-            residual_start = wp.min(residual_start, loads.residual_from[motion[j]])
-            scale[j] = samples.scale[sample[j]]
-            step[j] = loads.step[motion[j]]
-            if IS_HARMONIC:
-                frequency[j] = loads.circular_frequency[s]
-                phase[j] = loads.phase[s]
-            if MASS_DAMPING:
-                mass_damping[j] = structures.mass_damping[s]
-            for i in range(N):
-                inverse_mass[i, j] = structures.inverse_mass[i, s]
-                if ENERGY:
-                    mass[i, j] = structures.mass[i, s]
-                if DRIFT:
-                    inverse_height[i, j] = structures.inverse_height[i, s]
-                if STOREY_DAMPING:
-                    damping[i, j] = structures.storey_damping[i, s]
-                if IS_HARMONIC:
-                    amplitude[i, j] = loads.amplitude[i, s] * scale[j]
-                for q in range(C):
-                    coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
-                u[i, j] = loads.initial_displacement[i]
-                v[i, j] = loads.initial_velocity[i]
-            if MODAL_DAMPING:
-                for i in range(N * N):
-                    damping_matrix[i, j] = structures.damping_matrix[i, s]
-        a0 = row()  # base acceleration at the interval's start, and its change over it
-        da = row()
-        f0 = matrix()  # the same for nodal forces
-        df = matrix()
-        damping_force = matrix()
-        above = row()
-        sine = row()
-        live = row()
-        h = row()
-        power_in = row()
-        power_viscous = row()
-        saturation = row()
         peak_drift = matrix()
         worst_ratio = row()
         worst_time = row()
@@ -148,6 +92,42 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         absorbed = matrix()
         initial_energy = row()
         supplied = row()  # the most energy the sample ever held: what the balance error is relative to
+        relaxation = row()
+        intervals = int(0)
+        residual_start = int(2147483647)
+        for j in range(LANES):
+            # Lanes past the last sample repeat it: they write the same values again.
+            sample[j] = wp.min(block * LANES + j, count - 1)
+            s = samples.structure[sample[j]]
+            motion[j] = samples.motion[sample[j]]
+            live_intervals[j] = samples.run_intervals[sample[j]]
+            intervals = wp.max(intervals, live_intervals[j])
+            start = live_intervals[j] * substeps - samples.residual_steps[sample[j]]
+            residual_start = wp.min(residual_start, start)
+            scale[j] = samples.scale[sample[j]]
+            step[j] = loads.step[motion[j]]
+            if IS_HARMONIC:
+                frequency[j] = loads.circular_frequency[0]
+                phase[j] = loads.phase[0]
+            if MASS_DAMPING:
+                mass_damping[j] = structures.mass_damping[s]
+            if MODAL_DAMPING:
+                for i in range(N * N):
+                    damping_matrix[i, j] = structures.damping_matrix[i, s]
+            for i in range(N):
+                inverse_mass[i, j] = structures.inverse_mass[i, s]
+                if ENERGY:
+                    mass[i, j] = structures.mass[i, s]
+                if DRIFT or RESIDUAL:
+                    inverse_height[i, j] = structures.inverse_height[i, s]
+                if STOREY_DAMPING:
+                    damping[i, j] = structures.storey_damping[i, s]
+                if IS_HARMONIC:
+                    amplitude[i, j] = loads.amplitude[i] * scale[j]
+                for q in range(C):
+                    coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
+                u[i, j] = loads.initial_displacement[i]
+                v[i, j] = loads.initial_velocity[i]
         for i in range(N):
             for j in range(LANES):
                 us[i, j] = u[i, j]
@@ -166,40 +146,47 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                     c = coefficient_vector()
                     for q in range(C):
                         c[q] = coefficients[i * C + q, j]
-                    stored = spring_recoverable(drift, memory_vector(z[i, j]), c)
-                    absorbed[i, j] = stored
-                    initial_energy[j] = initial_energy[j] + stored + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+                    absorbed[i, j] = recoverable_of(drift, memory_vector(z[i, j]), c)
+                    initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
 
+        a0 = row()  # base acceleration at the interval's start, and its change over it
+        da = row()
+        f0 = matrix()  # the same for nodal forces
+        df = matrix()
+        damping_force = matrix()
+        above = row()
+        sine = row()
+        h = row()
+        seen = row()
+        power_in = row()
+        power_viscous = row()
         inverse_substeps = dtype(1.0) / dtype(substeps)
-        for interval in range(intervals):
+        # One interval more than the longest run: its first stage sees the forces of the last state.
+        for interval in range(intervals + 1):
             for j in range(LANES):
-                # A lane that is done waits for the others with a step of zero, its peaks and energies frozen.
-                live[j] = dtype(0.0)
+                # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
+                h[j] = dtype(0.0)
+                seen[j] = dtype(0.0)
                 if interval < live_intervals[j]:
-                    live[j] = dtype(1.0)
-                h[j] = step[j] * live[j]
-                if IS_HISTORY:
-                    inside = interval < loads.intervals[motion[j]]
-                    at = loads.first[motion[j]]
-                    if IS_BASE:
-                        a0[j] = dtype(0.0)
-                        da[j] = dtype(0.0)
-                        if inside:
-                            a0[j] = loads.values[at + interval] * scale[j]
-                            da[j] = loads.values[at + interval + 1] * scale[j] - a0[j]
-                    if IS_FORCE_HISTORY:
-                        for i in range(N):
-                            f0[i, j] = dtype(0.0)
-                            df[i, j] = dtype(0.0)
-                            if inside:
-                                f0[i, j] = loads.values[(at + interval) * N + i] * scale[j]
-                                df[i, j] = loads.values[(at + interval + 1) * N + i] * scale[j] - f0[i, j]
+                    h[j] = step[j]
+                if interval <= live_intervals[j]:
+                    seen[j] = dtype(1.0)
+                if IS_BASE:
+                    begin, change = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
+                    a0[j] = begin
+                    da[j] = change
+                if IS_FORCE_HISTORY:
+                    for i in range(N):
+                        begin, change = sampled(loads, motion[j], interval, live_intervals[j], N, i, scale[j])
+                        f0[i, j] = begin
+                        df[i, j] = change
             for substep in range(substeps):
+                index = interval * substeps + substep
                 for stage in range(STAGES):
                     position = (dtype(substep) + node[stage]) * inverse_substeps
                     if IS_HARMONIC:
-                        whole = wp.float64(interval * substeps + substep) + wp.float64(node[stage])
                         for j in range(LANES):
+                            whole = wp.float64(index) + wp.float64(node[stage])
                             sine[j] = harmonic(whole, step[j], frequency[j], phase[j])
                     if MODAL_DAMPING:
                         for i in range(N):
@@ -217,7 +204,6 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         for j in range(LANES):
                             ui = us[i, j]
                             vi = vs[i, j]
-                            zi = zs[i, j]
                             drift = ui
                             rate = vi
                             if i > 0:
@@ -225,12 +211,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 rate -= vs[i - 1, j]
                             hb = h[j] * weight[stage]
                             ha = h[j] * reach[stage]
-                            gate = live[j] * first_stage[stage]
+                            gate = seen[j] * first_stage[stage]
                             c = coefficient_vector()
                             for q in range(C):
                                 c[q] = coefficients[i * C + q, j]
-                            z_vector = memory_vector(zi)
-                            restoring = spring_force(drift, z_vector, c)
+                            memory = memory_vector(zs[i, j])
+                            restoring = force_of(drift, memory, c)
                             f = restoring
                             if STOREY_DAMPING:
                                 f += damping[i, j] * rate
@@ -254,14 +240,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     peak_shear[j] = wp.max(peak_shear[j], wp.abs(restoring) * gate)
                             if HISTORY:
                                 if stage == 0:
-                                    index = interval * substeps + substep
-                                    if index % every == 0:
-                                        if index / every < history.displacement.shape[1]:
-                                            kept = samples.output[sample[j]]
-                                            history.displacement[kept, index / every, i] = ui
-                                            history.velocity[kept, index / every, i] = vi
-                                            history.acceleration[kept, index / every, i] = ai
-                                            history.storey_force[kept, index / every, i] = restoring
+                                    keep_state(history, samples.output[sample[j]], index, every, i, ui, vi, ai)
+                                    keep_force(history, samples.output[sample[j]], index, every, i, restoring)
                             if IS_BASE:
                                 base = a0[j] + position * da[j]
                                 ai -= base
@@ -284,8 +264,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             vn[i, j] += hb * ai
                             us[i, j] = u[i, j] + ha * vi
                             vs[i, j] = v[i, j] + ha * ai
+                            if IS_STIFF:
+                                relaxation[j] = wp.max(relaxation[j], relaxation_of(rate, c))
                             if IS_RATE:
-                                z_rate = spring_evolve(rate, z_vector, c)
+                                z_rate = evolve(rate, memory, c)
                                 zn[i, j] += hb * z_rate[0]
                                 zs[i, j] = z[i, j] + ha * z_rate[0]
                     if ENERGY:
@@ -293,19 +275,18 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             energy_in[j] += h[j] * weight[stage] * power_in[j]
                             energy_viscous[j] += h[j] * weight[stage] * power_viscous[j]
                             supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+                for j in range(LANES):
+                    seen[j] = h[j] / step[j]  # 1, and 0 for a lane whose last state has been seen
                 for i in range(N):
                     for j in range(LANES):
                         drift = un[i, j]
                         if i > 0:
                             drift -= un[i - 1, j]
-                        if IS_MAPPING or HAS_BOUND:
+                        if IS_MAPPING:
                             c = coefficient_vector()
                             for q in range(C):
                                 c[q] = coefficients[i * C + q, j]
-                        if HAS_BOUND:
-                            saturation[j] = wp.max(saturation[j], spring_saturation(memory_vector(zn[i, j]), c))
-                        if IS_MAPPING:
-                            mapped = spring_evolve(drift, memory_vector(z[i, j]), c)
+                            mapped = evolve(drift, memory_vector(z[i, j]), c)
                             zn[i, j] = mapped[0]
                         u[i, j] = un[i, j]
                         v[i, j] = vn[i, j]
@@ -315,36 +296,32 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             z[i, j] = zn[i, j]
                             zs[i, j] = zn[i, j]
                         if DRIFT:
-                            size = wp.abs(drift)
-                            peak_drift[i, j] = wp.max(peak_drift[i, j], size)
-                            ratio = size * inverse_height[i, j]
+                            peak_drift[i, j] = wp.max(peak_drift[i, j], wp.abs(drift))
+                            ratio = wp.abs(drift) * inverse_height[i, j]
                             if ratio > worst_ratio[j]:
                                 worst_ratio[j] = ratio
                                 worst_storey[j] = i
-                                worst_time[j] = dtype(interval * substeps + substep + 1) * step[j]
+                                worst_time[j] = dtype(index + 1) * step[j]
                 if RESIDUAL:
-                    if interval >= residual_start:
-                        # Summed up where it is stored, in memory: it is rarely touched, and registers are dear. A lane
-                        # that repeats the last sample must not add to it again.
+                    if index >= residual_start:
                         for j in range(LANES):
-                            start = loads.residual_from[motion[j]]
-                            if interval >= start and interval < live_intervals[j] and block * LANES + j < count:
-                                o = samples.output[sample[j]]
-                                share = dtype(1.0) / dtype((live_intervals[j] - start) * substeps)
+                            steps = samples.residual_steps[sample[j]]
+                            since = index - (live_intervals[j] * substeps - steps)
+                            # A lane that repeats the last sample must not add to its mean again.
+                            if since >= 0 and since < steps and block * LANES + j < count:
                                 for i in range(N):
                                     drift = u[i, j]
                                     if i > 0:
                                         drift -= u[i - 1, j]
-                                    mean = drift * share
-                                    if interval > start or substep > 0:
-                                        mean += output.residual_drift[i, o]
-                                    output.residual_drift[i, o] = mean
+                                    ratio = drift * inverse_height[i, j]
+                                    add_to_mean(
+                                        output.residual_drift_ratio, i, samples.output[sample[j]], ratio, since, steps
+                                    )
 
         for j in range(LANES):
             o = samples.output[sample[j]]
             total = dtype(0.0)
-            kinetic = dtype(0.0)
-            spent = dtype(0.0)
+            unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
             for i in range(N):
                 total += u[i, j] + v[i, j] + z[i, j]
                 if DRIFT:
@@ -358,19 +335,19 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                     c = coefficient_vector()
                     for q in range(C):
                         c[q] = coefficients[i * C + q, j]
-                    stored = spring_recoverable(drift, memory_vector(z[i, j]), c)
+                    stored = recoverable_of(drift, memory_vector(z[i, j]), c)
                     output.hysteretic_energy[i, o] = absorbed[i, j] - stored
-                    kinetic += dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
-                    spent += absorbed[i, j]
-            # Infinities and NaN never leave a sum: a finite one clears the whole state.
+                    unaccounted -= absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
             status = ok
             if DRIFT:
                 output.time_of_peak_drift[o] = worst_time[j]
                 output.storey_of_peak_drift[o] = worst_storey[j] + 1
                 if worst_ratio[j] > collapse_drift_ratio:
                     status = collapsed
-            if saturation[j] > largest_saturation:
-                status = unstable_step
+            if IS_STIFF:
+                if relaxation[j] * step[j] > longest_relaxed_step:
+                    status = unstable_step
+            # Infinities and NaN never leave a sum: a finite one clears the whole state.
             if not wp.isfinite(total):
                 status = diverged
             output.status[o] = status
@@ -379,10 +356,6 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             if ENERGY:
                 output.input_energy[o] = energy_in[j]
                 output.viscous_energy[o] = energy_viscous[j]
-                error = initial_energy[j] + energy_in[j] - kinetic - energy_viscous[j] - spent
-                scale_of_error = wp.max(supplied[j], initial_energy[j])
-                output.energy_balance_error[o] = dtype(0.0)
-                if scale_of_error != dtype(0.0):  # nothing was supplied; NaN passes
-                    output.energy_balance_error[o] = error / scale_of_error
+                output.energy_balance_error[o] = balance_error(unaccounted, wp.max(supplied[j], initial_energy[j]))
 
     return integrate_chain

@@ -8,19 +8,18 @@ import functools
 
 import warp as wp
 
-from warpdyn.kernels.loads import LOADS, harmonic
-from warpdyn.kernels.plan import DIVERGED, DTYPES, OK, Plan, row_types, structs, tableau
+from warpdyn.kernels.loads import LOADS, harmonic, sampled
+from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs, tableau
+from warpdyn.kernels.recorders import balance_error, keep_state
+from warpdyn.recorders import DIVERGED, OK
 
 
 @functools.cache
 def dense_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates linear systems as the plan says."""
-    dtype = DTYPES[plan.dtype]
-    types = structs(plan.dtype)
-    N, LANES = plan.dofs, plan.lanes
-    load = LOADS[plan.load]
-    IS_HISTORY, IS_BASE, IS_HARMONIC = load.is_history, load.is_base, load.is_harmonic
-    IS_FORCE_HISTORY = IS_HISTORY and not IS_BASE
+    dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
+    N, LANES, load = plan.dofs, plan.lanes, LOADS[plan.load]
+    IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     DISPLACEMENT, ACCELERATION, ENERGY, HISTORY = (
         name in plan.recorders for name in ("displacement", "acceleration", "energy", "history")
     )
@@ -68,13 +67,13 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
             sample[j] = wp.min(block * LANES + j, count - 1)
             structure[j] = samples.structure[sample[j]]
             motion[j] = samples.motion[sample[j]]
-            live_intervals[j] = loads.run_intervals[motion[j]]
+            live_intervals[j] = samples.run_intervals[sample[j]]
             intervals = wp.max(intervals, live_intervals[j])
             scale[j] = samples.scale[sample[j]]
             step[j] = loads.step[motion[j]]
             if IS_HARMONIC:
-                frequency[j] = loads.circular_frequency[structure[j]]
-                phase[j] = loads.phase[structure[j]]
+                frequency[j] = loads.circular_frequency[0]
+                phase[j] = loads.phase[0]
             for i in range(N):
                 u[i, j] = loads.initial_displacement[i]
                 v[i, j] = loads.initial_velocity[i]
@@ -89,12 +88,15 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
             for k in range(N):
                 for j in range(LANES):
                     s = structure[j]
-                    stiffness[i * N + k, j] = structures.rate_of_displacement[i * N + k, s]
-                    damping[i * N + k, j] = structures.rate_of_velocity[i * N + k, s]
+                    of_mass = structures.mass_factor[s]
+                    stiffness[i * N + k, j] = (
+                        structures.rate_of_displacement[i, k] * structures.stiffness_factor[s] / of_mass
+                    )
+                    damping[i * N + k, j] = structures.rate_of_velocity[i, k] * structures.damping_factor[s] / of_mass
                     if ENERGY:
-                        mass[i * N + k, j] = structures.mass_matrix[i * N + k, s]
+                        mass[i * N + k, j] = structures.mass_matrix[i, k] * of_mass
                     if IS_HARMONIC:
-                        force[i, j] += structures.flexibility_of_mass[i * N + k, s] * loads.amplitude[k, s] * scale[j]
+                        force[i, j] += structures.flexibility_of_mass[i, k] * loads.amplitude[k] * scale[j] / of_mass
 
         a0 = row()
         da = row()
@@ -103,7 +105,7 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
         elastic = matrix()  # M^-1 K u and M^-1 C v of this stage
         viscous = matrix()
         sine = row()
-        live = row()
+        seen = row()
         h = row()
         power_in = row()
         power_viscous = row()
@@ -129,39 +131,36 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                 initial_energy[j] += energy_elastic[j]
 
         inverse_substeps = dtype(1.0) / dtype(substeps)
-        for interval in range(intervals):
+        # One interval more than the longest run: its first stage sees the accelerations of the last state.
+        for interval in range(intervals + 1):
             for j in range(LANES):
-                live[j] = dtype(0.0)
+                h[j] = dtype(0.0)
+                seen[j] = dtype(0.0)
                 if interval < live_intervals[j]:
-                    live[j] = dtype(1.0)
-                h[j] = step[j] * live[j]
-                if IS_HISTORY:
-                    inside = interval < loads.intervals[motion[j]]
-                    at = loads.first[motion[j]] + interval
-                    if IS_BASE:
-                        a0[j] = dtype(0.0)
-                        da[j] = dtype(0.0)
-                        if inside:
-                            a0[j] = loads.values[at] * scale[j]
-                            da[j] = loads.values[at + 1] * scale[j] - a0[j]
+                    h[j] = step[j]
+                if interval <= live_intervals[j]:
+                    seen[j] = dtype(1.0)
+                if IS_BASE:
+                    begin, change = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
+                    a0[j] = begin
+                    da[j] = change
             if IS_FORCE_HISTORY:
                 for i in range(N):
                     for j in range(LANES):
                         f0[i, j] = dtype(0.0)
                         df[i, j] = dtype(0.0)
-                        if interval < loads.intervals[motion[j]]:
-                            at = loads.first[motion[j]] + interval
-                            for k in range(N):
-                                share = structures.flexibility_of_mass[i * N + k, structure[j]] * scale[j]
-                                begin = loads.values[at * N + k]
-                                f0[i, j] += share * begin
-                                df[i, j] += share * (loads.values[(at + 1) * N + k] - begin)
+                        for k in range(N):
+                            share = structures.flexibility_of_mass[i, k] / structures.mass_factor[structure[j]]
+                            begin, change = sampled(loads, motion[j], interval, live_intervals[j], N, k, scale[j])
+                            f0[i, j] += share * begin
+                            df[i, j] += share * change
             for substep in range(substeps):
+                index = interval * substeps + substep
                 for stage in range(STAGES):
                     position = (dtype(substep) + node[stage]) * inverse_substeps
                     if IS_HARMONIC:
-                        whole = wp.float64(interval * substeps + substep) + wp.float64(node[stage])
                         for j in range(LANES):
+                            whole = wp.float64(index) + wp.float64(node[stage])
                             sine[j] = harmonic(whole, step[j], frequency[j], phase[j])
                     for i in range(N):
                         for j in range(LANES):
@@ -199,7 +198,7 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                             vi = vs[i, j]
                             hb = h[j] * weight[stage]
                             ha = h[j] * reach[stage]
-                            gate = live[j] * first_stage[stage]
+                            gate = seen[j] * first_stage[stage]
                             ai = -elastic[i, j] - viscous[i, j]
                             if IS_HARMONIC:
                                 ai += force[i, j] * sine[j]
@@ -209,19 +208,16 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                                 peak_acceleration[i, j] = wp.max(peak_acceleration[i, j], wp.abs(ai) * gate)
                             if HISTORY:
                                 if stage == 0:
-                                    index = interval * substeps + substep
-                                    if index % every == 0:
-                                        if index / every < history.displacement.shape[1]:
-                                            kept = samples.output[sample[j]]
-                                            history.displacement[kept, index / every, i] = us[i, j]
-                                            history.velocity[kept, index / every, i] = vi
-                                            history.acceleration[kept, index / every, i] = ai
+                                    kept = samples.output[sample[j]]
+                                    keep_state(history, kept, index, every, i, us[i, j], vi, ai)
                             if IS_BASE:
                                 ai -= influence[i, j] * (a0[j] + position * da[j])
                             un[i, j] += hb * vi
                             vn[i, j] += hb * ai
                             us[i, j] = u[i, j] + ha * vi
                             vs[i, j] = v[i, j] + ha * ai
+                for j in range(LANES):
+                    seen[j] = h[j] / step[j]  # 1, and 0 for a lane whose last state has been seen
                 for i in range(N):
                     for j in range(LANES):
                         u[i, j] = un[i, j]
@@ -232,7 +228,7 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                             size = wp.abs(u[i, j])
                             if size > peak_displacement[i, j]:
                                 peak_displacement[i, j] = size
-                                time_of_peak[i, j] = dtype(interval * substeps + substep + 1) * step[j]
+                                time_of_peak[i, j] = dtype(index + 1) * step[j]
 
         for j in range(LANES):
             o = samples.output[sample[j]]
@@ -255,9 +251,6 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                 output.input_energy[o] = energy_in[j]
                 output.viscous_energy[o] = energy_viscous[j]
                 error = initial_energy[j] + energy_in[j] - kinetic - energy_viscous[j] - energy_elastic[j]
-                scale_of_error = wp.max(supplied[j], initial_energy[j])
-                output.energy_balance_error[o] = dtype(0.0)
-                if scale_of_error != dtype(0.0):  # nothing was supplied; NaN passes
-                    output.energy_balance_error[o] = error / scale_of_error
+                output.energy_balance_error[o] = balance_error(error, wp.max(supplied[j], initial_energy[j]))
 
     return integrate_dense

@@ -30,7 +30,8 @@ LOADS = {
 }
 
 
-TURN = wp.constant(wp.float64(2.0 * math.pi))  # warp would work out 2.0 * wp.pi in float32
+# One turn [rad], worked out here: warp would work out 2.0 * wp.pi in float32.
+TURN = wp.constant(wp.float64(2.0 * math.pi))
 
 
 @wp.func
@@ -38,3 +39,20 @@ def harmonic(position: wp.float64, step: Any, circular_frequency: wp.float64, ph
     """Return sin(w t + phase) at t = position * step, whole turns taken off in float64, before float32 loses them."""
     turns = (circular_frequency * position * wp.float64(step) + phase) / TURN
     return wp.sin(type(step)((turns - wp.floor(turns)) * TURN))
+
+
+@wp.func
+def sampled(loads: Any, motion: int, interval: int, run: int, width: int, column: int, scale: Any):
+    """Return a history's value at the start of an interval and its change over it; both zero after its last sample.
+
+    A run that ends with the history sees the last sample at its end.
+    """
+    begin = type(scale)(0.0)
+    change = type(scale)(0.0)
+    if interval < loads.intervals[motion]:
+        at = (loads.first[motion] + interval) * width + column
+        begin = loads.values[at] * scale
+        change = loads.values[at + width] * scale - begin
+    if interval == loads.intervals[motion] and interval == run:
+        begin = loads.values[(loads.first[motion] + interval) * width + column] * scale
+    return begin, change

@@ -9,15 +9,9 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpdyn.methods import METHODS
+from warpdyn.stability import stability_limit
 
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
-
-# Codes of the status variable, in the order of its flag_meanings.
-OK, COLLAPSED, DIVERGED, UNSTABLE_STEP = 0, 1, 2, 3
-
-# A law's memory beyond this share of its bound says that the step is too long for the law. Below the law's limit RK4
-# stays near 1; at 1.1 times the limit a Bouc-Wen spring of exponent 2 reaches 2.3.
-LARGEST_SATURATION = 1.5
 
 
 @dataclass(frozen=True)
@@ -66,6 +60,11 @@ def tableau(plan: Plan) -> tuple:
     return stages, *(wp.constant(vector(*row)) for row in rows)
 
 
+def stiff_limit(plan: Plan) -> float:
+    """Return the longest stable step times rate of y' = -rate y: the limit of a law whose memory settles by itself."""
+    return stability_limit(METHODS[plan.method].stability_polynomial, 1.0)
+
+
 @functools.cache
 def structs(dtype_name: str) -> SimpleNamespace:
     """Return the argument structs of all kernels for one dtype; each field is named as the dataset names it."""
@@ -82,22 +81,24 @@ def structs(dtype_name: str) -> SimpleNamespace:
         storey_damping: table
         mass_damping: plain  # Rayleigh's factor of the mass, [structure]
         damping_matrix: table  # [dof x dof, structure]
+        # A linear system's matrices are those of the nominal system, [dof, dof]; each structure scales them.
         mass_matrix: table
         rate_of_displacement: table  # M^-1 K
         rate_of_velocity: table  # M^-1 C
         flexibility_of_mass: table  # M^-1
         influence: plain  # [dof]
+        mass_factor: plain  # [structure]
+        damping_factor: plain
+        stiffness_factor: plain
 
     class Load:
         values: plain  # all histories end to end, [time x width]
         first: wp.array(dtype=wp.int32)  # where each history starts, [motion]
         intervals: wp.array(dtype=wp.int32)  # intervals between its samples, [motion]
-        run_intervals: wp.array(dtype=wp.int32)  # the same with the free vibration after it, [motion]
-        residual_from: wp.array(dtype=wp.int32)  # interval from which the residual is averaged, [motion]
         step: plain  # integration step, [motion]
-        amplitude: table  # of a harmonic force, [dof, structure]
-        circular_frequency: wp.array(dtype=wp.float64)  # [structure]
-        phase: wp.array(dtype=wp.float64)  # [structure]
+        amplitude: plain  # of a harmonic force, [dof]
+        circular_frequency: wp.array(dtype=wp.float64)  # one value
+        phase: wp.array(dtype=wp.float64)  # one value
         initial_displacement: plain  # [dof]
         initial_velocity: plain  # [dof]
 
@@ -106,6 +107,8 @@ def structs(dtype_name: str) -> SimpleNamespace:
         structure: wp.array(dtype=wp.int32)
         motion: wp.array(dtype=wp.int32)
         scale: plain
+        run_intervals: wp.array(dtype=wp.int32)  # intervals of the motion and of the free vibration after it
+        residual_steps: wp.array(dtype=wp.int32)  # steps at the end over which the residual is averaged
 
     class Output:  # last index: sample
         peak_storey_drift: table
@@ -113,7 +116,7 @@ def structs(dtype_name: str) -> SimpleNamespace:
         storey_of_peak_drift: wp.array(dtype=wp.int32)
         peak_floor_acceleration: table
         peak_base_shear: plain
-        residual_drift: table
+        residual_drift_ratio: table
         input_energy: plain
         viscous_energy: plain
         hysteretic_energy: table

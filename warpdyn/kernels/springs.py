@@ -22,8 +22,8 @@ class Spring:
         recoverable: `(drift, memory, coefficients) -> elastic energy [J]` that unloading would give back.
         coefficients: Number of coefficients a storey.
         is_rate: Whether `evolve` returns a rate.
-        saturation: `(memory, coefficients) -> share of the bound that the exact memory never passes`; a step too long
-            for the law oscillates beyond it without ever becoming infinite. None where the law has no such bound.
+        relaxation: `(velocity, coefficients) -> rate [1/s]` at which the memory settles at its fastest. A step too long
+            for it goes wrong without ever becoming infinite. None where the memory has no rate of its own.
     """
 
     force: Callable
@@ -31,7 +31,7 @@ class Spring:
     recoverable: Callable
     coefficients: int
     is_rate: bool = False
-    saturation: Callable | None = None
+    relaxation: Callable | None = None
 
 
 @wp.func
@@ -76,20 +76,15 @@ def bouc_wen_recoverable(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * (c[0] * drift * drift + c[1] / c[2] * memory[0] * memory[0])
 
 
-# In powers of |z|, as the rate has it: uy dz/dt = v (1 - saturation) while z follows v.
+# Near its bound z settles at the rate n (beta + gamma)^(1/n) |v| / uy; that factor is the last coefficient.
 @wp.func
-def bouc_wen_1_saturation(memory: Any, c: Any):
-    return (c[3] + c[4]) * wp.abs(memory[0])
-
-
-@wp.func
-def bouc_wen_2_saturation(memory: Any, c: Any):
-    return (c[3] + c[4]) * memory[0] * memory[0]
+def bouc_wen_whole_relaxation(velocity: Any, c: Any):
+    return wp.abs(velocity) * c[5]
 
 
 @wp.func
-def bouc_wen_saturation(memory: Any, c: Any):
-    return (c[3] + c[4]) * wp.pow(wp.abs(memory[0]), c[5])
+def bouc_wen_relaxation(velocity: Any, c: Any):
+    return wp.abs(velocity) * c[6]
 
 
 @wp.func
@@ -120,7 +115,28 @@ def bouc_wen_evolve(velocity: Any, memory: Any, c: Any):
 SPRINGS = {
     "elastic": Spring(elastic_force, None, elastic_recoverable, coefficients=1),
     "bilinear": Spring(bilinear_force, bilinear_evolve, bilinear_recoverable, coefficients=3),
-    "bouc_wen_1": Spring(bouc_wen_force, bouc_wen_1_evolve, bouc_wen_recoverable, 5, True, bouc_wen_1_saturation),
-    "bouc_wen_2": Spring(bouc_wen_force, bouc_wen_2_evolve, bouc_wen_recoverable, 5, True, bouc_wen_2_saturation),
-    "bouc_wen": Spring(bouc_wen_force, bouc_wen_evolve, bouc_wen_recoverable, 6, True, bouc_wen_saturation),
+    "bouc_wen_1": Spring(
+        bouc_wen_force,
+        bouc_wen_1_evolve,
+        bouc_wen_recoverable,
+        coefficients=6,
+        is_rate=True,
+        relaxation=bouc_wen_whole_relaxation,
+    ),
+    "bouc_wen_2": Spring(
+        bouc_wen_force,
+        bouc_wen_2_evolve,
+        bouc_wen_recoverable,
+        coefficients=6,
+        is_rate=True,
+        relaxation=bouc_wen_whole_relaxation,
+    ),
+    "bouc_wen": Spring(
+        bouc_wen_force,
+        bouc_wen_evolve,
+        bouc_wen_recoverable,
+        coefficients=7,
+        is_rate=True,
+        relaxation=bouc_wen_relaxation,
+    ),
 }

@@ -1,0 +1,59 @@
+"""Checks of input: each error names what is wrong, where, and what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from numbers import Integral, Real
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
+
+
+def one_of(what: str, name: object, allowed: Collection[str]) -> None:
+    """Raise a ValueError that lists what is allowed, unless `name` is among it."""
+    if not isinstance(name, str) or name not in allowed:
+        raise ValueError(f"unknown {what} {name!r}; allowed: {', '.join(repr(each) for each in allowed)}")
+
+
+def real_number(what: str, value: object, *, above: float | None = None, least: float | None = None) -> float:
+    """Return a finite number as a float, or raise a ValueError that names its bound."""
+    bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
+    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and np.isfinite(float(value))
+    if not good or (above is not None and not value > above) or (least is not None and not value >= least):
+        raise ValueError(f"{what} must be a finite number{bound}, got {value!r}")
+    return float(value)
+
+
+def whole_number(what: str, value: object, least: int) -> int:
+    """Return a whole number as an int, or raise a ValueError that names its bounds."""
+    good = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
+    if not good or not least <= int(value) <= LARGEST_WHOLE_NUMBER:
+        limit = "2^63 - 1" if good and value > least else None
+        raise ValueError(
+            f"{what} must be a whole number of at least {least}{f' and at most {limit}' if limit else ''}, "
+            f"got {value!r}"
+        )
+    return int(value)
+
+
+def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
+    """Return a new float64 array; raise a ValueError for text, truth values, complex numbers and ragged rows."""
+    try:
+        array = np.array(values)
+    except (TypeError, ValueError):
+        array = np.array(None)
+    if array.dtype.kind not in "iuf":
+        raise ValueError(f"{what} must be numbers, in rows of equal length, got {values!r}")
+    return array.astype(np.float64)
+
+
+def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
+    """Return a new float64 array; raise a ValueError that names the first value that is not finite, too."""
+    array = real_numbers(what, values)
+    bad = np.argwhere(~np.isfinite(array))
+    if bad.size:
+        place = ", ".join(str(i) for i in bad[0])
+        raise ValueError(f"{what}[{place}] is {array[tuple(bad[0])]}; every value must be finite")
+    return array
