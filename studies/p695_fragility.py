@@ -58,8 +58,9 @@ def build_scene() -> wd.Scene:
 
 
 def loop_sample(scene: wd.Scene) -> int:
-    """Return the sample whose hysteresis loop is drawn: the first structure, the first record, the 1 g stripe."""
-    return LEVELS_IN_G.index(1.0)
+    """Return the sample whose hysteresis loop is drawn: the first structure under the first record at 1 g."""
+    first = scene.excitation.assign(structures=1, seed=0)
+    return int(np.flatnonzero((first.motion == 0) & np.isclose(first.im_level, 1.0))[0])
 
 
 def print_table(result: xr.Dataset) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +18,7 @@ def readme_commands() -> list[str]:
     """Return the lines of the README's shell blocks, and the commands it names in its text."""
     text = (ROOT / "README.md").read_text()
     blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
-    inline = re.findall(r"`(python studies/[^`]+)`", text)
+    inline = re.findall(r"`(\S*python studies/[^`]+)`", text)
     return [line for block in blocks for line in block.splitlines() if line.strip()] + inline
 
 
@@ -26,7 +27,14 @@ def run_study(command: str, out: Path) -> subprocess.CompletedProcess[str]:
     script = re.search(r"python (studies/\S+\.py) --out (\S+)(.*)$", command)
     arguments = [sys.executable, script[1], "--out", str(out), *script[3].split()]
     environment = os.environ | {"MPLBACKEND": "agg"}
-    return subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, env=environment, check=False)
+    return subprocess.run(
+        arguments, cwd=ROOT, capture_output=True, text=True, env=environment, check=False, preexec_fn=_limit_memory
+    )
+
+
+def _limit_memory() -> None:
+    """Let a study's private memory grow to 1.5 GiB and no further: what a small machine has left."""
+    resource.setrlimit(resource.RLIMIT_DATA, (3 * 2**29, 3 * 2**29))
 
 
 @pytest.fixture(scope="session")

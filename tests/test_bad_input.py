@@ -237,11 +237,12 @@ RUNS = {
         "histories of samples 0 and 1 have steps",
         "divides all",
     ),
-    "damping that feeds": (
-        lambda: run({"structure": system(damping=-MASS)}),
-        "damping",
-        "put energy in",
-    ),
+    "histories of nothing": (lambda: wd.Histories(()), "histories.samples", "at least one sample"),
+    "histories of half a sample": (lambda: wd.Histories([0.5]), "histories.samples must be a whole number", "0.5"),
+    "seed beyond a file": (lambda: run({}, seed=2**63), "seed must be a whole number", "2^63 - 1"),
+    "no seed": (lambda: run({}, seed=None), "seed must be a whole number", "None"),
+    "step in words": (lambda: run({}, step="0.01"), "step [s] must be a finite number", "'0.01'"),
+    "damping that feeds": (lambda: run({"structure": system(damping=-MASS)}), "damping", "put energy in"),
     "motions for other samples": (
         lambda: run({"excitation": wd.Individual([WAVE], motion=[0, 0])}, samples=3),
         "Individual.motion has 2 values for 3 samples",
@@ -258,6 +259,15 @@ RUNS = {
     ),
 }
 WRONG_TYPES = {
+    "histories as a list": (lambda: run({}, histories=[0]), "histories must be Histories"),
+    "structure for a scene": (lambda: wd.simulate(system()), "takes a Scene", "LinearSystem"),
+    "one recorder as text": (lambda: scene(record="drift"), "record must be a tuple", "'drift'"),
+    "no title": (lambda: scene(title=None), "title must be text"),
+    "measure by name": (
+        lambda: wd.Cloud([wd.GroundMotion([0.0, 1.0], 0.1)], measure="PGA"),
+        "measure must be",
+        "'PGA'",
+    ),
     "structure": (lambda: scene(structure=3.0), "structure must be a ShearBuilding or a LinearSystem, got float"),
     "excitation": (lambda: scene(excitation=[WAVE]), "excitation must be", "Stripes", "got list"),
     "motion": (lambda: wd.Cloud([WAVE, 3.0]), "motions[1] is a float", "GroundMotion"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from conftest import ROOT
+from matplotlib import image
 from nbclient import NotebookClient
 from scipy.optimize import minimize
 from scipy.stats import norm
@@ -46,8 +48,8 @@ def test_status_is_a_flag_variable_without_failures(result: xr.Dataset) -> None:
 
 
 def test_energy_balances_in_every_sample(result: xr.Dataset) -> None:
-    # float32 sums of some 10,000 steps; bilinear corners leave an error that shrinks with the step.
-    assert np.abs(result["energy_balance_error"]).max() < 0.01
+    # float32 sums of some 10,000 steps; bilinear corners leave an error that shrinks with the step. Seen: 2e-4.
+    assert np.abs(result["energy_balance_error"]).max() < 1e-3
 
 
 def test_curves_are_ordered_and_bounded(result: xr.Dataset) -> None:
@@ -55,7 +57,8 @@ def test_curves_are_ordered_and_bounded(result: xr.Dataset) -> None:
     median, dispersion = result["fragility_median"].values, result["fragility_dispersion"].values
     assert result["fragility_median"].attrs["units"] == "g"
     assert np.all(np.diff(median) > 0)
-    assert np.all(np.diff(result["fragility_curve"].values, axis=0) <= 0)
+    # Lognormal curves of different dispersions cross somewhere; here only where both are as good as 0 or 1.
+    assert np.all(np.diff(result["fragility_curve"].values, axis=0) <= 1e-12)
     for name, value in (("fragility_median", median), ("fragility_dispersion", dispersion)):
         assert np.all(result[f"{name}_lower"] < value)
         assert np.all(value < result[f"{name}_upper"])
@@ -95,7 +98,9 @@ def test_elastic_stripe_follows_the_spectrum(result: xr.Dataset) -> None:
 
 def test_figures_are_drawn(main_job: tuple[Path, str]) -> None:
     for name in ("p695_fragility", "p695_drift_over_height", "p695_drift_against_intensity", "p695_hysteresis"):
-        assert (main_job[0] / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+        pixels = image.imread(main_job[0] / f"{name}.png")
+        assert min(pixels.shape[:2]) > 400
+        assert np.mean(pixels[..., :3].min(axis=2) < 0.9) > 0.02  # ink on the paper
 
 
 def test_notebook_runs_on_the_file(main_job: tuple[Path, str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,7 +110,8 @@ def test_notebook_runs_on_the_file(main_job: tuple[Path, str], monkeypatch: pyte
     assert not any(cell.get("outputs") for cell in notebook.cells)  # committed without outputs
     NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(path.parent)}}).execute()
     text = "".join(o.get("text", "") for cell in notebook.cells for o in cell.get("outputs", []))
-    assert "stiffness (-0." in text
+    # Stiffer structures drift less, and at the strongest stripe no other parameter tells more.
+    assert float(re.search(r"6\.50 g: stiffness \(([-+.\d]+)\)", text)[1]) < -0.4
 
 
 def test_unwritable_output_is_said_before_the_run(tmp_path: Path) -> None:

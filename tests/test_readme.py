@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 from conftest import ROOT, readme_commands, run_study
 
@@ -34,13 +35,17 @@ def test_seed_frame_command(tmp_path: Path) -> None:
 
 def test_program_for_ones_own_building(tmp_path: Path) -> None:
     (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
-    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-W", "error::UserWarning", "-c", program]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     with xr.open_dataset(tmp_path / "results" / "own_building.nc") as result:
-        assert result.sizes["sample"] == 32 * 8 * 6
+        assert result.sizes["sample"] == 32 * 40 * 8
         assert (result["status"] == 0).all()
         median = result["fragility_median"].values
         assert 0 < median[0] < median[1] < 3.2
+        for bound in ("lower", "upper"):
+            assert np.isfinite(result[f"fragility_median_{bound}"]).all()
+            assert np.isfinite(result[f"fragility_dispersion_{bound}"]).all()
 
 
 def test_table_in_the_readme_is_what_the_main_job_prints(main_job: tuple[Path, str]) -> None:

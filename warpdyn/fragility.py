@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 import warnings
 from collections.abc import Mapping, Sequence
 
@@ -10,12 +9,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.checks import real_numbers, whole_number
 from warpdyn.lognormal_fit import FIT_MEANINGS, FITTED, check_confidence, clopper_pearson, fit_stripes, probability
 from warpdyn.stripe_counts import StripeCounts, count_stripes
 
 LEAST_FITTED_FRACTION = 0.95  # of the bootstrap replicates; with fewer no interval is given
 
-_CURVE_POINTS = 201
+_CURVE_POINTS = 401
 _GRAVITY = "g = 9.80665 m/s2"
 
 
@@ -34,8 +34,8 @@ def fragility(
     (Baker 2015, Earthquake Spectra 31(1)). Intervals of curves are percentiles of a bootstrap over records: records
     are drawn with replacement and bring all their samples along, since these share the motion.
 
-    The stripes lie along the dimension `stripe`, since `im_level` lies along `sample` in the run: `run.merge(result)`
-    keeps both in one dataset.
+    The stripes lie along the dimension `stripe`, since `im_level` lies along `sample` in the run:
+    `run.merge(result, combine_attrs="no_conflicts")` keeps both, with the attributes of both, in one dataset.
 
     Args:
         dataset: `peak_storey_drift_ratio(sample, storey)`, the flag variable `status(sample)`, and the coordinates
@@ -52,14 +52,13 @@ def fragility(
         95 % of the replicates have one or there is only one record.
 
     Raises:
-        TypeError: If bootstrap or seed is not a whole number.
         ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
             an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
             step; if limits are not positive, finite and increasing; if bootstrap, confidence or seed is out of range.
     """
     names, limit = _checked_limits(limits)
-    bootstrap = _checked_integer("bootstrap", bootstrap, 1)
-    seed = _checked_integer("seed", seed, 0)
+    bootstrap = whole_number("bootstrap", bootstrap, 1)
+    seed = whole_number("seed", seed, 0)
     check_confidence(confidence)
     counts = count_stripes(dataset, limit)
 
@@ -191,7 +190,10 @@ def _warn(names: list[str], counts: StripeCounts, outcome: np.ndarray, fitted: n
 def _checked_limits(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
     if not isinstance(limits, Mapping) or not limits:
         raise ValueError(f"limits must map at least one damage state to a storey drift ratio, got {limits!r}")
-    names, values = [str(name) for name in limits], np.array(list(limits.values()), dtype=np.float64)
+    names = [str(name) for name in limits]
+    values = real_numbers("limits", list(limits.values()))
+    if len(set(names)) < len(names):
+        raise ValueError(f"two damage states have one name: {names}")
     for name, value in zip(names, values, strict=True):
         if not (np.isfinite(value) and value > 0):
             raise ValueError(f"the limit of damage state {name!r} is {value}; it must be finite and above 0")
@@ -201,13 +203,3 @@ def _checked_limits(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]
             f"and {names[i + 1]!r} after it {values[i + 1]}"
         )
     return names, values
-
-
-def _checked_integer(name: str, value: int, least: int) -> int:
-    try:
-        value = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name} must be a whole number, got {value!r}") from None
-    if value < least:
-        raise ValueError(f"{name} must be at least {least}, got {value}")
-    return value

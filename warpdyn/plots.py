@@ -7,6 +7,8 @@ import xarray as xr
 from matplotlib import ticker
 from matplotlib.figure import Figure
 
+from warpdyn.recorders import STRIPED
+
 # Okabe and Ito's colours: told apart with any colour vision, from the lightest damage state to the heaviest.
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
 
@@ -16,8 +18,16 @@ def _figure(width: float = 7.0, height: float = 4.6) -> Figure:
 
 
 def _measure(dataset: xr.Dataset) -> str:
-    name = dataset["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
-    return f"{name} [g]"
+    return dataset["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+
+
+def _require(dataset: xr.Dataset, *names: str, remedy: str) -> None:
+    missing = [name for name in names if name not in dataset and name not in dataset.attrs]
+    if missing:
+        raise ValueError(f"the dataset has no {', '.join(missing)}: {remedy}")
+
+
+_MERGED = "draw run.merge(fragility(run, limits), combine_attrs='no_conflicts')"
 
 
 def fragility_curves(dataset: xr.Dataset) -> Figure:
@@ -25,7 +35,11 @@ def fragility_curves(dataset: xr.Dataset) -> Figure:
 
     Args:
         dataset: A run merged with its `fragility`.
+
+    Raises:
+        ValueError: If the dataset lacks the curves.
     """
+    _require(dataset, "fragility_curve", "confidence", remedy=_MERGED)
     figure = _figure()
     axes = figure.subplots()
     intensity = dataset["intensity"].values
@@ -41,7 +55,7 @@ def fragility_curves(dataset: xr.Dataset) -> Figure:
         axes.errorbar(
             row["stripe"], fraction, yerr=np.maximum(error, 0), fmt="o", ms=3.5, color=colour, lw=0.8, capsize=2
         )
-    axes.set(xlabel=_measure(dataset), ylabel="Probability of exceedance", ylim=(-0.02, 1.02), xlim=(0, None))
+    axes.set(xlabel=f"{_measure(dataset)} [g]", ylabel="Probability of exceedance", ylim=(-0.02, 1.02), xlim=(0, None))
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
     axes.grid(alpha=0.3)
     axes.legend(loc="lower right", frameon=True)
@@ -63,9 +77,13 @@ def drift_over_height(dataset: xr.Dataset, levels: int = 5) -> Figure:
     """Draw the median peak drift ratio of each storey, with its 16 to 84 % range, for some of the stripes.
 
     Args:
-        dataset: A run on stripes.
+        dataset: A run on stripes, merged with its `fragility` to show the limits.
         levels: Number of stripes drawn.
+
+    Raises:
+        ValueError: If the dataset has no drifts or no levels.
     """
+    _require(dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding on stripes")
     valid = _valid(dataset)
     stripes = np.unique(valid["im_level"])
     stripes = stripes[np.unique(np.linspace(0, stripes.size - 1, levels).round().astype(int))]
@@ -77,25 +95,38 @@ def drift_over_height(dataset: xr.Dataset, levels: int = 5) -> Figure:
         low, median, high = np.quantile(drift, (0.16, 0.5, 0.84), axis=0)
         axes.fill_betweenx(storeys, low, high, color=colour, alpha=0.15, lw=0)
         axes.plot(median, storeys, "o-", color=colour, ms=4, label=f"{level:g}")
-    for state, limit in zip(dataset["damage_state"].values, dataset["drift_ratio_limit"].values, strict=True):
+    for state, limit in _limits(dataset):
         axes.axvline(100 * limit, color="0.45", ls=":", lw=1)
         place = (100 * limit, storeys[-1] + 0.15)
         axes.annotate(state, place, rotation=90, fontsize=8, color="0.35", ha="right", va="bottom")
-    axes.set(xscale="log", xlabel="Peak storey drift ratio [%]", ylabel="Storey", ylim=(0.6, storeys[-1] + 1))
+    axes.set(xscale="log", xlabel="Peak storey drift ratio [%]", ylabel="Storey", ylim=(0.6, storeys[-1] + 0.9))
     axes.yaxis.set_major_locator(ticker.MaxNLocator(integer=True))
     axes.xaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
     axes.grid(alpha=0.3)
-    figure.legend(title=_measure(dataset), fontsize=8, title_fontsize=8, loc="outside right upper")
+    figure.legend(title=f"{_measure(dataset)} [g]", fontsize=8, title_fontsize=8, loc="outside right upper")
     axes.set_title("Peak drift over height: median and 16 to 84 %", fontsize=9)
     return figure
 
 
+def _limits(dataset: xr.Dataset) -> list[tuple[str, float]]:
+    """Return the damage states and their drift limits, if the dataset has any."""
+    if "drift_ratio_limit" not in dataset:
+        return []
+    return list(zip(dataset["damage_state"].values, dataset["drift_ratio_limit"].values, strict=True))
+
+
 def drift_against_intensity(dataset: xr.Dataset) -> Figure:
-    """Draw the largest peak drift ratio of every sample against its intensity measure, with the stripes' quantiles.
+    """Draw the largest peak drift ratio of every sample against its intensity measure; on stripes, with quantiles.
 
     Args:
-        dataset: A run on stripes, merged with its `fragility`.
+        dataset: A run of ground motions, merged with its `fragility` to show the limits.
+
+    Raises:
+        ValueError: If the dataset has no drifts or no levels.
     """
+    _require(
+        dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding under ground motions"
+    )
     valid = _valid(dataset)
     level = valid["im_level"].values
     drift = 100 * valid["peak_storey_drift_ratio"].max("storey").values
@@ -103,15 +134,20 @@ def drift_against_intensity(dataset: xr.Dataset) -> Figure:
     axes = figure.subplots()
     shown = np.random.default_rng(0).permutation(level.size)[:20_000]  # more points than these only fill the stripes in
     axes.scatter(level[shown], drift[shown], s=3, color="0.7", lw=0, rasterized=True, label="samples")
-    stripes = np.unique(level)
-    quantiles = np.array([np.quantile(drift[level == each], (0.16, 0.5, 0.84)) for each in stripes])
-    axes.plot(stripes, quantiles[:, 1], "o-", color=COLOURS[0], ms=4, label="median")
-    axes.plot(stripes, quantiles[:, [0, 2]], "--", color=COLOURS[0], lw=1, label=["16 and 84 %", None])
-    limits = zip(COLOURS[1:], dataset["damage_state"].values, dataset["drift_ratio_limit"].values, strict=False)
-    for colour, state, limit in limits:
+    if dataset["im_level"].attrs.get("design") == STRIPED:
+        stripes = np.unique(level)
+        quantiles = np.array([np.quantile(drift[level == each], (0.16, 0.5, 0.84)) for each in stripes])
+        axes.plot(stripes, quantiles[:, 1], "o-", color="black", ms=4, label="median")
+        axes.plot(stripes, quantiles[:, [0, 2]], "--", color="black", lw=1, label=["16 and 84 %", None])
+    for colour, (state, limit) in zip(COLOURS, _limits(dataset), strict=False):
         axes.axhline(100 * limit, color=colour, lw=1)
-        axes.annotate(state, (stripes[0], 100 * limit), fontsize=8, color=colour, va="bottom")
-    axes.set(xscale="log", yscale="log", xlabel=_measure(dataset), ylabel="Largest peak storey drift ratio [%]")
+        axes.annotate(state, (level.min(), 100 * limit), fontsize=8, color=colour, va="bottom")
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel=f"{_measure(dataset)} [g]",
+        ylabel="Largest peak storey drift ratio [%]",
+    )
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
     axes.grid(alpha=0.3, which="both", lw=0.4)
@@ -123,12 +159,17 @@ def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
     """Draw the storey force against the storey drift of one sample's whole history.
 
     Args:
-        dataset: A run with histories.
+        dataset: A run of a ShearBuilding with histories.
         history: Which of them.
+
+    Raises:
+        ValueError: If the dataset has no histories of storey forces.
     """
+    _require(
+        dataset, "displacement", "storey_force", remedy="run simulate(..., histories=Histories(...)) of a ShearBuilding"
+    )
     chosen = dataset.isel(history=history)
-    displacement = chosen["displacement"].values
-    drift = np.diff(displacement, axis=1, prepend=0.0)
+    drift = np.diff(chosen["displacement"].values, axis=1, prepend=0.0)
     force = chosen["storey_force"].values / 1e6
     storeys = force.shape[1]
     figure = _figure(2.2 * min(storeys, 5) + 0.6, 2.9 * -(-storeys // 5))
@@ -142,8 +183,11 @@ def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
         axes.grid(alpha=0.3)
     figure.supxlabel("Storey drift [mm]", fontsize=9)
     figure.supylabel("Storey force [MN]", fontsize=9)
-    sample = int(chosen["history_sample"])
-    at = dataset.isel(sample=sample)
-    name = str(dataset["motion_name"].values[int(at["record"])]) if "motion_name" in dataset else ""
-    figure.suptitle(f"Sample {sample}: {name}, {_measure(dataset)[:-4]} = {float(at['im_level']):g} g", fontsize=10)
+    at = dataset.isel(sample=int(chosen["history_sample"]))
+    title = f"Sample {int(at['sample'])}"
+    if "record" in at.coords:
+        title += f": {dataset['motion_name'].values[int(at['record'])]}"
+    if "im_level" in at.coords:
+        title += f", {_measure(dataset)} = {float(at['im_level']):.3g} g"
+    figure.suptitle(title, fontsize=10)
     return figure

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+# What the attribute `design` of im_level says of stripes; of other designs it says something else.
+STRIPED = "stripes"
+
 # Values of the status variable, with their flag_meanings.
 STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step")
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP = range(4)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.motions import STANDARD_GRAVITY, Assignment
-from warpdyn.recorders import HISTORY, RECORDERS, STATUS_MEANINGS
+from warpdyn.recorders import HISTORY, RECORDERS, STATUS_MEANINGS, STRIPED
 from warpdyn.scene import Scene
 from warpdyn.timeline import Timeline, motions_of
 
@@ -99,7 +99,7 @@ def _coordinates(scene: Scene, assignment: Assignment) -> dict[str, tuple]:
         )
     if assignment.im_level is not None:
         name = f"{assignment.measure} of the scaled motion"
-        striped = "stripes" if assignment.is_striped else "no stripes: every motion has a level of its own"
+        striped = STRIPED if assignment.is_striped else "of a design where every motion has a level of its own"
         attributes = {"long_name": name, "units": "g", "comment": IN_G, "design": striped}
         coordinates["im_level"] = ("sample", assignment.im_level, attributes)
     return coordinates

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from warpdyn.recorders import STATUS_MEANINGS as _STATUS
+from warpdyn.recorders import STRIPED
 
 LARGEST_EXCLUDED_FRACTION = 0.01  # with more diverged and unstable samples than this nothing is counted
 
@@ -60,6 +62,16 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
     cell = record * levels.size + stripe
     valid = np.bincount(cell, minlength=records * levels.size)
 
+    if collapsed.any():
+        # A limit that no collapse is known to have passed is counted as passed by all of them.
+        least = np.nanmin(drift[collapsed].max(axis=1), initial=np.inf)
+        for value in limit[limit > least]:
+            warnings.warn(
+                f"the limit {value:g} lies above the drift at which samples collapsed ({least:.3g}): every collapse "
+                "counts as exceeding it",
+                stacklevel=3,
+            )
+
     # One histogram of how many limits each demand passes; the limits increase, so a sum from above gives every state.
     shape = (records, levels.size, storeys + 1, states + 1)
     histogram = np.zeros(shape, dtype=np.int64)
@@ -111,6 +123,8 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     drift = dataset["peak_storey_drift_ratio"].transpose("sample", "storey").values
     record, level = dataset["record"].values, dataset["im_level"].values.astype(np.float64)
+    if dataset["im_level"].attrs.get("design", STRIPED) != STRIPED:
+        raise ValueError(f"'im_level' is {dataset['im_level'].attrs['design']}: {_NEEDS_STRIPES}")
     units = dataset["im_level"].attrs.get("units", "g")
     if units != "g":
         raise ValueError(f"'im_level' is in {units!r}; it must be in 'g'")
