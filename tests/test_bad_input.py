@@ -271,11 +271,7 @@ WRONG_TYPES = {
     "structure": (lambda: scene(structure=3.0), "structure must be a ShearBuilding or a LinearSystem, got float"),
     "excitation": (lambda: scene(excitation=[WAVE]), "excitation must be", "Stripes", "got list"),
     "motion": (lambda: wd.Cloud([WAVE, 3.0]), "motions[1] is a float", "GroundMotion"),
-    "scatter": (
-        lambda: scene(scatter={"mass": "much"}),
-        "scatter['mass'] must be a Factor, a Value or a number",
-        "much",
-    ),
+    "scatter": (lambda: scene(scatter={"mass": "much"}), "scatter['mass'] must be a Factor", "or a number", "much"),
     "distribution": (lambda: wd.Factor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),
 }
 

@@ -15,18 +15,15 @@ def make_run(drift, record, level):
     drift = np.atleast_2d(np.asarray(drift, dtype=np.float64).T).T
     samples = len(drift)
     flags = {"flag_values": np.arange(4, dtype=np.int8), "flag_meanings": "ok collapsed diverged unstable_step"}
-    return xr.Dataset(
-        {
-            "peak_storey_drift_ratio": (("sample", "storey"), drift),
-            "status": ("sample", np.zeros(samples, np.int8), flags),
-        },
-        coords={
-            "record": ("sample", np.asarray(record, dtype=np.int32)),
-            "im_level": ("sample", np.asarray(level, dtype=np.float64), {"units": "g"}),
-            "structure": ("sample", np.arange(samples, dtype=np.int32)),
-            "storey": np.arange(1, drift.shape[1] + 1),
-        },
-    )
+    variables = {
+        "peak_storey_drift_ratio": (("sample", "storey"), drift),
+        "status": ("sample", np.zeros(samples, np.int8), flags),
+        "record": ("sample", np.asarray(record, dtype=np.int32)),
+        "im_level": ("sample", np.asarray(level, dtype=np.float64), {"units": "g"}),
+        "structure": ("sample", np.arange(samples, dtype=np.int32)),
+        "storey": np.arange(1, drift.shape[1] + 1),
+    }
+    return xr.Dataset(variables).set_coords(["record", "im_level", "structure"])
 
 
 def with_status(run, samples, code, demand=np.nan):

@@ -20,15 +20,17 @@ FAMILIES = {"chain": chain_kernel, "dense": dense_kernel}
 # A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers.
 CPU_LANES, CPU_UNROLL = 16, 8
 GPU_LANES, GPU_UNROLL = 1, 64
-LARGEST_UNROLLED_MATRIX = 8  # beyond it the dense kernel's n x n loops would take minutes to compile
+# Beyond these sizes the dense kernel's n x n loops would take half a minute and more to compile.
+CPU_UNROLLED_MATRIX, GPU_UNROLLED_MATRIX = 4, 8
 SLICES_A_THREAD = 8  # short last slices keep all threads busy to the end
 
 
 def lanes_and_unroll(family: str, dofs: int, is_gpu: bool) -> tuple[int, int]:
     """Return how many samples a thread carries, and how far loops are unrolled before the compiler sees them."""
-    if not is_gpu:
-        return CPU_LANES, CPU_UNROLL
-    return GPU_LANES, GPU_UNROLL if family == "chain" or dofs <= LARGEST_UNROLLED_MATRIX else 1
+    lanes, unroll, largest = (
+        (GPU_LANES, GPU_UNROLL, GPU_UNROLLED_MATRIX) if is_gpu else (CPU_LANES, CPU_UNROLL, CPU_UNROLLED_MATRIX)
+    )
+    return lanes, unroll if family == "chain" or dofs <= largest else 1
 
 
 def build_kernel(plan: Plan) -> wp.Kernel:
