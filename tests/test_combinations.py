@@ -24,18 +24,18 @@ import warp as wp
 import warpdyn as wd
 from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.plan import DIVERGED, DTYPES, Plan
+from warpdyn.kernels.plan import DTYPES, Plan
 from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
-from warpdyn.recorders import HISTORY, RECORDERS
+from warpdyn.recorders import DIVERGED, HISTORY, RECORDERS
 from warpdyn.structures import DAMPING
 
 SAMPLES = 17  # one full row of lanes, and one that repeats its only sample
 VALUES = {  # of every parameter that a law or a damping takes
     "yield_force": 500.0,
     "hardening_ratio": 0.05,
-    "beta": 0.4,
-    "gamma": 0.6,
+    "beta": 0.6,
+    "gamma": 0.4,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
@@ -196,8 +196,12 @@ def test_combination(case, compiled, launched, monkeypatch):
         monkeypatch.setattr(build, "CPU_UNROLL", 1)
     structure, excitation = make_structure(family, dofs, damping, spring), make_excitation(load, dofs)
     alone = recorder_alone(*case)
+
+    def scene(record):
+        return wd.Scene(structure, excitation, record=record, tail=1.2)
+
     runs = [
-        wd.simulate(wd.Scene(structure, excitation, record=record, tail=0.1), samples=SAMPLES, dtype=dtype, **kept)
+        wd.simulate(scene(record), samples=SAMPLES, dtype=dtype, step=0.005, **kept)
         for record, kept in ((None, {"histories": wd.Histories((0, SAMPLES - 1))}), ((alone,), {}))
     ]
     assert launched == list(plans_of(case))
