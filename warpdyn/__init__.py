@@ -7,6 +7,7 @@ from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicF
 from warpdyn.sample import Factor, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
 from warpdyn.simulate import Histories, simulate
+from warpdyn.store import write
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 __all__ = [
@@ -30,4 +31,5 @@ __all__ = [
     "Value",
     "fragility",
     "simulate",
+    "write",
 ]
