@@ -237,10 +237,13 @@ RUNS = {
         "histories of samples 0 and 1 have steps",
         "divides all",
     ),
+    "gamma above beta": (
+        lambda: run({"structure": building(law="bouc_wen"), "scatter": {"beta": 0.25}}),
+        "gamma is 0.5 where beta is 0.25 (structure 0, storey 1)",
+    ),
+    "velocity not finite": (lambda: wd.FreeVibration(1.0, velocity=NAN), "velocity is nan"),
     "histories of nothing": (lambda: wd.Histories(()), "histories.samples", "at least one sample"),
-    "histories of half a sample": (lambda: wd.Histories([0.5]), "histories.samples must be a whole number", "0.5"),
     "seed beyond a file": (lambda: run({}, seed=2**63), "seed must be a whole number", "2^63 - 1"),
-    "no seed": (lambda: run({}, seed=None), "seed must be a whole number", "None"),
     "step in words": (lambda: run({}, step="0.01"), "step [s] must be a finite number", "'0.01'"),
     "damping that feeds": (lambda: run({"structure": system(damping=-MASS)}), "damping", "put energy in"),
     "motions for other samples": (
@@ -262,7 +265,6 @@ WRONG_TYPES = {
     "histories as a list": (lambda: run({}, histories=[0]), "histories must be Histories"),
     "structure for a scene": (lambda: wd.simulate(system()), "takes a Scene", "LinearSystem"),
     "one recorder as text": (lambda: scene(record="drift"), "record must be a tuple", "'drift'"),
-    "no title": (lambda: scene(title=None), "title must be text"),
     "measure by name": (
         lambda: wd.Cloud([wd.GroundMotion([0.0, 1.0], 0.1)], measure="PGA"),
         "measure must be",

@@ -58,6 +58,13 @@ def test_force_history_without_a_tail_ends_under_its_last_force():
     assert run.peak_floor_acceleration.item() == pytest.approx(2.0, rel=1e-6)
 
 
+def test_residual_of_a_single_step():
+    """One step of free flight: the mean over it is what it ends with."""
+    scene = wd.Scene(wd.ShearBuilding(1.0, 1e-6, 2.0), wd.FreeVibration(0.01, velocity=1.0))
+    run = wd.simulate(scene, step=0.01, dtype="float64")
+    assert run.residual_drift_ratio.item() == pytest.approx(0.005, rel=1e-9)
+
+
 def test_nothing_supplied_has_no_energy_error():
     still = wd.GroundMotion(np.zeros(10), 0.02)
     run = wd.simulate(wd.Scene(wd.ShearBuilding(1.0, 40.0, 1.0), still))

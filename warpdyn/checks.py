@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Collection
 from numbers import Integral, Real
 
@@ -20,7 +21,7 @@ def one_of(what: str, name: object, allowed: Collection[str]) -> None:
 def real_number(what: str, value: object, *, above: float | None = None, least: float | None = None) -> float:
     """Return a finite number as a float, or raise a ValueError that names its bound."""
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
-    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and np.isfinite(float(value))
+    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(value) < np.inf
     if not good or (above is not None and not value > above) or (least is not None and not value >= least):
         raise ValueError(f"{what} must be a finite number{bound}, got {value!r}")
     return float(value)
@@ -45,15 +46,16 @@ def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
     except (TypeError, ValueError):
         array = np.array(None)
     if array.dtype.kind not in "iuf":
-        raise ValueError(f"{what} must be numbers, in rows of equal length, got {values!r}")
+        raise ValueError(f"{what} must be numbers, in rows of equal length, got {reprlib.repr(values)}")
     return array.astype(np.float64)
 
 
 def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
     """Return a new float64 array; raise a ValueError that names the first value that is not finite, too."""
     array = real_numbers(what, values)
-    bad = np.argwhere(~np.isfinite(array))
-    if bad.size:
-        place = ", ".join(str(i) for i in bad[0])
-        raise ValueError(f"{what}[{place}] is {array[tuple(bad[0])]}; every value must be finite")
+    bad = ~np.isfinite(array)
+    if bad.any():
+        place = tuple(np.argwhere(bad)[0])
+        where = f"[{', '.join(map(str, place))}]" if place else ""
+        raise ValueError(f"{what}{where} is {array[place]}; every value must be finite")
     return array

@@ -70,7 +70,7 @@ class Ensemble:
         )
         self.loads = build.fill_struct("Load", pack.pack_load(scene, timeline), dtype, device)
         self.variables = {name: variable for r in scene.record for name, variable in RECORDERS[family][r].items()} | {
-            "status": Variable((), "1", "", integer=True)
+            "status": Variable((), "1", "outcome of the sample")
         }
 
     @property
@@ -82,8 +82,9 @@ class Ensemble:
     def check_common_step(self, samples: Sequence[int]) -> None:
         """Raise unless the histories asked for share one time grid."""
         steps = self.timeline.step[self.assignment.motion[list(samples)]]
-        if np.unique(steps).size > 1:
-            other = int(np.flatnonzero(steps != steps[0])[0])
+        differs = ~np.isclose(steps, steps[0], rtol=1e-6, atol=0.0)
+        if differs.any():
+            other = int(np.flatnonzero(differs)[0])
             raise ValueError(
                 f"histories of samples {samples[0]} and {samples[other]} have steps {steps[0]:g} and "
                 f"{steps[other]:g} s: ask for samples of one step, or give simulate() a step that divides all"

@@ -92,18 +92,22 @@ def _bouc_wen_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
     stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
     values = (hardening * stiffness, (1 - hardening) * strength, stiffness / strength, p["beta"], p["gamma"])
     power = (p["exponent"],) if spring == "bouc_wen" else ()
+    # How fast z settles at its bound, loading or unloading, for each unit of velocity.
     bound = (p["beta"] + p["gamma"]) ** (-1 / p["exponent"])
-    return *values, *power, p["exponent"] / bound * stiffness / strength
+    steepest = p["exponent"] * (p["beta"] + np.abs(p["gamma"])) * bound ** (p["exponent"] - 1)
+    return *values, *power, steepest * stiffness / strength
 
 
 def _bouc_wen_problem(p: Values) -> str | None:
     """Beyond these bounds z grows without end, or gives back more energy than was put in (Erlicher and Point 2004)."""
-    bad = (p["gamma"] <= -p["beta"]) | (p["gamma"] > p["beta"])
+    beta, gamma = np.broadcast_arrays(p["beta"], p["gamma"])
+    bad = (gamma <= -beta) | (gamma > beta)
     if not np.any(bad):
         return None
     place = tuple(np.argwhere(bad)[0])
+    where = ", ".join([f"structure {i}" for i in place[:-1]] + [f"storey {place[-1] + 1}"])
     return (
-        f"gamma is {p['gamma'][place]:g} where beta is {p['beta'][place]:g} (storey {place[-1] + 1}); "
+        f"gamma is {gamma[place]:g} where beta is {beta[place]:g} ({where}); "
         "a Bouc-Wen storey needs -beta < gamma <= beta"
     )
 

@@ -148,7 +148,10 @@ def _vibration(
                 of_mass, of_stiffness = _rayleigh(scene, parameters)
                 ratios += (of_mass[:, None] / frequencies + of_stiffness[:, None] * frequencies) / 2
             stable = stable_step(stability_polynomial, frequencies, ratios).min(axis=1)
-            return period, (ratios * frequencies).min(axis=1), stable
+            # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
+            slower = np.where(ratios > 1, ratios + np.sqrt(np.maximum(ratios**2 - 1, 0)), 1.0)
+            rates = frequencies * np.where(ratios > 1, 1 / slower, ratios)
+            return period, rates.min(axis=1), stable
         dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
         eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
     decay = np.maximum(-eigenvalues.real.max(axis=1), 0.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import cycle
+
 import numpy as np
 import xarray as xr
 from matplotlib import ticker
@@ -43,7 +45,7 @@ def fragility_curves(dataset: xr.Dataset) -> Figure:
     figure = _figure()
     axes = figure.subplots()
     intensity = dataset["intensity"].values
-    for colour, state in zip(COLOURS, dataset["damage_state"].values, strict=False):
+    for colour, state in zip(cycle(COLOURS), dataset["damage_state"].values, strict=False):
         row = dataset.sel(damage_state=state)
         axes.fill_between(
             intensity, row["fragility_curve_lower"], row["fragility_curve_upper"], color=colour, alpha=0.18, lw=0
@@ -84,13 +86,15 @@ def drift_over_height(dataset: xr.Dataset, levels: int = 5) -> Figure:
         ValueError: If the dataset has no drifts or no levels.
     """
     _require(dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding on stripes")
+    if dataset["im_level"].attrs.get("design") != STRIPED:
+        raise ValueError("the run is not on stripes: drift_over_height draws one curve a stripe")
     valid = _valid(dataset)
     stripes = np.unique(valid["im_level"])
     stripes = stripes[np.unique(np.linspace(0, stripes.size - 1, levels).round().astype(int))]
     figure = _figure(6.4, 4.6)
     axes = figure.subplots()
     storeys = valid["storey"].values
-    for colour, level in zip(COLOURS, stripes, strict=False):
+    for colour, level in zip(cycle(COLOURS), stripes, strict=False):
         drift = 100 * valid["peak_storey_drift_ratio"].values[valid["im_level"].values == level]
         low, median, high = np.quantile(drift, (0.16, 0.5, 0.84), axis=0)
         axes.fill_betweenx(storeys, low, high, color=colour, alpha=0.15, lw=0)
@@ -139,7 +143,7 @@ def drift_against_intensity(dataset: xr.Dataset) -> Figure:
         quantiles = np.array([np.quantile(drift[level == each], (0.16, 0.5, 0.84)) for each in stripes])
         axes.plot(stripes, quantiles[:, 1], "o-", color="black", ms=4, label="median")
         axes.plot(stripes, quantiles[:, [0, 2]], "--", color="black", lw=1, label=["16 and 84 %", None])
-    for colour, (state, limit) in zip(COLOURS, _limits(dataset), strict=False):
+    for colour, (state, limit) in zip(cycle(COLOURS), _limits(dataset), strict=False):
         axes.axhline(100 * limit, color=colour, lw=1)
         axes.annotate(state, (level.min(), 100 * limit), fontsize=8, color=colour, va="bottom")
     axes.set(

@@ -23,13 +23,11 @@ class Variable:
         dims: Its dimension beside `sample`: (), ("storey",), ("floor",) or ("dof",).
         units: UDUNITS string.
         long_name: In words.
-        integer: Whether it counts.
     """
 
     dims: tuple[str, ...]
     units: str
     long_name: str
-    integer: bool = False
 
 
 ENERGY = {
@@ -44,14 +42,16 @@ RECORDERS: dict[str, dict[str, dict[str, Variable]]] = {
         "drift": {
             "peak_storey_drift": Variable(("storey",), "m", "peak absolute storey drift"),
             "time_of_peak_drift": Variable((), "s", "time of the largest storey drift ratio"),
-            "storey_of_peak_drift": Variable((), "1", "storey of the largest storey drift ratio", integer=True),
+            "storey_of_peak_drift": Variable((), "1", "storey of the largest storey drift ratio"),
         },
         "acceleration": {
             "peak_floor_acceleration": Variable(("floor",), "m s-2", "peak absolute floor acceleration"),
         },
         "base_shear": {"peak_base_shear": Variable((), "N", "peak restoring force of the first storey")},
         "residual": {
-            "residual_drift_ratio": Variable(("storey",), "1", "storey drift ratio averaged over the end of the run"),
+            "residual_drift_ratio": Variable(
+                ("storey",), "1", "storey drift ratio, Hann-weighted mean over the end of the run"
+            ),
         },
         "energy": {
             **ENERGY,
@@ -75,5 +75,5 @@ HISTORY = {
     "displacement": Variable(("dof",), "m", "displacement relative to the base"),
     "velocity": Variable(("dof",), "m s-1", "velocity relative to the base"),
     "acceleration": Variable(("dof",), "m s-2", "absolute acceleration"),
-    "storey_force": Variable(("dof",), "N", "storey restoring force"),
+    "storey_force": Variable(("storey",), "N", "storey restoring force"),
 }

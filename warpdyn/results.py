@@ -136,11 +136,10 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
     numbers = np.arange(1, next(iter(values.values())).shape[2] + 1, dtype=np.int32)
     for name, array in values.items():
         attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
-        dim = "storey" if name == "storey_force" else "dof"
-        variables[name] = (("history", "time", dim), array, attributes)
+        variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
     coordinates = {
         "time": ("time", time, {"long_name": "time", "units": "s"}),
-        "dof": ("dof", numbers, {"long_name": "degree of freedom, from the ground up", "units": "1"}),
+        "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
         "history_sample": (
             "history",
             np.array(samples, dtype=np.int32),

@@ -36,8 +36,10 @@ def add_to_mean(mean: Any, storey: int, column: int, value: Any, since: int, ste
 
     The window takes out what is left of the free vibration, whatever its phase (Harris 1978, Proc. IEEE 66(1)).
     """
-    turn = type(value)(TURN) * (type(value)(since) + type(value)(0.5)) / type(value)(steps)
-    part = value * (type(value)(1.0) - wp.cos(turn)) / type(value)(steps)
+    part = value
+    if steps > 1:
+        turn = type(value)(TURN) * (type(value)(since) + type(value)(0.5)) / type(value)(steps)
+        part = value * (type(value)(1.0) - wp.cos(turn)) / type(value)(steps)
     if since > 0:
         part += mean[storey, column]
     mean[storey, column] = part

@@ -76,7 +76,8 @@ def bouc_wen_recoverable(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * (c[0] * drift * drift + c[1] / c[2] * memory[0] * memory[0])
 
 
-# Near its bound z settles at the rate n (beta + gamma)^(1/n) |v| / uy; that factor is the last coefficient.
+# At its bound Z z settles at the rate n (beta + |gamma|) Z^(n-1) |v| / uy, which is its fastest; the factor of |v| is
+# the last coefficient. It is taken at the bound wherever z is, since a step too long can hold z away from it.
 @wp.func
 def bouc_wen_whole_relaxation(velocity: Any, c: Any):
     return wp.abs(velocity) * c[5]
