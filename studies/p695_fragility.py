@@ -8,12 +8,11 @@ components, each scaled to stripes of Sa(T1, 5 %). Writes p695_fragility.nc and 
 
 from __future__ import annotations
 
-import argparse
 import time
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from command_line import read_arguments, save_figures
 
 import warpdyn as wd
 from warpdyn import plots, store
@@ -79,17 +78,12 @@ def print_table(result: xr.Dataset) -> None:
 
 def main() -> None:
     """Run the study."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
-    parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
-    parser.add_argument("--samples", type=int, default=64, help="structures a record and stripe [%(default)s]")
-    parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
-    arguments = parser.parse_args()
+    arguments = read_arguments(__doc__, samples=64, meaning="structures a record and stripe")
     target = store.check_writable(arguments.out / "p695_fragility.nc")
 
     started = time.perf_counter()
     scene = build_scene()
-    loop = wd.Histories((loop_sample(scene),), every=1)
+    loop = wd.Histories((loop_sample(scene),))
     print(
         f"{scene.structure}: T1 = {scene.structure.fundamental_period:.3f} s, {len(scene.excitation.motions)} records"
     )
@@ -105,8 +99,7 @@ def main() -> None:
         "p695_drift_against_intensity": plots.drift_against_intensity(result),
         "p695_hysteresis": plots.hysteresis(result),
     }
-    for name, figure in figures.items():
-        figure.savefig(arguments.out / f"{name}.png", dpi=150)
+    save_figures(figures, arguments.out)
     drawn = time.perf_counter()
 
     meanings = run["status"].attrs["flag_meanings"].split()

@@ -9,7 +9,6 @@ tells the time per simulation. Writes seed_frame.nc and two figures.
 
 from __future__ import annotations
 
-import argparse
 import json
 import textwrap
 from pathlib import Path
@@ -17,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import seed_frame_figures as figures
 import xarray as xr
+from command_line import read_arguments, save_figures
 from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
 
@@ -277,19 +277,13 @@ def print_report(result: xr.Dataset) -> None:
 
 def main() -> None:
     """Run the study."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
-    parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
-    parser.add_argument("--samples", type=int, default=10_000, help="frames with scatter [%(default)s]")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the scatter [%(default)s]")
-    arguments = parser.parse_args()
+    arguments = read_arguments(__doc__, samples=10_000, meaning="frames with scatter")
     target = store.check_writable(arguments.out / "seed_frame.nc")
 
     result = build_dataset(arguments.samples, arguments.device, arguments.seed)
     store.write(result, target)
     drawn = {"seed_frame": figures.overview(result), "seed_frame_convergence": figures.convergence(result)}
-    for name, figure in drawn.items():
-        figure.savefig(arguments.out / f"{name}.png", dpi=150)
+    save_figures(drawn, arguments.out)
     print_report(result)
     print(f"wrote {target} and " + ", ".join(f"{name}.png" for name in drawn))
 

@@ -1,0 +1,31 @@
+"""What every study takes on its command line, and how it leaves its figures."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+
+def read_arguments(description: str | None, samples: int, meaning: str) -> argparse.Namespace:
+    """Return `out`, `device`, `samples` and `seed` from the command line.
+
+    Args:
+        description: What the study does, for its help.
+        samples: Default number of samples.
+        meaning: What is counted by it.
+    """
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
+    parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
+    parser.add_argument("--samples", type=int, default=samples, help=f"{meaning} [%(default)s]")
+    parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
+    return parser.parse_args()
+
+
+def save_figures(figures: Mapping[str, Figure], folder: Path) -> None:
+    """Write each figure to a PNG of its name."""
+    for name, figure in figures.items():
+        figure.savefig(folder / f"{name}.png", dpi=150)
