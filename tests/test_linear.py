@@ -7,27 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from seed_problem import AMPLITUDE, DAMPING, MASS, SEED_DISPLACEMENT, STIFFNESS
 
 import warpdyn as wd
 from warpdyn.exact import elastoplastic_response, harmonic_response, piecewise_linear_response
 
 # The seed frame: three storeys of 20 kN/m in a chain, and a force on the middle one.
-MASS = np.array([200.0, 150.0, 100.0])
-STIFFNESS = np.array([[40e3, -20e3, 0], [-20e3, 40e3, -20e3], [0, -20e3, 20e3]])
-DAMPING = 0.0015 * STIFFNESS
-AMPLITUDE = np.array([0, 100.0, 0])
 SEED = wd.LinearSystem(MASS, DAMPING, STIFFNESS)
 SEED_CHAIN = wd.ShearBuilding(MASS, 20e3, 3.0, damping="storey", damping_coefficient=30.0)
-SEED_DISPLACEMENT = {  # 40-digit matrix exponentials
-    0.809: [-0.00702758581267502, -0.00930618290619974, -0.01405517162535004],
-    1.0: [-0.001139805404531191, -0.003602965684059091, -0.002279610809062383],
-    1.26: [0.002678734361208542, 0.003996141703614245, 0.005357468722417084],
-    1.27: [0.00257724156144334, 0.003981455405421431, 0.005154483122886679],
-    2.0: [-0.00678581021159492, -0.009322096891608471, -0.01357162042318984],
-    2.013: [-0.006899736223066759, -0.009352193222127858, -0.01379947244613352],
-    5.0: [0.002945108704127169, 0.00454982766230404, 0.005890217408254338],
-    10.0: [-0.001782384277182722, -0.004092775468027168, -0.003564768554365444],
-}
 SEED_PEAK = 0.014055189120646
 SEED_RK4_ERROR = {0.01: 2.191e-7, 0.005: 1.370e-8, 0.001: 2.190e-11, 0.0005: 1.369e-12}
 # In storey drifts for displacements M, C and K are full or of other entries, and base motion acts on the first alone.

@@ -13,8 +13,6 @@ from warpdyn.records import UNITS, far_field, from_array, from_dataset
 
 GRAVITY = 9.80665
 
-GRAVITY = 9.80665
-
 
 # Arrays and datasets
 
