@@ -27,6 +27,7 @@ from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES, Plan
 from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
+from warpdyn.modal import modal_damping_matrix
 from warpdyn.recorders import DIVERGED, HISTORY, RECORDERS
 from warpdyn.structures import DAMPING
 
@@ -54,9 +55,9 @@ def springs_of_laws():
 
 def make_structure(family, dofs, damping, spring):
     if family == "dense":
-        chain = make_structure("chain", dofs, "modal", "elastic")
+        mass = np.full(dofs, 1e3)
         stiffness = np.diag([8e5] * (dofs - 1) + [4e5]) - 4e5 * (np.eye(dofs, k=1) + np.eye(dofs, k=-1))
-        return wd.LinearSystem(chain.parameters["mass"], chain.damping_matrix(), stiffness)
+        return wd.LinearSystem(mass, modal_damping_matrix(mass, stiffness, VALUES["damping_ratio"]), stiffness)
     law, values = springs_of_laws()[spring]
     values = values | {name: VALUES[name] for name in DAMPING[damping]}
     return wd.ShearBuilding(np.full(dofs, 1e3), 4e5, 3.0, law=law, damping=damping, **values)

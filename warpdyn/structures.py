@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.checks import finite_numbers, one_of, real_numbers, whole_number
 from warpdyn.laws import LAWS, Parameter
-from warpdyn.modal import chain_stiffness_matrix, modal_damping_matrix, modal_properties, rayleigh_coefficients
+from warpdyn.modal import chain_stiffness_matrix, modal_properties
 
 MAXIMUM_STOREYS = 60
 MAXIMUM_DOFS = 32
@@ -141,20 +141,6 @@ class ShearBuilding:
         """First period of the undamped building [s]."""
         return float(self.modal()["period"][0])
 
-    def damping_matrix(self) -> np.ndarray:
-        """Return the viscous damping matrix [N s/m], shape [storey, storey]."""
-        p, modes = self.parameters, self.damping_modes
-        if self.damping == "none":
-            return np.zeros((self.storeys, self.storeys))
-        if self.damping == "storey":
-            return chain_stiffness_matrix(p["damping_coefficient"])
-        stiffness = chain_stiffness_matrix(p["stiffness"])
-        if self.damping == "modal":
-            return modal_damping_matrix(p["mass"], stiffness, p["damping_ratio"])
-        frequency = self.modal()["circular_frequency"].values
-        of_mass, of_stiffness = rayleigh_coefficients(*(frequency[m - 1] for m in modes), p["damping_ratio"])
-        return of_mass * np.diag(p["mass"]) + of_stiffness * stiffness
-
     def __repr__(self) -> str:
         return f"ShearBuilding({self.storeys} storeys, law={self.law!r}, damping={self.damping!r})"
 
@@ -235,10 +221,6 @@ class LinearSystem:
     def fundamental_period(self) -> float:
         """First period of the undamped system [s]."""
         return float(self.modal()["period"][0])
-
-    def damping_matrix(self) -> np.ndarray:
-        """Return the viscous damping matrix [N s/m], shape [dof, dof]."""
-        return self.parameters["damping"]
 
     def __repr__(self) -> str:
         return f"LinearSystem({self.dofs} degrees of freedom)"
