@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 
 from warpdyn.checks import real_numbers, whole_number
 from warpdyn.lognormal_fit import FIT_MEANINGS, FITTED, check_confidence, clopper_pearson, fit_stripes, probability
+from warpdyn.motions import IN_G
 from warpdyn.stripe_counts import StripeCounts, count_stripes
 
 LEAST_FITTED_FRACTION = 0.95  # of the bootstrap replicates; with fewer no interval is given
 
 _CURVE_POINTS = 401
-_GRAVITY = "g = 9.80665 m/s2"
 
 
 def fragility(
@@ -93,7 +93,7 @@ def fragility(
             median,
             median_bounds,
             "median capacity",
-            {"units": "g", "comment": f"{_GRAVITY}; {no_fit}"},
+            {"units": "g", "comment": f"{IN_G}; {no_fit}"},
         ),
         "fragility_dispersion": (dispersion, dispersion_bounds, "dispersion of the capacity", {"comment": no_fit}),
         "fit_status": (outcome, None, "outcome of the lognormal fit", flags),
@@ -118,8 +118,8 @@ def fragility(
         variables,
         coords={
             "damage_state": ("damage_state", np.array(names), {"long_name": "damage state"}),
-            "stripe": _labelled("stripe", counts.levels, "intensity of the stripe", units="g", comment=_GRAVITY),
-            "intensity": _labelled("intensity", intensity, "intensity along the curve", units="g", comment=_GRAVITY),
+            "stripe": _labelled("stripe", counts.levels, "intensity of the stripe", units="g", comment=IN_G),
+            "intensity": _labelled("intensity", intensity, "intensity along the curve", units="g", comment=IN_G),
             "storey": _labelled("storey", counts.storeys, "storey, from the ground up"),
         },
         attrs={

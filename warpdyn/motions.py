@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from warpdyn.checks import finite_numbers, real_number, real_numbers
 
 STANDARD_GRAVITY = 9.80665  # m/s2, exact by definition (CGPM 1901)
+IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"  # comment of every variable in g, which UDUNITS reads as gram
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,11 @@ class GroundMotion:
         acceleration.flags.writeable = False
         object.__setattr__(self, "acceleration", acceleration)
         object.__setattr__(self, "step", real_number(f"motion {self.name!r}: step [s]", self.step, above=0))
+
+    @property
+    def values(self) -> np.ndarray:
+        """What is sampled, time first."""
+        return self.acceleration
 
     @property
     def duration(self) -> float:
@@ -138,6 +144,11 @@ class ForceHistory:
             raise ValueError(f"force must have shape [time, dof] with at least 2 times, got shape {force.shape}")
         object.__setattr__(self, "force", force)
         object.__setattr__(self, "step", real_number("step [s]", self.step, above=0))
+
+    @property
+    def values(self) -> np.ndarray:
+        """What is sampled, time first."""
+        return self.force
 
     def assign(self, structures: int, seed: int) -> Assignment:
         """Return one sample a structure."""

@@ -11,7 +11,7 @@ from warpdyn.modal import (
     modal_damping_matrix,
     rayleigh_coefficients,
 )
-from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
+from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.scene import Scene
 from warpdyn.stability import stable_step, stable_step_of_eigenvalues, state_eigenvalues
 from warpdyn.timeline import Timeline, Vibration, motions_of
@@ -45,8 +45,7 @@ def load_of(scene: Scene) -> str:
     return kinds.get(type(scene.excitation), "base_acceleration")
 
 
-def _rayleigh(scene: Scene, parameters: Arrays) -> tuple[np.ndarray, np.ndarray]:
-    frequencies = circular_frequencies(parameters["mass"], parameters["stiffness"])
+def _rayleigh(scene: Scene, parameters: Arrays, frequencies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     first, second = (frequencies[:, mode - 1] for mode in scene.structure.damping_modes)
     return rayleigh_coefficients(first, second, parameters["damping_ratio"])
 
@@ -65,7 +64,7 @@ def pack_chain(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
     if scene.structure.damping == "storey":
         packed["storey_damping"] = parameters["damping_coefficient"].T
     elif scene.structure.damping == "rayleigh":
-        of_mass, of_stiffness = _rayleigh(scene, parameters)
+        of_mass, of_stiffness = _rayleigh(scene, parameters, circular_frequencies(mass, stiffness))
         packed["storey_damping"] = (of_stiffness[:, None] * stiffness).T
         packed["mass_damping"] = of_mass
     elif scene.structure.damping == "modal":
@@ -107,9 +106,9 @@ def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
         packed["initial_displacement"] = np.broadcast_to(excitation.displacement, dofs)
         packed["initial_velocity"] = np.broadcast_to(excitation.velocity, dofs)
     else:
-        values = [m.acceleration if isinstance(m, GroundMotion) else m.force for m in motions_of(scene)]
-        packed["values"] = np.concatenate([v.ravel() for v in values])
-        lengths = [len(v) for v in values]
+        motions = motions_of(scene)
+        packed["values"] = np.concatenate([motion.values.ravel() for motion in motions])
+        lengths = [len(motion.values) for motion in motions]
         packed["first"] = np.concatenate([[0], np.cumsum(lengths)[:-1]])
     return packed
 
@@ -145,7 +144,7 @@ def _vibration(
             if damping == "modal":
                 ratios += parameters["damping_ratio"][:, None]
             elif damping == "rayleigh":
-                of_mass, of_stiffness = _rayleigh(scene, parameters)
+                of_mass, of_stiffness = _rayleigh(scene, parameters, frequencies)
                 ratios += (of_mass[:, None] / frequencies + of_stiffness[:, None] * frequencies) / 2
             stable = stable_step(stability_polynomial, frequencies, ratios).min(axis=1)
             # The slower of an overdamped mode's two rates of decay; the only one of any other mode.

@@ -10,12 +10,10 @@ from importlib.metadata import version
 import numpy as np
 import xarray as xr
 
-from warpdyn.motions import STANDARD_GRAVITY, Assignment
+from warpdyn.motions import IN_G, Assignment
 from warpdyn.recorders import HISTORY, RECORDERS, STATUS_MEANINGS, STRIPED
 from warpdyn.scene import Scene
 from warpdyn.timeline import Timeline, motions_of
-
-IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"
 
 
 def label(

@@ -104,8 +104,7 @@ def build_timeline(scene: Scene, step: float | None, central: Vibration) -> Time
         name = getattr(motion, "name", "the force history")
         substeps.append(_substeps(motion.step, step, target, f"the step of motion {index} ({name!r})"))
     steps = [motion.step / count for motion, count in zip(motions, substeps, strict=True)]
-    values = [m.force if isinstance(m, ForceHistory) else m.acceleration for m in motions]
-    return Timeline(np.array(steps), np.array(substeps), np.array([len(v) - 1 for v in values]))
+    return Timeline(np.array(steps), np.array(substeps), np.array([len(motion.values) - 1 for motion in motions]))
 
 
 def run_lengths(
