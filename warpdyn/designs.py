@@ -72,7 +72,7 @@ class Stripes:
     def assign(self, structures: int, seed: int) -> Assignment:
         """Return structures x motions x levels samples."""
         shape = (structures, len(self.motions), len(self.levels_in_g))
-        structure, motion, level = (i.ravel() for i in np.indices(shape, dtype=np.int32, sparse=False))
+        structure, motion, level = (i.ravel() for i in np.indices(shape, dtype=np.int32))
         im_level = self.levels_in_g[level]
         scale = im_level * STANDARD_GRAVITY / self._intensities[motion]
         return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True)

@@ -11,7 +11,7 @@ from warpdyn import pack
 from warpdyn.kernels import build
 from warpdyn.kernels.plan import Plan
 from warpdyn.motions import Assignment
-from warpdyn.recorders import HISTORY, RECORDERS, Variable
+from warpdyn.recorders import HISTORY, RECORDERS
 from warpdyn.scene import Scene
 from warpdyn.timeline import Timeline
 
@@ -69,9 +69,9 @@ class Ensemble:
             max_unroll=max_unroll,
         )
         self.loads = build.fill_struct("Load", pack.pack_load(scene, timeline), dtype, device)
-        self.variables = {name: variable for r in scene.record for name, variable in RECORDERS[family][r].items()} | {
-            "status": Variable((), "1", "outcome of the sample")
-        }
+        # Every dimension beside `sample` is as long as there are degrees of freedom.
+        variables = {name: variable for r in scene.record for name, variable in RECORDERS[family][r].items()}
+        self.shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in variables.items()} | {"status": ()}
 
     @property
     def kernel_name(self) -> str:
@@ -138,10 +138,10 @@ class Ensemble:
             ]
             build.launch(plan, chosen.size, arguments, self.device, self.threads, advance)
 
-    def _chunk(self, shapes: dict[str, tuple[int, ...]]) -> int:
+    def _chunk(self) -> int:
         """Return how many samples fit the memory at hand, with the structures they need."""
         samples = self.assignment.structure.size
-        values = sum(int(np.prod(shape)) for shape in shapes.values()) + 8  # and a sample's own indices
+        values = sum(int(np.prod(shape)) for shape in self.shapes.values()) + 8  # and a sample's own indices
         one = pack.parameters_of(self.scene, self.drawn, slice(0, 1))
         packed = pack.PACKERS[self.plan.family](self.scene, one, self.plan.law)
         structures = len(next(iter(self.drawn.values()))) if self.drawn else 0
@@ -152,17 +152,15 @@ class Ensemble:
     def integrate(self, samples_per_chunk: int | None) -> dict[str, np.ndarray]:
         """Return every recorded variable, sample last."""
         total = self.assignment.structure.size
-        sizes = {"storey": self.plan.dofs, "floor": self.plan.dofs, "dof": self.plan.dofs}
-        shapes = {name: tuple(sizes[d] for d in v.dims) for name, v in self.variables.items()}
-        chunk = samples_per_chunk or self._chunk(shapes)
+        chunk = samples_per_chunk or self._chunk()
         results: dict[str, np.ndarray] = {}
         no_history = build.fill_struct("History", {}, self.dtype, self.device)
         with tqdm(total=total, unit="history", unit_scale=True, disable=None) as progress:
             for start in range(0, total, chunk):
                 samples = np.arange(start, min(start + chunk, total))
-                output = build.blank_output(shapes, samples.size, self.dtype, self.device)
+                output = build.blank_output(self.shapes, samples.size, self.dtype, self.device)
                 self._launch(self.plan, samples, samples - start, output, no_history, advance=progress.update)
-                for name, shape in shapes.items():
+                for name, shape in self.shapes.items():
                     part = build.read_array(output, name)
                     if name not in results:
                         results[name] = np.empty((*shape, total), part.dtype)

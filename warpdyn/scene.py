@@ -84,7 +84,7 @@ class Scene:
         object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))
 
     def _check_width(self) -> None:
-        """Check that nodal loads and initial states have one value a degree of freedom; spread single values."""
+        """Check that nodal loads and initial states have one value a degree of freedom, or one for all."""
         dofs = self.structure.dofs
         for kind, name in ((HarmonicForce, "amplitude"), (FreeVibration, "displacement"), (FreeVibration, "velocity")):
             if isinstance(self.excitation, kind):

@@ -126,7 +126,7 @@ def structs(dtype_name: str) -> SimpleNamespace:
         peak_acceleration: table
         status: wp.array(dtype=wp.int8)
 
-    class History:  # [sample of this launch, time, dof]
+    class History:  # [history, time, dof]
         displacement: series
         velocity: series
         acceleration: series
