@@ -1,13 +1,9 @@
-"""Exact responses by matrix exponentials and event location: the truth for tests and charts, never for the engine."""
+"""Exact linear responses by matrix exponentials: the truth for tests and charts, never for the engine."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
-from scipy.optimize import brentq
-
-# A yield or unloading instant is looked for once in each of this many parts of the elastic period.
-EVENT_SEARCHES_PER_PERIOD = 40
 
 
 def harmonic_response(
@@ -124,109 +120,6 @@ def piecewise_linear_response(
     for i in range(len(force) - 1):
         state[i + 1] = propagator[:, : 2 * dof] @ state[i] + drive[i]
     return _physical(state, [mass, damping, stiffness], shape, omega, force)
-
-
-def elastoplastic_response(
-    mass: float,
-    stiffness: float,
-    yield_force: float,
-    force: np.ndarray,
-    step: float,
-    *,
-    hardening_ratio: float = 0.0,
-    damping_coefficient: float = 0.0,
-    initial_displacement: float = 0.0,
-    initial_velocity: float = 0.0,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Response of a bilinear oscillator with kinematic hardening, exact between yield and unloading instants.
-
-    Args:
-        mass: Mass [kg].
-        stiffness: Elastic stiffness [N/m].
-        yield_force: Spring force at first yield [N].
-        force: Force samples [N], linear between them, shape [time].
-        step: Time between samples [s].
-        hardening_ratio: Stiffness after yield over elastic stiffness [-], from 0 (perfectly plastic) to below 1.
-        damping_coefficient: Viscous damping [N s/m].
-        initial_displacement: Displacement at the first sample [m], within yield.
-        initial_velocity: Velocity at the first sample [m/s].
-
-    Returns:
-        Displacement [m] and energy dissipated by yielding so far [J], each of shape [time].
-
-    Raises:
-        ValueError: If a parameter is out of its range.
-        RuntimeError: If yielding and unloading alternate without time passing.
-    """
-    _positive(mass=mass, stiffness=stiffness, yield_force=yield_force, step=step)
-    force = np.asarray(force, dtype=np.float64)
-    if force.ndim != 1 or force.size == 0 or not np.isfinite(force).all():
-        raise ValueError(f"force must be finite and of shape [time], got shape {force.shape}")
-    if not (0 <= damping_coefficient < np.inf and np.isfinite(initial_velocity)):
-        raise ValueError(f"damping_coefficient ({damping_coefficient}) must be 0 or above, the initial velocity finite")
-    if not 0 <= hardening_ratio < 1:
-        raise ValueError(f"hardening_ratio must be from 0 to below 1, got {hardening_ratio}")
-    yield_displacement = yield_force / stiffness
-    if not abs(initial_displacement) <= yield_displacement:
-        raise ValueError(f"initial_displacement ({initial_displacement}) must be within yield, {yield_displacement} m")
-    parts = int(np.ceil(EVENT_SEARCHES_PER_PERIOD * step * np.sqrt(stiffness / mass) / (2 * np.pi)))
-    part = step / parts
-    hysteretic = 1 - hardening_ratio
-    # The slack keeps a mass that rests at yield from switching back and forth on rounding.
-    slack_yield = yield_displacement * (1 + 1e-13)
-
-    def generator(tangent: float) -> np.ndarray:  # of displacement, velocity, load, and the load's rate
-        return np.array(
-            [[0, 1, 0, 0], [-tangent / mass, -damping_coefficient / mass, 1 / mass, 0], [0, 0, 0, 1], [0, 0, 0, 0]]
-        )
-
-    generators = generator(stiffness), generator(hardening_ratio * stiffness)  # elastic, yielding
-    displacement, velocity = float(initial_displacement), float(initial_velocity)
-    plastic, dissipated, direction = 0.0, 0.0, 0  # direction of yielding: -1, 0 (elastic) or 1
-    history = [(displacement, dissipated)]
-    for i, j in np.ndindex(force.size - 1, parts):
-        rate = (force[i + 1] - force[i]) / step
-        load, left, switches = force[i] + rate * part * j, part, 0
-        while left > 0:
-            matrix = generators[abs(direction)]
-            hardening_load = stiffness * plastic if direction == 0 else -direction * yield_force
-            state = np.array([displacement, velocity, load + hysteretic * hardening_load, rate])
-            end = _exponential(matrix * left) @ state
-            duration, next_direction = left, direction
-            if direction == 0:
-                until, farthest = left, end[0]
-                if velocity * end[1] < 0:  # a turning point inside may lie beyond yield though the end does not
-                    turn = _instant(matrix, state, 1, 0.0, left)
-                    extreme = (_exponential(matrix * turn) @ state)[0]
-                    if abs(extreme - plastic) > slack_yield:
-                        until, farthest = turn, extreme
-                if abs(farthest - plastic) > slack_yield:
-                    next_direction = 1 if farthest > plastic else -1
-                    duration = _instant(matrix, state, 0, plastic + next_direction * yield_displacement, until)
-            elif direction * end[1] < 0:
-                next_direction, duration = 0, _instant(matrix, state, 1, 0.0, left)
-            displacement, velocity = (end if duration == left else _exponential(matrix * duration) @ state)[:2]
-            if direction != 0:
-                flow = displacement - direction * yield_displacement - plastic
-                plastic += flow
-                dissipated += hysteretic * yield_force * abs(flow)
-            load, left, direction, switches = load + rate * duration, left - duration, next_direction, switches + 1
-            if switches > 20:
-                raise RuntimeError(f"yielding and unloading alternate without end after force[{i}]")
-        if j == parts - 1:
-            history.append((displacement, dissipated))
-    return tuple(np.array(history).T)
-
-
-def _instant(matrix: np.ndarray, state: np.ndarray, row: int, target: float, until: float) -> float:
-    """When a row of the state crosses its target in [0, until]; 0 if rounding has put its start beyond the target."""
-
-    def gap(time: float) -> float:
-        return (_exponential(matrix * time) @ state)[row] - target
-
-    if gap(0.0) * np.sign(gap(until)) >= 0:
-        return 0.0
-    return brentq(gap, 0.0, until, xtol=1e-16, rtol=1e-15)
 
 
 def _exponential(matrix: np.ndarray) -> np.ndarray:
