@@ -67,12 +67,14 @@ class Law:
         spring: From the parameters to the row of the kernels' SPRINGS table that holds for all of them.
         coefficients: From the parameters, each [structure, storey], and the row's name to what it reads, in its order.
         problem: From the parameters to a sentence on what is wrong between them, if anything is.
+        stiffest: From the parameters to the largest tangent stiffness [N/m] a storey can come to, [structure, storey].
     """
 
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     spring: Callable[[Values], str] = lambda p: "elastic"
     coefficients: Callable[[Values, str], tuple[np.ndarray, ...]] = lambda p, spring: (p["stiffness"],)
     problem: Callable[[Values], str | None] = lambda p: None
+    stiffest: Callable[[Values], np.ndarray] = lambda p: p["stiffness"]
 
 
 def _bilinear_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
@@ -92,10 +94,9 @@ def _bouc_wen_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
     stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
     values = (hardening * stiffness, (1 - hardening) * strength, stiffness / strength, p["beta"], p["gamma"])
     power = (p["exponent"],) if spring == "bouc_wen" else ()
-    # How fast z settles at its bound, loading or unloading, for each unit of velocity.
-    bound = (p["beta"] + p["gamma"]) ** (-1 / p["exponent"])
-    steepest = p["exponent"] * (p["beta"] + np.abs(p["gamma"])) * bound ** (p["exponent"] - 1)
-    return *values, *power, steepest * stiffness / strength
+    # How fast z settles, loading or unloading, for each unit of velocity where |z| is 1.
+    settling = p["exponent"] * (p["beta"] + np.abs(p["gamma"]))
+    return *values, *power, settling * stiffness / strength
 
 
 def _bouc_wen_problem(p: Values) -> str | None:
@@ -110,6 +111,15 @@ def _bouc_wen_problem(p: Values) -> str | None:
         f"gamma is {gamma[place]:g} where beta is {beta[place]:g} ({where}); "
         "a Bouc-Wen storey needs -beta < gamma <= beta"
     )
+
+
+def _bouc_wen_stiffest(p: Values) -> np.ndarray:
+    """A storey is stiffest as it begins to unload from its bound, if gamma < beta; at rest otherwise.
+
+    Unloading, uy dz/dd = 1 + (beta - gamma) |z|^n, and |z|^n is at most 1 / (beta + gamma). Loading it is at most 1.
+    """
+    beta, gamma, hardening = p["beta"], p["gamma"], p["hardening_ratio"]
+    return p["stiffness"] * (1 + (1 - hardening) * (beta - gamma) / (beta + gamma))
 
 
 YIELD_FORCE = Parameter("N", "storey yield force", low=0.0, low_open=True)
@@ -134,5 +144,6 @@ LAWS = {
         _bouc_wen_spring,
         _bouc_wen_coefficients,
         _bouc_wen_problem,
+        _bouc_wen_stiffest,
     ),
 }

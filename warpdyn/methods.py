@@ -1,75 +1,90 @@
-"""Time integration methods as checked data: an explicit Runge-Kutta method is its tableau, one row in METHODS."""
+"""The time integration methods, one row each in METHODS."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
+from warpdyn.method_kinds import ExactMethod, ExplicitMethod, ImplicitMethod, Method
 
 
-@dataclass(frozen=True)
-class ExplicitMethod:
-    """An explicit Runge-Kutta method for y' = f(t, y).
-
-    Args:
-        name: What scenes and datasets call it.
-        order: Order of convergence.
-        a: Coefficients of earlier slopes, one row a stage, shape [stage][stage].
-        b: Weights of the slopes, shape [stage].
-        c: Times of the stages within the step, shape [stage].
-
-    Raises:
-        ValueError: If rows of `a` do not sum to `c`, `b` does not sum to 1, `a` is not strictly lower triangular, or
-            the stability polynomial does not agree with exp(z) to the stated order.
-    """
-
-    name: str
-    order: int
-    a: tuple[tuple[float, ...], ...]
-    b: tuple[float, ...]
-    c: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        a, b, c = np.array(self.a), np.array(self.b), np.array(self.c)
-        if a.shape != (b.size, b.size) or c.shape != b.shape:
-            raise ValueError(f"method {self.name!r}: a, b and c disagree on the number of stages")
-        if np.any(np.triu(a)):
-            raise ValueError(f"method {self.name!r}: a must be zero on and above its diagonal, the method is explicit")
-        if not np.allclose(a.sum(axis=1), c, atol=1e-14) or not np.isclose(b.sum(), 1, atol=1e-14):
-            raise ValueError(f"method {self.name!r}: rows of a must sum to c, and b to 1")
-        if np.any(np.tril(a, -2)):
-            # The kernels keep no earlier slopes: each stage starts from the accepted state and the last slope alone.
-            raise ValueError(f"method {self.name!r}: a may hold values only just below its diagonal")
-        if not 1 <= self.order <= self.stages:
-            raise ValueError(f"method {self.name!r}: {self.stages} stages are not of order {self.order}")
-        taylor = 1 / np.cumprod([1.0, *range(1, self.order + 1)])
-        if not np.allclose(self.stability_polynomial[: self.order + 1], taylor, atol=1e-14):
-            raise ValueError(f"method {self.name!r}: the tableau is not of order {self.order}")
-
-    @property
-    def stages(self) -> int:
-        """Evaluations of the equation of motion a step."""
-        return len(self.b)
-
-    @property
-    def stability_polynomial(self) -> tuple[float, ...]:
-        """Coefficients r_k of R(z) = sum r_k z^k, the growth a step of y' = (z/h) y."""
-        a, slope, coefficients = np.array(self.a), np.ones(self.stages), [1.0]
-        for _ in range(self.stages):
-            coefficients.append(float(np.dot(self.b, slope)))
-            slope = a @ slope
-        return tuple(coefficients)
+def _dissipative(name: str, force_lag: float, mass_lag: float) -> ImplicitMethod:
+    """Return the second-order method with the most damping of high frequencies for these lags (Chung and Hulbert)."""
+    difference = force_lag - mass_lag
+    return ImplicitMethod(name, 2, (1 + difference) ** 2 / 4, 0.5 + difference, mass_lag, force_lag)
 
 
-METHODS = {
+# Dormand and Prince 1980; the seventh stage stands at the step's end and serves the error estimate alone.
+_DORMAND_PRINCE_A = (
+    (0, 0, 0, 0, 0, 0, 0),
+    (1 / 5, 0, 0, 0, 0, 0, 0),
+    (3 / 40, 9 / 40, 0, 0, 0, 0, 0),
+    (44 / 45, -56 / 15, 32 / 9, 0, 0, 0, 0),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0, 0),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0, 0),
+    (35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0),
+)
+_DORMAND_PRINCE_C = (0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1)
+_DORMAND_PRINCE_ERROR = (71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+_RK4_A = ((0, 0, 0, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 1, 0))
+_RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
+_SPECTRAL_RADIUS = 0.8  # of generalised-alpha at infinite frequency
+
+METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        ExplicitMethod(  # Kutta 1901: the classical fourth-order method
-            "rk4",
-            order=4,
-            a=((0, 0, 0, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 1, 0)),
-            b=(1 / 6, 1 / 3, 1 / 3, 1 / 6),
-            c=(0, 0.5, 0.5, 1),
+        ExplicitMethod("heun", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1)),
+        ExplicitMethod("midpoint", 2, ((0, 0), (0.5, 0)), (0, 1), (0, 0.5)),
+        ExplicitMethod("kutta3", 3, ((0, 0, 0), (0.5, 0, 0), (-1, 2, 0)), (1 / 6, 2 / 3, 1 / 6), (0, 0.5, 1)),
+        ExplicitMethod("ssprk3", 3, ((0, 0, 0), (1, 0, 0), (0.25, 0.25, 0)), (1 / 6, 1 / 6, 2 / 3), (0, 1, 0.5)),
+        ExplicitMethod("rk4", 4, _RK4_A, _RK4_B, _RK4_C),  # Kutta 1901
+        ExplicitMethod(
+            "three_eighths",
+            4,
+            ((0, 0, 0, 0), (1 / 3, 0, 0, 0), (-1 / 3, 1, 0, 0), (1, -1, 1, 0)),
+            (1 / 8, 3 / 8, 3 / 8, 1 / 8),
+            (0, 1 / 3, 2 / 3, 1),
         ),
+        ExplicitMethod(
+            "dormand_prince5",
+            5,
+            tuple(row[:6] for row in _DORMAND_PRINCE_A[:6]),
+            _DORMAND_PRINCE_A[6][:6],
+            _DORMAND_PRINCE_C[:6],
+        ),
+        ExplicitMethod(
+            "dormand_prince54",
+            5,
+            _DORMAND_PRINCE_A,
+            _DORMAND_PRINCE_A[6],
+            _DORMAND_PRINCE_C,
+            error=_DORMAND_PRINCE_ERROR,
+        ),
+        # Nystroem 1925, for forces that depend on the velocity too; with Newmark's beta = 0 as its simplest relatives.
+        ExplicitMethod(
+            "nystroem4",
+            4,
+            _RK4_A,
+            _RK4_B,
+            _RK4_C,
+            ((0, 0, 0, 0), (1 / 8, 0, 0, 0), (1 / 8, 0, 0, 0), (0, 0, 1 / 2, 0)),
+            (1 / 6, 1 / 6, 1 / 6, 0),
+        ),
+        ExplicitMethod("velocity_verlet", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1), ((0, 0), (0.5, 0)), (0.5, 0)),
+        # The velocity in the damping force is the last step's difference of displacements: order 1 where there is any.
+        ExplicitMethod("central_difference_lagged", 1, ((0,),), (1,), (0,), ((0,),), (1,), starts_halfway=True),
+        ImplicitMethod("central_difference", 2, beta=0),
+        ImplicitMethod("newmark_average", 2, beta=1 / 4),
+        ImplicitMethod("newmark_linear", 2, beta=1 / 6),
+        _dissipative("hht_alpha", force_lag=0.1, mass_lag=0),
+        _dissipative(
+            "generalised_alpha",
+            force_lag=_SPECTRAL_RADIUS / (_SPECTRAL_RADIUS + 1),
+            mass_lag=(2 * _SPECTRAL_RADIUS - 1) / (_SPECTRAL_RADIUS + 1),
+        ),
+        ImplicitMethod("wilson_theta", 2, beta=1 / 6, extension=1.4),
+        ExactMethod("exact"),
     )
 }
+
+
+def fitting_methods(law: str) -> tuple[str, ...]:
+    """Return the methods that integrate structures of a storey law: all but the exact one, unless it is linear."""
+    return tuple(name for name, method in METHODS.items() if law == "elastic" or method.kind != "exact")

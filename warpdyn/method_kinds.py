@@ -1,0 +1,240 @@
+"""What a time integration method is, as checked data; the methods themselves are rows of METHODS.
+
+An explicit method is its tableau, for u'' = f(t, u, u'): a Runge-Kutta method, or a Nystroem method with weights of
+its own for displacements. An implicit method is its place in the family of Newmark (1959), Hilber, Hughes and Taylor
+(1977), Chung and Hulbert (1993) and Wilson (1973). The exact propagator has nothing to choose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+Matrix = tuple[tuple[float, ...], ...]
+# Steps (w h) at which a row's order is checked, and what of an order the next term of the error hides there.
+CHECKED_STEPS, ORDER_HIDDEN = (0.2, 0.1), 0.3
+
+
+def _check_order(method: ExplicitMethod | ImplicitMethod) -> None:
+    """Raise unless the oscillator's growth a step agrees with exp(lambda h) to the stated order, damped or not."""
+    for ratio in (0.0, 0.1):
+        errors = []
+        for x in CHECKED_STEPS:
+            growth = np.linalg.eigvals(method.amplification(np.array(x), np.array(ratio)))
+            errors.append(np.abs(growth - np.exp(x * complex(-ratio, np.sqrt(1 - ratio**2)))).min())
+        if np.log2(errors[0] / errors[1]) < method.order + 1 - ORDER_HIDDEN:
+            raise ValueError(f"method {method.name!r}: it is not of order {method.order}")
+
+
+@dataclass(frozen=True)
+class ExplicitMethod:
+    """An explicit Runge-Kutta or Runge-Kutta-Nystroem method.
+
+    Args:
+        name: What scenes and datasets call it.
+        order: Order of convergence.
+        a: Coefficients of earlier slopes, one row a stage, shape [stage][stage].
+        b: Weights of the slopes, shape [stage].
+        c: Times of the stages within the step, shape [stage].
+        a_displacement: What earlier accelerations add to a stage's displacement, over h^2, shape [stage][stage]; left
+            out by a Runge-Kutta method, for which it is a a.
+        b_displacement: What the accelerations add to the displacement at the step's end, over h^2, shape [stage]; left
+            out by a Runge-Kutta method, for which it is b a.
+        error: Weights of the slopes in the embedded error estimate, shape [stage]; a method that has them chooses
+            each sample's step by itself.
+        starts_halfway: Whether velocities stand half a step behind displacements, so that the first step counts half.
+
+    Raises:
+        ValueError: If rows of `a` do not sum to `c`, `b` does not sum to 1, a table is not strictly lower triangular,
+            or the method is not of the stated order.
+    """
+
+    name: str
+    order: int
+    a: Matrix
+    b: tuple[float, ...]
+    c: tuple[float, ...]
+    a_displacement: Matrix | None = None
+    b_displacement: tuple[float, ...] | None = None
+    error: tuple[float, ...] | None = None
+    starts_halfway: bool = False
+
+    kind = "explicit"
+
+    def __post_init__(self) -> None:
+        a, b, c = np.array(self.a), np.array(self.b), np.array(self.c)
+        problem = f"method {self.name!r}: "
+        if a.shape != (b.size, b.size) or c.shape != b.shape:
+            raise ValueError(f"{problem}a, b and c disagree on the number of stages")
+        if (self.a_displacement is None) != (self.b_displacement is None):
+            raise ValueError(f"{problem}a_displacement and b_displacement come together")
+        if self.is_nystroem and (self.displacement_a.shape != a.shape or self.displacement_b.shape != b.shape):
+            raise ValueError(f"{problem}a_displacement and b_displacement disagree on the number of stages")
+        if self.error is not None and np.shape(self.error) != b.shape:
+            raise ValueError(f"{problem}error and b disagree on the number of stages")
+        if np.any(np.triu(a)) or np.any(np.triu(self.displacement_a)):
+            raise ValueError(f"{problem}a must be zero on and above its diagonal, the method is explicit")
+        if not np.allclose(a.sum(axis=1), c, rtol=0, atol=1e-14) or abs(b.sum() - 1) > 1e-14:
+            raise ValueError(f"{problem}rows of a must sum to c, and b to 1")
+        if self.error is not None and abs(sum(self.error)) > 1e-14:
+            raise ValueError(f"{problem}error must sum to 0: it is the difference of two sets of weights")
+        if not 1 <= self.order <= self.stages:
+            raise ValueError(f"{problem}{self.stages} stages are not of order {self.order}")
+        self._check_order_conditions()
+        _check_order(self)
+
+    def _check_order_conditions(self) -> None:
+        """Raise unless the weights meet the conditions of order up to 4 (Hairer, Norsett and Wanner, II.1 and II.14).
+
+        Those of slopes that depend on the state beyond linearly are a Runge-Kutta method's alone.
+        """
+        a, b, c = np.array(self.a), np.array(self.b), np.array(self.c)
+        bars = self.displacement_b
+        conditions = [(2, b @ c, 1 / 2), (2, bars.sum(), 1 / 2), (3, b @ c**2, 1 / 3), (3, bars @ c, 1 / 6)]
+        conditions += [(4, b @ c**3, 1 / 4), (4, bars @ c**2, 1 / 12)]
+        if not self.is_nystroem:
+            conditions += [(3, b @ a @ c, 1 / 6), (4, (b * c) @ a @ c, 1 / 8), (4, b @ a @ c**2, 1 / 12)]
+            conditions += [(4, b @ a @ a @ c, 1 / 24)]
+        for order, value, due in conditions:
+            if order <= self.order and abs(value - due) > 1e-13:
+                raise ValueError(f"method {self.name!r}: the tableau is not of order {self.order}")
+
+    @property
+    def stages(self) -> int:
+        """Evaluations of the equation of motion a step."""
+        return len(self.b)
+
+    @property
+    def is_nystroem(self) -> bool:
+        """Whether displacements have weights of their own."""
+        return self.a_displacement is not None
+
+    @property
+    def is_adaptive(self) -> bool:
+        """Whether each sample's step follows its estimated error."""
+        return self.error is not None
+
+    @property
+    def displacement_a(self) -> np.ndarray:
+        """What earlier accelerations add to a stage's displacement, over h^2, shape [stage, stage]."""
+        return np.array(self.a_displacement) if self.is_nystroem else np.array(self.a) @ np.array(self.a)
+
+    @property
+    def displacement_b(self) -> np.ndarray:
+        """What the accelerations add to the displacement at the step's end, over h^2, shape [stage]."""
+        return np.array(self.b_displacement) if self.is_nystroem else np.array(self.b) @ np.array(self.a)
+
+    @property
+    def stability_polynomial(self) -> tuple[float, ...]:
+        """Coefficients r_k of R(z) = sum r_k z^k, the growth a step of y' = (z/h) y.
+
+        Of a Nystroem method it is that of what follows velocities, such as a law's memory, not of the oscillator.
+        """
+        a, slope, coefficients = np.array(self.a), np.ones(self.stages), [1.0]
+        for _ in range(self.stages):
+            coefficients.append(float(np.dot(self.b, slope)))
+            slope = a @ slope
+        return tuple(coefficients)
+
+    def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
+        """Return what a step makes of (u, h u') where u'' + 2 zeta w u' + w^2 u = 0.
+
+        Args:
+            frequency_step: w h, shape [...].
+            damping_ratio: zeta, shape [...].
+
+        Returns:
+            Matrices of shape [..., 2, 2].
+        """
+        x, ratio = np.broadcast_arrays(np.asarray(frequency_step, float), np.asarray(damping_ratio, float))
+        stiff, viscous = (x**2)[..., None], (2 * ratio * x)[..., None]
+        one_u, one_w = np.array([1.0, 0.0]), np.array([0.0, 1.0])
+        slopes: list[np.ndarray] = []  # h^2 u'' of each stage as a row that multiplies the state
+        for stage in range(self.stages):
+            u, w = one_u + self.c[stage] * one_w, one_w
+            for slope, of_u, of_w in zip(slopes, self.displacement_a[stage], self.a[stage], strict=False):
+                u, w = u + of_u * slope, w + of_w * slope
+            slopes.append(-stiff * u - viscous * w)
+        u, w = one_u + one_w, one_w
+        for slope, of_u, of_w in zip(slopes, self.displacement_b, self.b, strict=True):
+            u, w = u + of_u * slope, w + of_w * slope
+        return np.stack([u, w], axis=-2)
+
+
+@dataclass(frozen=True)
+class ImplicitMethod:
+    """A one-step method that solves the equation of motion for the acceleration at the step's end.
+
+    u1 = u + h v + h^2 ((1/2 - beta) a + beta a1) and v1 = v + h ((1 - gamma) a + gamma a1), with the equation of motion
+    met by (1 - mass_lag) a1 + mass_lag a and (1 - force_lag) times all other forces at the end, plus force_lag times
+    those at the start. With an extension theta above 1 it is met at t + theta h by linear extrapolation instead, and
+    the acceleration found there is taken back to t + h.
+
+    Args:
+        name: What scenes and datasets call it.
+        order: Order of convergence.
+        beta: Newmark's beta; 0 leaves only the damping to be solved for.
+        gamma: Newmark's gamma.
+        mass_lag: alpha_m of Chung and Hulbert.
+        force_lag: alpha_f of Chung and Hulbert; minus the alpha of Hilber, Hughes and Taylor.
+        extension: Wilson's theta.
+
+    Raises:
+        ValueError: If the method is not of the stated order.
+    """
+
+    name: str
+    order: int
+    beta: float
+    gamma: float = 0.5
+    mass_lag: float = 0.0
+    force_lag: float = 0.0
+    extension: float = 1.0
+
+    kind = "implicit"
+    is_adaptive = False
+
+    def __post_init__(self) -> None:
+        _check_order(self)
+
+    def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
+        """Return what a step makes of (u, h u', h^2 u'') where u'' + 2 zeta w u' + w^2 u = 0.
+
+        Args:
+            frequency_step: w h, shape [...].
+            damping_ratio: zeta, shape [...].
+
+        Returns:
+            Matrices of shape [..., 3, 3].
+        """
+        x, ratio = np.broadcast_arrays(np.asarray(frequency_step, float), np.asarray(damping_ratio, float))
+        stiff, viscous = (x**2)[..., None], (2 * ratio * x)[..., None]
+        u, w, k = np.eye(3)
+        reach = self.extension
+        free_u, free_w = u + reach * w + reach**2 * (0.5 - self.beta) * k, w + reach * (1 - self.gamma) * k
+        end = 1 - self.force_lag
+        rest = self.mass_lag * k + viscous * (end * free_w + self.force_lag * w)
+        rest = rest + stiff * (end * free_u + self.force_lag * u)
+        effective = 1 - self.mass_lag + end * (viscous * reach * self.gamma + stiff * reach**2 * self.beta)
+        k1 = k + (-rest / effective - k) / reach
+        return np.stack(
+            [u + w + (0.5 - self.beta) * k + self.beta * k1, w + (1 - self.gamma) * k + self.gamma * k1, k1], axis=-2
+        )
+
+
+@dataclass(frozen=True)
+class ExactMethod:
+    """The exact solution of a linear system from one sample of its load to the next.
+
+    Args:
+        name: What scenes and datasets call it.
+    """
+
+    name: str
+
+    kind = "exact"
+    is_adaptive = False
+
+
+Method = ExplicitMethod | ImplicitMethod | ExactMethod
