@@ -9,10 +9,11 @@ import functools
 
 import warp as wp
 
+from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
-from warpdyn.kernels.plan import DTYPES, Plan, row_types, stiff_limit, structs, tableau
+from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs, tableau
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
 from warpdyn.recorders import COLLAPSED, DIVERGED, OK, UNSTABLE_STEP
 
 
@@ -37,19 +38,27 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
-    STAGES, weight, reach, node, first_stage = tableau(plan)
+    method = tableau(plan)
+    STAGES, KEEPS_SLOPES, ADAPTIVE, STARTS_HALFWAY = method.stages, method.keeps_slopes, method.adaptive, method.halfway
+    MAPS_AT_END, IS_STIFF = IS_MAPPING and not ADAPTIVE, IS_STIFF and not ADAPTIVE
+    COUNTS_STEPS = ADAPTIVE and not HISTORY
+    weight, reach, node, first_stage = method.weight, method.reach, method.node, method.first_stage
+    of_velocity, of_displacement, ends = method.a, method.a_displacement, method.ends
+    error_of_velocity, error_of_displacement = method.error, method.error_displacement
+    slopes = wp.types.matrix(shape=(N * STAGES if KEEPS_SLOPES else 1, LANES), dtype=dtype)
+    # An error of the memory stays for the rest of the run, where those of the motion fade.
+    LASTING = wp.constant(dtype(10.0))
+    shortest_part = wp.constant(dtype(SHORTEST_PART[plan.dtype]))
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=1, dtype=dtype)
     ok, collapsed, diverged, unstable_step = (wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP))
-    longest_relaxed_step = wp.constant(dtype(stiff_limit(plan)))
+    largest_deviation = wp.constant(dtype(LARGEST_DEVIATION))
+    settling = constants(plan, settling_polynomial(plan))
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
     def integrate_chain(
         first_block: int,
-        count: int,
-        substeps: int,
-        every: int,
-        collapse_drift_ratio: dtype,
+        control: types.Control,
         samples: types.Samples,
         structures: types.Structure,
         loads: types.Load,
@@ -57,6 +66,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         history: types.History,
     ):
         block = first_block + wp.tid()
+        count = control.samples
+        substeps = control.substeps
+        every = control.every
         sample = indices()
         motion = indices()
         live_intervals = indices()
@@ -92,7 +104,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         absorbed = matrix()
         initial_energy = row()
         supplied = row()  # the most energy the sample ever held: what the balance error is relative to
-        relaxation = row()
+        fastest = row()  # rate at which a memory settled in this step
+        deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
+        astray = row()  # the most it ever was
         intervals = int(0)
         residual_start = int(2147483647)
         for j in range(LANES):
@@ -105,7 +119,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             start = live_intervals[j] * substeps - samples.residual_steps[sample[j]]
             residual_start = wp.min(residual_start, start)
             scale[j] = samples.scale[sample[j]]
-            step[j] = loads.step[motion[j]]
+            step[j] = samples.step[sample[j]]
             if IS_HARMONIC:
                 frequency[j] = loads.circular_frequency[0]
                 phase[j] = loads.phase[0]
@@ -160,6 +174,25 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         seen = row()
         power_in = row()
         power_viscous = row()
+        acceleration = slopes()  # of every stage, and the rate of the memory
+        memory_rate = slopes()
+        to_displacement = row()
+        to_velocity = row()
+        to_memory = row()
+        # An adaptive method goes through each step in parts of its own: those done, this one, and the next to be tried.
+        whole_step = row()
+        done = row()
+        part = row()
+        trial = row()
+        excess = row()  # estimated error over what is allowed
+        size_u = row()  # the largest displacement and velocity so far, to which errors are relative
+        size_v = row()
+        accepted = indices()
+        rejected = indices()
+        safe_in = row()  # what a rejected part must not leave behind
+        safe_viscous = row()
+        safe_supplied = row()
+        safe_absorbed = matrix()
         inverse_substeps = dtype(1.0) / dtype(substeps)
         # One interval more than the longest run: its first stage sees the forces of the last state.
         for interval in range(intervals + 1):
@@ -169,6 +202,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 seen[j] = dtype(0.0)
                 if interval < live_intervals[j]:
                     h[j] = step[j]
+                if ADAPTIVE:
+                    whole_step[j] = h[j]
+                    if interval == 0:
+                        trial[j] = dtype(1.0)
                 if interval <= live_intervals[j]:
                     seen[j] = dtype(1.0)
                 if IS_BASE:
@@ -182,126 +219,265 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         df[i, j] = change
             for substep in range(substeps):
                 index = interval * substeps + substep
-                for stage in range(STAGES):
-                    position = (dtype(substep) + node[stage]) * inverse_substeps
-                    if IS_HARMONIC:
+                pending = int(1)
+                attempt = int(0)
+                if ADAPTIVE:
+                    for j in range(LANES):
+                        done[j] = dtype(0.0)
+                        part[j] = trial[j]
+                # Once, but for an adaptive method: until every lane has gone through the step.
+                while pending > 0:
+                    pending = int(0)
+                    if ADAPTIVE:
                         for j in range(LANES):
-                            whole = wp.float64(index) + wp.float64(node[stage])
-                            sine[j] = harmonic(whole, step[j], frequency[j], phase[j])
-                    if MODAL_DAMPING:
+                            h[j] = part[j] * whole_step[j]
+                            safe_in[j] = energy_in[j]
+                            safe_viscous[j] = energy_viscous[j]
+                            safe_supplied[j] = supplied[j]
+                            if ENERGY:
+                                for i in range(N):
+                                    safe_absorbed[i, j] = absorbed[i, j]
+                    for stage in range(STAGES):
+                        position = (dtype(substep) + node[stage]) * inverse_substeps
+                        if IS_HARMONIC:
+                            for j in range(LANES):
+                                whole = wp.float64(index) + wp.float64(node[stage])
+                                if ADAPTIVE:
+                                    whole = wp.float64(index) + wp.float64(done[j] + node[stage] * part[j])
+                                sine[j] = harmonic(whole, step[j], frequency[j], phase[j])
+                        if MODAL_DAMPING:
+                            for i in range(N):
+                                for j in range(LANES):
+                                    damping_force[i, j] = dtype(0.0)
+                                for k in range(N):
+                                    for j in range(LANES):
+                                        damping_force[i, j] += damping_matrix[i * N + k, j] * vs[k, j]
+                        for j in range(LANES):
+                            above[j] = dtype(0.0)
+                            power_in[j] = dtype(0.0)
+                            power_viscous[j] = dtype(0.0)
+                        for down in range(N):
+                            i = N - 1 - down
+                            for j in range(LANES):
+                                ui = us[i, j]
+                                vi = vs[i, j]
+                                drift = ui
+                                rate = vi
+                                if i > 0:
+                                    drift -= us[i - 1, j]
+                                    rate -= vs[i - 1, j]
+                                hb = h[j] * weight[stage]
+                                ha = h[j] * reach[stage]
+                                at = position
+                                if ADAPTIVE:
+                                    at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
+                                gate = seen[j] * first_stage[stage]
+                                c = coefficient_vector()
+                                for q in range(C):
+                                    c[q] = coefficients[i * C + q, j]
+                                memory = memory_vector(zs[i, j])
+                                restoring = force_of(drift, memory, c)
+                                f = restoring
+                                if STOREY_DAMPING:
+                                    f += damping[i, j] * rate
+                                # What acts on the floor: absolute acceleration times its mass, but for base motion.
+                                net = above[j] - f
+                                if MODAL_DAMPING:
+                                    net -= damping_force[i, j]
+                                if IS_HARMONIC:
+                                    net += amplitude[i, j] * sine[j]
+                                if IS_FORCE_HISTORY:
+                                    force = f0[i, j] + at * df[i, j]
+                                    net += force
+                                ai = net * inverse_mass[i, j]
+                                if MASS_DAMPING:
+                                    nodal = mass_damping[j] * vi
+                                    ai -= nodal
+                                if ACCELERATION:
+                                    peak_acceleration[i, j] = wp.max(peak_acceleration[i, j], wp.abs(ai) * gate)
+                                if SHEAR:
+                                    if i == 0:
+                                        peak_shear[j] = wp.max(peak_shear[j], wp.abs(restoring) * gate)
+                                if HISTORY:
+                                    if stage == 0 and attempt == 0:
+                                        keep_state(history, samples.output[sample[j]], index, every, i, ui, vi, ai)
+                                        keep_force(history, samples.output[sample[j]], index, every, i, restoring)
+                                if IS_BASE:
+                                    base = a0[j] + at * da[j]
+                                    ai -= base
+                                if ENERGY:
+                                    absorbed[i, j] += hb * restoring * rate
+                                    if IS_BASE:
+                                        power_in[j] -= mass[i, j] * base * vi
+                                    if IS_HARMONIC:
+                                        power_in[j] += amplitude[i, j] * sine[j] * vi
+                                    if IS_FORCE_HISTORY:
+                                        power_in[j] += force * vi
+                                    if STOREY_DAMPING:
+                                        power_viscous[j] += damping[i, j] * rate * rate
+                                    if MASS_DAMPING:
+                                        power_viscous[j] += mass[i, j] * nodal * vi
+                                    if MODAL_DAMPING:
+                                        power_viscous[j] += damping_force[i, j] * vi
+                                above[j] = f
+                                if IS_STIFF:
+                                    fastest[j] = wp.max(fastest[j], relaxation_of(rate, memory, c))
+                                if IS_RATE:
+                                    z_rate = evolve(rate, memory, c)
+                                if KEEPS_SLOPES:
+                                    acceleration[stage * N + i, j] = ai
+                                    if IS_RATE:
+                                        memory_rate[stage * N + i, j] = z_rate[0]
+                                else:
+                                    un[i, j] += hb * vi
+                                    vn[i, j] += hb * ai
+                                    us[i, j] = u[i, j] + ha * vi
+                                    vs[i, j] = v[i, j] + ha * ai
+                                    if IS_RATE:
+                                        zn[i, j] += hb * z_rate[0]
+                                        zs[i, j] = z[i, j] + ha * z_rate[0]
+                            if KEEPS_SLOPES:
+                                for j in range(LANES):
+                                    to_displacement[j] = dtype(0.0)
+                                    to_velocity[j] = dtype(0.0)
+                                    to_memory[j] = dtype(0.0)
+                                for q in range(STAGES):
+                                    if q <= stage:
+                                        for j in range(LANES):
+                                            slope = acceleration[q * N + i, j]
+                                            to_displacement[j] += of_displacement[(stage + 1) * STAGES + q] * slope
+                                            to_velocity[j] += of_velocity[(stage + 1) * STAGES + q] * slope
+                                            if IS_RATE:
+                                                z_slope = memory_rate[q * N + i, j]
+                                                to_memory[j] += of_velocity[(stage + 1) * STAGES + q] * z_slope
+                                for j in range(LANES):
+                                    if STARTS_HALFWAY:
+                                        if index == 0:
+                                            to_displacement[j] *= dtype(0.5)
+                                            to_velocity[j] *= dtype(0.5)
+                                    us[i, j] = u[i, j] + h[j] * (ends[stage + 1] * v[i, j] + h[j] * to_displacement[j])
+                                    vs[i, j] = v[i, j] + h[j] * to_velocity[j]
+                                    un[i, j] = us[i, j]
+                                    vn[i, j] = vs[i, j]
+                                    if IS_RATE:
+                                        zs[i, j] = z[i, j] + h[j] * to_memory[j]
+                                        zn[i, j] = zs[i, j]
+                        if ENERGY:
+                            for j in range(LANES):
+                                energy_in[j] += h[j] * weight[stage] * power_in[j]
+                                energy_viscous[j] += h[j] * weight[stage] * power_viscous[j]
+                                supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+                    if ADAPTIVE:
+                        for j in range(LANES):
+                            excess[j] = dtype(0.0)
                         for i in range(N):
                             for j in range(LANES):
-                                damping_force[i, j] = dtype(0.0)
-                            for k in range(N):
-                                for j in range(LANES):
-                                    damping_force[i, j] += damping_matrix[i * N + k, j] * vs[k, j]
-                    for j in range(LANES):
-                        above[j] = dtype(0.0)
-                        power_in[j] = dtype(0.0)
-                        power_viscous[j] = dtype(0.0)
-                    for down in range(N):
-                        i = N - 1 - down
+                                of_u = dtype(0.0)
+                                of_v = dtype(0.0)
+                                of_z = dtype(0.0)
+                                for q in range(STAGES):
+                                    of_u += error_of_displacement[q] * acceleration[q * N + i, j]
+                                    of_v += error_of_velocity[q] * acceleration[q * N + i, j]
+                                    if IS_RATE:
+                                        of_z += error_of_velocity[q] * memory_rate[q * N + i, j]
+                                of_u = wp.abs(of_u) * h[j] * h[j]
+                                if IS_MAPPING:
+                                    # A storey that turns inside the part has been farther than where it ends.
+                                    drift = un[i, j]
+                                    rate = vn[i, j]
+                                    begin_drift = u[i, j]
+                                    begin_rate = v[i, j]
+                                    if i > 0:
+                                        drift -= un[i - 1, j]
+                                        rate -= vn[i - 1, j]
+                                        begin_drift -= u[i - 1, j]
+                                        begin_rate -= v[i - 1, j]
+                                    c = coefficient_vector()
+                                    for q in range(C):
+                                        c[q] = coefficients[i * C + q, j]
+                                    mapped = evolve(drift, memory_vector(z[i, j]), c)
+                                    zn[i, j] = mapped[0]
+                                    if begin_rate * rate < dtype(0.0):
+                                        # From either end by a parabola; where the two differ, maybe farther still.
+                                        turn = h[j] * begin_rate / (begin_rate - rate)
+                                        early = begin_drift + dtype(0.5) * begin_rate * turn
+                                        late = drift - dtype(0.5) * rate * (h[j] - turn)
+                                        farthest = dtype(0.5) * (early + late)
+                                        beyond = farthest + wp.sign(begin_rate) * wp.abs(early - late)
+                                        memory = memory_vector(z[i, j])
+                                        turned = evolve(drift, evolve(farthest, memory, c), c)
+                                        zn[i, j] = turned[0]
+                                        turned = evolve(drift, evolve(beyond, memory, c), c)
+                                        of_u = wp.max(of_u, LASTING * wp.abs(turned[0] - mapped[0]))
+                                size_u[j] = wp.max(size_u[j], wp.abs(u[i, j]))
+                                size_v[j] = wp.max(size_v[j], wp.abs(v[i, j]))
+                                v_error = wp.abs(of_v) * h[j]
+                                worse = excess_of(of_u, size_u[j], un[i, j], v_error, size_v[j], vn[i, j])
+                                if IS_RATE:
+                                    worse = wp.max(worse, wp.abs(of_z) * h[j])
+                                excess[j] = wp.max(excess[j], worse / control.tolerance)
                         for j in range(LANES):
-                            ui = us[i, j]
-                            vi = vs[i, j]
-                            drift = ui
-                            rate = vi
+                            rejects = excess[j] > dtype(1.0) and part[j] > shortest_part
+                            trial[j] = next_part(part[j], trial[j], excess[j], shortest_part)
+                            if rejects:
+                                rejected[j] += 1
+                                energy_in[j] = safe_in[j]
+                                energy_viscous[j] = safe_viscous[j]
+                                supplied[j] = safe_supplied[j]
+                                for i in range(N):
+                                    un[i, j] = u[i, j]
+                                    vn[i, j] = v[i, j]
+                                    zn[i, j] = z[i, j]
+                                    if ENERGY:
+                                        absorbed[i, j] = safe_absorbed[i, j]
+                            elif h[j] > dtype(0.0):
+                                accepted[j] += 1
+                                done[j] = done_after(done[j], part[j], excess[j], shortest_part)
+                            part[j] = dtype(0.0)
+                            if whole_step[j] > dtype(0.0) and done[j] < dtype(1.0):
+                                part[j] = wp.min(trial[j], dtype(1.0) - done[j])
+                                pending += 1
+                        attempt += 1
+                    for i in range(N):
+                        for j in range(LANES):
+                            drift = un[i, j]
                             if i > 0:
-                                drift -= us[i - 1, j]
-                                rate -= vs[i - 1, j]
-                            hb = h[j] * weight[stage]
-                            ha = h[j] * reach[stage]
-                            gate = seen[j] * first_stage[stage]
-                            c = coefficient_vector()
-                            for q in range(C):
-                                c[q] = coefficients[i * C + q, j]
-                            memory = memory_vector(zs[i, j])
-                            restoring = force_of(drift, memory, c)
-                            f = restoring
-                            if STOREY_DAMPING:
-                                f += damping[i, j] * rate
-                            # What acts on the floor: absolute acceleration times its mass, but for base motion.
-                            net = above[j] - f
-                            if MODAL_DAMPING:
-                                net -= damping_force[i, j]
-                            if IS_HARMONIC:
-                                net += amplitude[i, j] * sine[j]
-                            if IS_FORCE_HISTORY:
-                                force = f0[i, j] + position * df[i, j]
-                                net += force
-                            ai = net * inverse_mass[i, j]
-                            if MASS_DAMPING:
-                                nodal = mass_damping[j] * vi
-                                ai -= nodal
-                            if ACCELERATION:
-                                peak_acceleration[i, j] = wp.max(peak_acceleration[i, j], wp.abs(ai) * gate)
-                            if SHEAR:
-                                if i == 0:
-                                    peak_shear[j] = wp.max(peak_shear[j], wp.abs(restoring) * gate)
-                            if HISTORY:
-                                if stage == 0:
-                                    keep_state(history, samples.output[sample[j]], index, every, i, ui, vi, ai)
-                                    keep_force(history, samples.output[sample[j]], index, every, i, restoring)
-                            if IS_BASE:
-                                base = a0[j] + position * da[j]
-                                ai -= base
-                            if ENERGY:
-                                absorbed[i, j] += hb * restoring * rate
-                                if IS_BASE:
-                                    power_in[j] -= mass[i, j] * base * vi
-                                if IS_HARMONIC:
-                                    power_in[j] += amplitude[i, j] * sine[j] * vi
-                                if IS_FORCE_HISTORY:
-                                    power_in[j] += force * vi
-                                if STOREY_DAMPING:
-                                    power_viscous[j] += damping[i, j] * rate * rate
-                                if MASS_DAMPING:
-                                    power_viscous[j] += mass[i, j] * nodal * vi
-                                if MODAL_DAMPING:
-                                    power_viscous[j] += damping_force[i, j] * vi
-                            above[j] = f
-                            un[i, j] += hb * vi
-                            vn[i, j] += hb * ai
-                            us[i, j] = u[i, j] + ha * vi
-                            vs[i, j] = v[i, j] + ha * ai
-                            if IS_STIFF:
-                                relaxation[j] = wp.max(relaxation[j], relaxation_of(rate, c))
-                            if IS_RATE:
-                                z_rate = evolve(rate, memory, c)
-                                zn[i, j] += hb * z_rate[0]
-                                zs[i, j] = z[i, j] + ha * z_rate[0]
-                    if ENERGY:
-                        for j in range(LANES):
-                            energy_in[j] += h[j] * weight[stage] * power_in[j]
-                            energy_viscous[j] += h[j] * weight[stage] * power_viscous[j]
-                            supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
-                for j in range(LANES):
-                    seen[j] = h[j] / step[j]  # 1, and 0 for a lane whose last state has been seen
-                for i in range(N):
+                                drift -= un[i - 1, j]
+                            if MAPS_AT_END:
+                                c = coefficient_vector()
+                                for q in range(C):
+                                    c[q] = coefficients[i * C + q, j]
+                                mapped = evolve(drift, memory_vector(z[i, j]), c)
+                                zn[i, j] = mapped[0]
+                            u[i, j] = un[i, j]
+                            v[i, j] = vn[i, j]
+                            us[i, j] = un[i, j]
+                            vs[i, j] = vn[i, j]
+                            if HAS_MEMORY:
+                                z[i, j] = zn[i, j]
+                                zs[i, j] = zn[i, j]
+                            if DRIFT:
+                                peak_drift[i, j] = wp.max(peak_drift[i, j], wp.abs(drift))
+                                ratio = wp.abs(drift) * inverse_height[i, j]
+                                if ratio > worst_ratio[j]:
+                                    worst_ratio[j] = ratio
+                                    worst_storey[j] = i
+                                    worst_time[j] = dtype(index + 1) * step[j]
+                                    if ADAPTIVE:
+                                        worst_time[j] = (dtype(index) + done[j]) * step[j]
+                if IS_STIFF:
                     for j in range(LANES):
-                        drift = un[i, j]
-                        if i > 0:
-                            drift -= un[i - 1, j]
-                        if IS_MAPPING:
-                            c = coefficient_vector()
-                            for q in range(C):
-                                c[q] = coefficients[i * C + q, j]
-                            mapped = evolve(drift, memory_vector(z[i, j]), c)
-                            zn[i, j] = mapped[0]
-                        u[i, j] = un[i, j]
-                        v[i, j] = vn[i, j]
-                        us[i, j] = un[i, j]
-                        vs[i, j] = vn[i, j]
-                        if HAS_MEMORY:
-                            z[i, j] = zn[i, j]
-                            zs[i, j] = zn[i, j]
-                        if DRIFT:
-                            peak_drift[i, j] = wp.max(peak_drift[i, j], wp.abs(drift))
-                            ratio = wp.abs(drift) * inverse_height[i, j]
-                            if ratio > worst_ratio[j]:
-                                worst_ratio[j] = ratio
-                                worst_storey[j] = i
-                                worst_time[j] = dtype(index + 1) * step[j]
+                        grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
+                        deviation[j] = grown
+                        if not grown <= astray[j]:
+                            astray[j] = grown
+                        fastest[j] = dtype(0.0)
+                for j in range(LANES):
+                    # 1, and 0 for a lane whose last state has been seen.
+                    if ADAPTIVE:
+                        seen[j] = whole_step[j] / step[j]
+                    else:
+                        seen[j] = h[j] / step[j]
                 if RESIDUAL:
                     if index >= residual_start:
                         for j in range(LANES):
@@ -342,15 +518,19 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             if DRIFT:
                 output.time_of_peak_drift[o] = worst_time[j]
                 output.storey_of_peak_drift[o] = worst_storey[j] + 1
-                if worst_ratio[j] > collapse_drift_ratio:
+                if worst_ratio[j] > control.collapse_drift_ratio:
                     status = collapsed
-            if IS_STIFF:
-                if relaxation[j] * step[j] > longest_relaxed_step:
-                    status = unstable_step
             # Infinities and NaN never leave a sum: a finite one clears the whole state.
             if not wp.isfinite(total):
                 status = diverged
+            if IS_STIFF:
+                # Passed on the way to a state that is not finite too: it tells why.
+                if not astray[j] <= largest_deviation:
+                    status = unstable_step
             output.status[o] = status
+            if COUNTS_STEPS:
+                output.accepted_steps[o] = accepted[j]
+                output.rejected_steps[o] = rejected[j]
             if SHEAR:
                 output.peak_base_shear[o] = peak_shear[j]
             if ENERGY:

@@ -8,6 +8,7 @@ import functools
 
 import warp as wp
 
+from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs, tableau
 from warpdyn.kernels.recorders import balance_error, keep_state
@@ -26,15 +27,20 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
-    STAGES, weight, reach, node, first_stage = tableau(plan)
+    method = tableau(plan)
+    STAGES, KEEPS_SLOPES, ADAPTIVE, STARTS_HALFWAY = method.stages, method.keeps_slopes, method.adaptive, method.halfway
+    COUNTS_STEPS = ADAPTIVE and not HISTORY
+    weight, reach, node, first_stage = method.weight, method.reach, method.node, method.first_stage
+    of_velocity, of_displacement, ends = method.a, method.a_displacement, method.ends
+    error_of_velocity, error_of_displacement = method.error, method.error_displacement
+    slopes = wp.types.matrix(shape=(N * STAGES if KEEPS_SLOPES else 1, LANES), dtype=dtype)
+    shortest_part = wp.constant(dtype(SHORTEST_PART[plan.dtype]))
     ok, diverged = wp.int8(OK), wp.int8(DIVERGED)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
     def integrate_dense(
         first_block: int,
-        count: int,
-        substeps: int,
-        every: int,
+        control: types.Control,
         samples: types.Samples,
         structures: types.Structure,
         loads: types.Load,
@@ -42,6 +48,9 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
         history: types.History,
     ):
         block = first_block + wp.tid()
+        count = control.samples
+        substeps = control.substeps
+        every = control.every
         sample = indices()
         structure = indices()
         motion = indices()
@@ -70,7 +79,7 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
             live_intervals[j] = samples.run_intervals[sample[j]]
             intervals = wp.max(intervals, live_intervals[j])
             scale[j] = samples.scale[sample[j]]
-            step[j] = loads.step[motion[j]]
+            step[j] = samples.step[sample[j]]
             if IS_HARMONIC:
                 frequency[j] = loads.circular_frequency[0]
                 phase[j] = loads.phase[0]
@@ -98,6 +107,24 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                     if IS_HARMONIC:
                         force[i, j] += structures.flexibility_of_mass[i, k] * loads.amplitude[k] * scale[j] / of_mass
 
+        acceleration = slopes()  # of every stage
+        to_displacement = row()
+        to_velocity = row()
+        at = row()  # where in the interval a stage stands
+        # An adaptive method goes through each step in parts of its own: as in the chain's kernel.
+        whole_step = row()
+        done = row()
+        part = row()
+        trial = row()
+        excess = row()
+        size_u = row()
+        size_v = row()
+        accepted = indices()
+        rejected = indices()
+        safe_in = row()
+        safe_viscous = row()
+        safe_elastic = row()
+        safe_supplied = row()
         a0 = row()
         da = row()
         f0 = matrix()
@@ -138,6 +165,10 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                 seen[j] = dtype(0.0)
                 if interval < live_intervals[j]:
                     h[j] = step[j]
+                if ADAPTIVE:
+                    whole_step[j] = h[j]
+                    if interval == 0:
+                        trial[j] = dtype(1.0)
                 if interval <= live_intervals[j]:
                     seen[j] = dtype(1.0)
                 if IS_BASE:
@@ -156,79 +187,164 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                             df[i, j] += share * change
             for substep in range(substeps):
                 index = interval * substeps + substep
-                for stage in range(STAGES):
-                    position = (dtype(substep) + node[stage]) * inverse_substeps
-                    if IS_HARMONIC:
+                pending = int(1)
+                attempt = int(0)
+                if ADAPTIVE:
+                    for j in range(LANES):
+                        done[j] = dtype(0.0)
+                        part[j] = trial[j]
+                # Once, but for an adaptive method: until every lane has gone through the step.
+                while pending > 0:
+                    pending = int(0)
+                    if ADAPTIVE:
                         for j in range(LANES):
-                            whole = wp.float64(index) + wp.float64(node[stage])
-                            sine[j] = harmonic(whole, step[j], frequency[j], phase[j])
-                    for i in range(N):
+                            h[j] = part[j] * whole_step[j]
+                            safe_in[j] = energy_in[j]
+                            safe_viscous[j] = energy_viscous[j]
+                            safe_elastic[j] = energy_elastic[j]
+                            safe_supplied[j] = supplied[j]
+                    for stage in range(STAGES):
                         for j in range(LANES):
-                            elastic[i, j] = dtype(0.0)
-                            viscous[i, j] = dtype(0.0)
-                        for k in range(N):
+                            at[j] = (dtype(substep) + node[stage]) * inverse_substeps
+                            if ADAPTIVE:
+                                at[j] = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
+                        if IS_HARMONIC:
                             for j in range(LANES):
-                                elastic[i, j] += stiffness[i * N + k, j] * us[k, j]
-                                viscous[i, j] += damping[i * N + k, j] * vs[k, j]
-                    if ENERGY:
-                        for j in range(LANES):
-                            power_in[j] = dtype(0.0)
-                            power_viscous[j] = dtype(0.0)
-                            power_elastic[j] = dtype(0.0)
+                                whole = wp.float64(index) + wp.float64(node[stage])
+                                if ADAPTIVE:
+                                    whole = wp.float64(index) + wp.float64(done[j] + node[stage] * part[j])
+                                sine[j] = harmonic(whole, step[j], frequency[j], phase[j])
                         for i in range(N):
+                            for j in range(LANES):
+                                elastic[i, j] = dtype(0.0)
+                                viscous[i, j] = dtype(0.0)
                             for k in range(N):
                                 for j in range(LANES):
-                                    momentum = mass[i * N + k, j] * vs[i, j]
-                                    power_viscous[j] += momentum * viscous[k, j]
-                                    power_elastic[j] += momentum * elastic[k, j]
-                                    if IS_HARMONIC:
-                                        power_in[j] += momentum * force[k, j] * sine[j]
-                                    if IS_FORCE_HISTORY:
-                                        power_in[j] += momentum * (f0[k, j] + position * df[k, j])
-                                    if IS_BASE:
-                                        power_in[j] -= momentum * influence[k, j] * (a0[j] + position * da[j])
+                                    elastic[i, j] += stiffness[i * N + k, j] * us[k, j]
+                                    viscous[i, j] += damping[i * N + k, j] * vs[k, j]
+                        if ENERGY:
+                            for j in range(LANES):
+                                power_in[j] = dtype(0.0)
+                                power_viscous[j] = dtype(0.0)
+                                power_elastic[j] = dtype(0.0)
+                            for i in range(N):
+                                for k in range(N):
+                                    for j in range(LANES):
+                                        momentum = mass[i * N + k, j] * vs[i, j]
+                                        power_viscous[j] += momentum * viscous[k, j]
+                                        power_elastic[j] += momentum * elastic[k, j]
+                                        if IS_HARMONIC:
+                                            power_in[j] += momentum * force[k, j] * sine[j]
+                                        if IS_FORCE_HISTORY:
+                                            power_in[j] += momentum * (f0[k, j] + at[j] * df[k, j])
+                                        if IS_BASE:
+                                            power_in[j] -= momentum * influence[k, j] * (a0[j] + at[j] * da[j])
+                            for j in range(LANES):
+                                hb = h[j] * weight[stage]
+                                energy_in[j] += hb * power_in[j]
+                                energy_viscous[j] += hb * power_viscous[j]
+                                energy_elastic[j] += hb * power_elastic[j]
+                                supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+                        for i in range(N):
+                            for j in range(LANES):
+                                vi = vs[i, j]
+                                hb = h[j] * weight[stage]
+                                ha = h[j] * reach[stage]
+                                gate = seen[j] * first_stage[stage]
+                                ai = -elastic[i, j] - viscous[i, j]
+                                if IS_HARMONIC:
+                                    ai += force[i, j] * sine[j]
+                                if IS_FORCE_HISTORY:
+                                    ai += f0[i, j] + at[j] * df[i, j]
+                                if ACCELERATION:
+                                    peak_acceleration[i, j] = wp.max(peak_acceleration[i, j], wp.abs(ai) * gate)
+                                if HISTORY:
+                                    if stage == 0 and attempt == 0:
+                                        kept = samples.output[sample[j]]
+                                        keep_state(history, kept, index, every, i, us[i, j], vi, ai)
+                                if IS_BASE:
+                                    ai -= influence[i, j] * (a0[j] + at[j] * da[j])
+                                if KEEPS_SLOPES:
+                                    acceleration[stage * N + i, j] = ai
+                                else:
+                                    un[i, j] += hb * vi
+                                    vn[i, j] += hb * ai
+                                    us[i, j] = u[i, j] + ha * vi
+                                    vs[i, j] = v[i, j] + ha * ai
+                            if KEEPS_SLOPES:
+                                for j in range(LANES):
+                                    to_displacement[j] = dtype(0.0)
+                                    to_velocity[j] = dtype(0.0)
+                                for q in range(STAGES):
+                                    if q <= stage:
+                                        for j in range(LANES):
+                                            slope = acceleration[q * N + i, j]
+                                            to_displacement[j] += of_displacement[(stage + 1) * STAGES + q] * slope
+                                            to_velocity[j] += of_velocity[(stage + 1) * STAGES + q] * slope
+                                for j in range(LANES):
+                                    if STARTS_HALFWAY:
+                                        if index == 0:
+                                            to_displacement[j] *= dtype(0.5)
+                                            to_velocity[j] *= dtype(0.5)
+                                    us[i, j] = u[i, j] + h[j] * (ends[stage + 1] * v[i, j] + h[j] * to_displacement[j])
+                                    vs[i, j] = v[i, j] + h[j] * to_velocity[j]
+                                    un[i, j] = us[i, j]
+                                    vn[i, j] = vs[i, j]
+                    if ADAPTIVE:
                         for j in range(LANES):
-                            hb = h[j] * weight[stage]
-                            energy_in[j] += hb * power_in[j]
-                            energy_viscous[j] += hb * power_viscous[j]
-                            energy_elastic[j] += hb * power_elastic[j]
-                            supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+                            excess[j] = dtype(0.0)
+                        for i in range(N):
+                            for j in range(LANES):
+                                of_u = dtype(0.0)
+                                of_v = dtype(0.0)
+                                for q in range(STAGES):
+                                    of_u += error_of_displacement[q] * acceleration[q * N + i, j]
+                                    of_v += error_of_velocity[q] * acceleration[q * N + i, j]
+                                size_u[j] = wp.max(size_u[j], wp.abs(u[i, j]))
+                                size_v[j] = wp.max(size_v[j], wp.abs(v[i, j]))
+                                u_error = wp.abs(of_u) * h[j] * h[j]
+                                v_error = wp.abs(of_v) * h[j]
+                                worse = excess_of(u_error, size_u[j], un[i, j], v_error, size_v[j], vn[i, j])
+                                excess[j] = wp.max(excess[j], worse / control.tolerance)
+                        for j in range(LANES):
+                            rejects = excess[j] > dtype(1.0) and part[j] > shortest_part
+                            trial[j] = next_part(part[j], trial[j], excess[j], shortest_part)
+                            if rejects:
+                                rejected[j] += 1
+                                energy_in[j] = safe_in[j]
+                                energy_viscous[j] = safe_viscous[j]
+                                energy_elastic[j] = safe_elastic[j]
+                                supplied[j] = safe_supplied[j]
+                                for i in range(N):
+                                    un[i, j] = u[i, j]
+                                    vn[i, j] = v[i, j]
+                            elif h[j] > dtype(0.0):
+                                accepted[j] += 1
+                                done[j] = done_after(done[j], part[j], excess[j], shortest_part)
+                            part[j] = dtype(0.0)
+                            if whole_step[j] > dtype(0.0) and done[j] < dtype(1.0):
+                                part[j] = wp.min(trial[j], dtype(1.0) - done[j])
+                                pending += 1
+                        attempt += 1
                     for i in range(N):
                         for j in range(LANES):
-                            vi = vs[i, j]
-                            hb = h[j] * weight[stage]
-                            ha = h[j] * reach[stage]
-                            gate = seen[j] * first_stage[stage]
-                            ai = -elastic[i, j] - viscous[i, j]
-                            if IS_HARMONIC:
-                                ai += force[i, j] * sine[j]
-                            if IS_FORCE_HISTORY:
-                                ai += f0[i, j] + position * df[i, j]
-                            if ACCELERATION:
-                                peak_acceleration[i, j] = wp.max(peak_acceleration[i, j], wp.abs(ai) * gate)
-                            if HISTORY:
-                                if stage == 0:
-                                    kept = samples.output[sample[j]]
-                                    keep_state(history, kept, index, every, i, us[i, j], vi, ai)
-                            if IS_BASE:
-                                ai -= influence[i, j] * (a0[j] + position * da[j])
-                            un[i, j] += hb * vi
-                            vn[i, j] += hb * ai
-                            us[i, j] = u[i, j] + ha * vi
-                            vs[i, j] = v[i, j] + ha * ai
+                            u[i, j] = un[i, j]
+                            v[i, j] = vn[i, j]
+                            us[i, j] = un[i, j]
+                            vs[i, j] = vn[i, j]
+                            if DISPLACEMENT:
+                                size = wp.abs(u[i, j])
+                                if size > peak_displacement[i, j]:
+                                    peak_displacement[i, j] = size
+                                    time_of_peak[i, j] = dtype(index + 1) * step[j]
+                                    if ADAPTIVE:
+                                        time_of_peak[i, j] = (dtype(index) + done[j]) * step[j]
                 for j in range(LANES):
-                    seen[j] = h[j] / step[j]  # 1, and 0 for a lane whose last state has been seen
-                for i in range(N):
-                    for j in range(LANES):
-                        u[i, j] = un[i, j]
-                        v[i, j] = vn[i, j]
-                        us[i, j] = un[i, j]
-                        vs[i, j] = vn[i, j]
-                        if DISPLACEMENT:
-                            size = wp.abs(u[i, j])
-                            if size > peak_displacement[i, j]:
-                                peak_displacement[i, j] = size
-                                time_of_peak[i, j] = dtype(index + 1) * step[j]
+                    # 1, and 0 for a lane whose last state has been seen.
+                    if ADAPTIVE:
+                        seen[j] = whole_step[j] / step[j]
+                    else:
+                        seen[j] = h[j] / step[j]
 
         for j in range(LANES):
             o = samples.output[sample[j]]
@@ -241,6 +357,9 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                 if ACCELERATION:
                     output.peak_acceleration[i, o] = peak_acceleration[i, j]
             output.status[o] = ok
+            if COUNTS_STEPS:
+                output.accepted_steps[o] = accepted[j]
+                output.rejected_steps[o] = rejected[j]
             if not wp.isfinite(total):
                 output.status[o] = diverged
             if ENERGY:

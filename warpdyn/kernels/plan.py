@@ -6,10 +6,12 @@ import functools
 from dataclasses import dataclass
 from types import SimpleNamespace
 
+import numpy as np
 import warp as wp
 
+from warpdyn.kernels.springs import POWERS, SPRINGS
+from warpdyn.method_kinds import ExplicitMethod
 from warpdyn.methods import METHODS
-from warpdyn.stability import stability_limit
 
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
@@ -22,7 +24,8 @@ class Plan:
         family: "chain" (storeys in series) or "dense" (full matrices).
         dofs: Degrees of freedom.
         law: Row of SPRINGS ("elastic" for the dense family).
-        damping: "none", "storey", "rayleigh" or "modal" (chain); "matrix" (dense).
+        damping: "none", "storey", "rayleigh" or "modal" (chain); "matrix" (dense); "classical" or "general" where the
+            method is exact.
         load: Row of LOADS.
         recorders: Rows of RECORDERS, sorted.
         method: Row of METHODS.
@@ -50,19 +53,77 @@ def row_types(plan: Plan) -> tuple:
     )
 
 
-def tableau(plan: Plan) -> tuple:
-    """Return a method's constants: stages, weights b, the next stage's a, times c, and 1 at the first stage alone."""
+def constants(plan: Plan, values: object) -> object:
+    """Return a row of numbers as a constant vector of the plan's dtype."""
+    row = np.ravel(values).astype(np.float64)
+    return wp.constant(wp.types.vector(length=row.size, dtype=DTYPES[plan.dtype])(*row))
+
+
+def keeps_slopes(method: ExplicitMethod) -> bool:
+    """Return whether a method's stages need more than the last slope."""
+    return bool(method.is_nystroem or method.is_adaptive or np.any(np.tril(np.array(method.a), -2)))
+
+
+def tableau(plan: Plan) -> SimpleNamespace:
+    """Return an explicit method's constants, and whether its stages need more than the last slope."""
     method = METHODS[plan.method]
-    stages = method.stages
-    vector = wp.types.vector(length=stages, dtype=DTYPES[plan.dtype])
-    reach = [method.a[stage + 1][stage] for stage in range(stages - 1)]
-    rows = (method.b, (*reach, 0.0), method.c, (1.0, *[0.0] * (stages - 1)))
-    return stages, *(wp.constant(vector(*row)) for row in rows)
+    a, stages = np.array(method.a), method.stages
+    error = np.array(method.error or np.zeros(stages))
+    return SimpleNamespace(
+        stages=stages,
+        adaptive=method.is_adaptive,
+        halfway=method.starts_halfway,
+        keeps_slopes=keeps_slopes(method),
+        weight=constants(plan, method.b),
+        reach=constants(plan, [*np.diag(a, -1), 0.0]),  # of the last slope, to the next stage
+        node=constants(plan, method.c),
+        first_stage=constants(plan, np.eye(stages)[0]),
+        # Row s + 1 of a holds what stage s + 1 starts from; the row after the last stage is the step's end.
+        a=constants(plan, np.vstack([a, method.b])),
+        a_displacement=constants(plan, np.vstack([method.displacement_a, method.displacement_b])),
+        ends=constants(plan, [*method.c, 1.0]),
+        error=constants(plan, error),
+        error_displacement=constants(plan, error @ a),
+    )
 
 
-def stiff_limit(plan: Plan) -> float:
-    """Return the longest stable step times rate of y' = -rate y: the limit of a law whose memory settles by itself."""
-    return stability_limit(METHODS[plan.method].stability_polynomial, 1.0)
+def settling_polynomial(plan: Plan) -> tuple[float, ...]:
+    """Return the growth a step of what settles at a rate, as a polynomial in minus the rate times the step.
+
+    Implicit methods take a law's memory along the drift by classical RK4.
+    """
+    method = METHODS[plan.method]
+    polynomial = (method if method.kind == "explicit" else METHODS["rk4"]).stability_polynomial
+    return polynomial + (0.0,) * (POWERS - len(polynomial))
+
+
+def values_held(plan: Plan) -> dict[str, int]:
+    """Return how many values a kernel holds for each sample while it runs: what a scene does not name is not there."""
+    n, kind, spring = plan.dofs, METHODS[plan.method].kind, SPRINGS[plan.law]
+    states = 3 if spring.evolve else 2  # displacement and velocity of each degree of freedom, and the law's memory
+    dampers = {"none": 0, "storey": n, "rayleigh": n + 1, "modal": n * n}
+    if kind == "exact":
+        size = 2 * n
+        structure = {"classical": n * n + 8 * n, "general": size * size + 4 * n}[plan.damping]
+        working = size
+    elif plan.family == "dense":
+        structure = (3 * n) ** 2 + 6 * n if kind == "implicit" else 2 * n * n + n
+        working = 3 * n if kind == "implicit" else 4 * n
+    else:
+        structure = n * (1 + spring.coefficients) + dampers[plan.damping]
+        working = 2 * states * n
+    if kind == "explicit":
+        method = tableau(plan)
+        working += (states - 1) * n * method.stages if method.keeps_slopes else 0
+    elif kind == "implicit" and plan.family == "chain":
+        working = 5 * n  # acceleration, its correction, and the factors of a tridiagonal matrix
+    recorders = {"drift": 2 * n + 3, "acceleration": n, "base_shear": 1, "energy": 2 * n + 4, "displacement": 2 * n}
+    return {
+        "state": states * n,
+        "structure": structure,
+        "method": working,
+        "recorders": sum(recorders.get(name, 0) for name in plan.recorders),
+    }
 
 
 @functools.cache
@@ -72,6 +133,13 @@ def structs(dtype_name: str) -> SimpleNamespace:
     plain = wp.array(dtype=dtype)
     table = wp.array2d(dtype=dtype)
     series = wp.array3d(dtype=dtype)
+
+    class Control:  # one value a launch
+        samples: wp.int32
+        substeps: wp.int32  # steps in one interval of the motion
+        every: wp.int32  # steps between the states that a history keeps
+        collapse_drift_ratio: dtype
+        tolerance: dtype  # of an adaptive method
 
     class Structure:  # first index as named, last index: structure
         mass: table
@@ -90,12 +158,22 @@ def structs(dtype_name: str) -> SimpleNamespace:
         mass_factor: plain  # [structure]
         damping_factor: plain
         stiffness_factor: plain
+        # Of a linear structure in coordinates of its modes, last index: pair of a structure and a step.
+        propagator: table  # increments by the state, [row x state, pair]
+        load_response: table  # increments by the loads, [row x load x 2, pair]
+        mode_shape: (
+            table  # storey drift of a chain, [dof x mode, pair]; displacement of a linear system, [dof x mode, 1]
+        )
+        modal_stiffness: table  # over modal mass, as all but that, [mode, pair]
+        modal_damping: table  # [mode, pair], [mode x mode, pair] where modes couple
+        modal_load: table  # [mode, pair]
+        modal_mass: plain  # [pair]
+        initial_state: table  # modal displacements and velocities, [2 x mode, pair]
 
     class Load:
         values: plain  # all histories end to end, [time x width]
         first: wp.array(dtype=wp.int32)  # where each history starts, [motion]
         intervals: wp.array(dtype=wp.int32)  # intervals between its samples, [motion]
-        step: plain  # integration step, [motion]
         amplitude: plain  # of a harmonic force, [dof]
         circular_frequency: wp.array(dtype=wp.float64)  # one value
         phase: wp.array(dtype=wp.float64)  # one value
@@ -107,6 +185,7 @@ def structs(dtype_name: str) -> SimpleNamespace:
         structure: wp.array(dtype=wp.int32)
         motion: wp.array(dtype=wp.int32)
         scale: plain
+        step: plain  # integration step; an adaptive method's longest
         run_intervals: wp.array(dtype=wp.int32)  # intervals of the motion and of the free vibration after it
         residual_steps: wp.array(dtype=wp.int32)  # steps at the end over which the residual is averaged
 
@@ -124,6 +203,8 @@ def structs(dtype_name: str) -> SimpleNamespace:
         peak_displacement: table
         time_of_peak_displacement: table
         peak_acceleration: table
+        accepted_steps: wp.array(dtype=wp.int32)
+        rejected_steps: wp.array(dtype=wp.int32)
         status: wp.array(dtype=wp.int8)
 
     class History:  # [history, time, dof]
@@ -137,4 +218,4 @@ def structs(dtype_name: str) -> SimpleNamespace:
         cls.__name__ = cls.__qualname__
         return wp.struct(cls)
 
-    return SimpleNamespace(**{c.__name__: as_struct(c) for c in (Structure, Load, Samples, Output, History)})
+    return SimpleNamespace(**{c.__name__: as_struct(c) for c in (Control, Structure, Load, Samples, Output, History)})

@@ -21,17 +21,25 @@ class Spring:
             return-mapping law `(drift, memory, coefficients) -> memory`, applied once a step to the accepted drift.
         recoverable: `(drift, memory, coefficients) -> elastic energy [J]` that unloading would give back.
         coefficients: Number of coefficients a storey.
+        tangent: `(drift, increment, before, after, coefficients) -> d(force)/d(drift) [N/m]` at the end of a step that
+            came to `drift` by `increment`, the memory going from `before` to `after`.
+        advance: `(drift, increment, memory, coefficients) -> memory` after such a step, for methods that know no
+            velocity within it. None where there is no memory.
         is_rate: Whether `evolve` returns a rate.
-        relaxation: `(velocity, coefficients) -> rate [1/s]` at which the memory settles at its fastest. A step too long
-            for it goes wrong without ever becoming infinite. None where the memory has no rate of its own.
+        relaxation: `(velocity, memory, coefficients) -> rate [1/s]` at which the memory settles, at its fastest. A step
+            too long for it goes wrong without ever becoming infinite. None where the memory has no rate of its own.
+        relaxation_along: `(increment, memory, coefficients) -> the same times the step`, within the step of `advance`.
     """
 
     force: Callable
     evolve: Callable | None
     recoverable: Callable
     coefficients: int
+    tangent: Callable
+    advance: Callable | None = None
     is_rate: bool = False
     relaxation: Callable | None = None
+    relaxation_along: Callable | None = None
 
 
 @wp.func
@@ -42,6 +50,11 @@ def elastic_force(drift: Any, memory: Any, c: Any):
 @wp.func
 def elastic_recoverable(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * c[0] * drift * drift
+
+
+@wp.func
+def elastic_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+    return c[0]
 
 
 # Bilinear with kinematic hardening: a hardening spring c0 beside an elastic-perfectly-plastic one of stiffness c1 and
@@ -64,6 +77,19 @@ def bilinear_recoverable(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * (c[0] * drift * drift + c[1] * elastic * elastic)
 
 
+@wp.func
+def bilinear_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+    stiffness = c[0]
+    if wp.abs(drift - before[0]) < c[2]:
+        stiffness += c[1]
+    return stiffness
+
+
+@wp.func
+def bilinear_advance(drift: Any, increment: Any, memory: Any, c: Any):
+    return bilinear_evolve(drift, memory, c)
+
+
 # Bouc-Wen: a hardening spring c0 beside a hysteretic force c1 z; uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with
 # 1 / uy = c2, beta = c3, gamma = c4 and n = c5 where it is neither 1 nor 2 (powers are slow; most studies use these).
 @wp.func
@@ -76,16 +102,23 @@ def bouc_wen_recoverable(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * (c[0] * drift * drift + c[1] / c[2] * memory[0] * memory[0])
 
 
-# At its bound Z z settles at the rate n (beta + |gamma|) Z^(n-1) |v| / uy, which is its fastest; the factor of |v| is
-# the last coefficient. It is taken at the bound wherever z is, since a step too long can hold z away from it.
+# Where it is, z settles at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy at the fastest; the last coefficient is the
+# factor of |v| |z|^(n-1). Every stage is looked at: a step too long throws z beyond its bound, where the rate is
+# higher.
 @wp.func
-def bouc_wen_whole_relaxation(velocity: Any, c: Any):
+def bouc_wen_1_relaxation(velocity: Any, memory: Any, c: Any):
     return wp.abs(velocity) * c[5]
 
 
 @wp.func
-def bouc_wen_relaxation(velocity: Any, c: Any):
-    return wp.abs(velocity) * c[6]
+def bouc_wen_2_relaxation(velocity: Any, memory: Any, c: Any):
+    return wp.abs(velocity * memory[0]) * c[5]
+
+
+@wp.func
+def bouc_wen_relaxation(velocity: Any, memory: Any, c: Any):
+    size = wp.max(wp.abs(memory[0]), type(velocity)(1e-6))
+    return wp.abs(velocity) * wp.pow(size, c[5]) / size * c[6]
 
 
 @wp.func
@@ -113,31 +146,87 @@ def bouc_wen_evolve(velocity: Any, memory: Any, c: Any):
     return rate
 
 
+def _along_drift(evolve: Callable, relaxation: Callable) -> dict[str, Callable]:
+    """Return what a law whose memory has a rate that is proportional to the velocity does over a step: its fields.
+
+    Such a memory depends on the path of the drift, not on its speed: it goes along an increment in one step of RK4.
+    """
+
+    def advance(drift: Any, increment: Any, memory: Any, c: Any):
+        half = type(increment)(0.5)
+        k1 = evolve(increment, memory, c)
+        k2 = evolve(increment, memory + half * k1, c)
+        k3 = evolve(increment, memory + half * k2, c)
+        k4 = evolve(increment, memory + k3, c)
+        return memory + (k1 + type(increment)(2.0) * (k2 + k3) + k4) / type(increment)(6.0)
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        direction = type(increment)(1.0)
+        if increment < type(increment)(0.0):
+            direction = -direction
+        slope = evolve(direction, after, c)
+        return c[0] + c[1] * direction * slope[0]
+
+    def relaxation_along(increment: Any, memory: Any, c: Any):
+        half = type(increment)(0.5)
+        first = memory + half * evolve(increment, memory, c)
+        second = memory + half * evolve(increment, first, c)
+        third = memory + evolve(increment, second, c)
+        outer = wp.max(relaxation(increment, memory, c), relaxation(increment, third, c))
+        return wp.max(outer, wp.max(relaxation(increment, first, c), relaxation(increment, second, c)))
+
+    fields = {}
+    for function in (advance, tangent, relaxation_along):
+        # Warp tells functions apart by name: those of two laws must not share one.
+        function.__qualname__ = f"{evolve.key}_{function.__name__}"
+        fields[function.__name__] = wp.func(function)
+    return fields | {"is_rate": True, "relaxation": relaxation}
+
+
+# A step too long for the rate at which a memory settles makes its deviation from there grow instead. One such step in
+# passing does no harm; where deviations have grown this many times, the memory has lost its way.
+LARGEST_DEVIATION = 10.0
+POWERS = wp.constant(8)  # of a settling polynomial, zeros included
+
+
+@wp.func
+def deviation_after(deviation: Any, rate_step: Any, polynomial: Any):
+    """Return a memory's deviation after a step of this rate times its length, over the least it is taken to be, 1."""
+    growth = type(rate_step)(0.0)
+    for k in range(POWERS):
+        growth = polynomial[POWERS - 1 - k] - rate_step * growth
+    return wp.max(wp.max(deviation, type(deviation)(1.0)) * wp.abs(growth), type(deviation)(1.0))
+
+
 SPRINGS = {
-    "elastic": Spring(elastic_force, None, elastic_recoverable, coefficients=1),
-    "bilinear": Spring(bilinear_force, bilinear_evolve, bilinear_recoverable, coefficients=3),
+    "elastic": Spring(elastic_force, None, elastic_recoverable, coefficients=1, tangent=elastic_tangent),
+    "bilinear": Spring(
+        bilinear_force,
+        bilinear_evolve,
+        bilinear_recoverable,
+        coefficients=3,
+        tangent=bilinear_tangent,
+        advance=bilinear_advance,
+    ),
     "bouc_wen_1": Spring(
         bouc_wen_force,
         bouc_wen_1_evolve,
         bouc_wen_recoverable,
         coefficients=6,
-        is_rate=True,
-        relaxation=bouc_wen_whole_relaxation,
+        **_along_drift(bouc_wen_1_evolve, bouc_wen_1_relaxation),
     ),
     "bouc_wen_2": Spring(
         bouc_wen_force,
         bouc_wen_2_evolve,
         bouc_wen_recoverable,
         coefficients=6,
-        is_rate=True,
-        relaxation=bouc_wen_whole_relaxation,
+        **_along_drift(bouc_wen_2_evolve, bouc_wen_2_relaxation),
     ),
     "bouc_wen": Spring(
         bouc_wen_force,
         bouc_wen_evolve,
         bouc_wen_recoverable,
         coefficients=7,
-        is_rate=True,
-        relaxation=bouc_wen_relaxation,
+        **_along_drift(bouc_wen_evolve, bouc_wen_relaxation),
     ),
 }
