@@ -1,0 +1,554 @@
+"""The kernel of shear chains under implicit methods: a tridiagonal system a step, solved in registers.
+
+The unknown is the acceleration at the step's end (with Wilson's method, beyond it). Its matrix is a chain's, of masses
+that carry the dampers to the ground and of storeys s = (1 - force_lag) (gamma theta h c + beta (theta h)^2 k): one walk
+from the top down sums the residual up and eliminates, one walk back up substitutes. The pivot of a floor is the storey
+below it and what it carries, both positive, so that nothing cancels. Lanes and names in capitals are as in the kernel
+of explicit methods.
+"""
+
+import functools
+
+import warp as wp
+
+from warpdyn.kernels.loads import LOADS, harmonic, sampled
+from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs
+from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
+from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
+from warpdyn.methods import METHODS
+from warpdyn.recorders import COLLAPSED, DIVERGED, NOT_CONVERGED, OK, UNSTABLE_STEP
+
+# What of the forces may be left unbalanced: of the largest that the sample has met or, once it falls no further, of
+# stiffness times displacement, which bears the roundings. In float32 most steps end with the second.
+TOLERANCE = {"float32": 1e-6, "float64": 1e-12}
+ROUNDINGS = {"float32": 4e-6, "float64": 1e-14}
+# Newton's iteration takes one to six; some dozens where a long step takes many storeys to and from yield. With modal
+# damping each takes off a constant share of the error, at worst as many.
+MOST_ITERATIONS = 100
+
+
+@functools.cache
+def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
+    """Return the kernel that integrates shear chains by an implicit method as the plan says."""
+    dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
+    spring, load, method = SPRINGS[plan.law], LOADS[plan.load], METHODS[plan.method]
+    N, LANES, C = plan.dofs, plan.lanes, spring.coefficients
+    HAS_MEMORY, IS_STIFF = spring.evolve is not None, spring.relaxation is not None
+    # Warp looks names up in branches that are never built too, so each must be some function.
+    force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
+    advance, relaxation_along = spring.advance or spring.force, spring.relaxation_along or spring.force
+    IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
+    STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
+    MODAL_DAMPING = plan.damping == "modal"
+    DRIFT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
+        name in plan.recorders for name in ("drift", "acceleration", "base_shear", "residual", "energy", "history")
+    )
+    # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
+    SOLVES_DRIFT = method.beta > 0
+    NEWTON = SOLVES_DRIFT and HAS_MEMORY
+    ITERATES = NEWTON or MODAL_DAMPING
+    # What needs the forces of every accepted state; the first one's give the first acceleration.
+    SEES_FORCES = ACCELERATION or SHEAR or ENERGY or HISTORY or method.force_lag > 0
+    beta, gamma, theta, mass_share, force_lag, force_share, inverse_theta = (
+        wp.constant(dtype(float(value)))
+        for value in (
+            method.beta,
+            method.gamma,
+            method.extension,
+            1 - method.mass_lag,
+            method.force_lag,
+            1 - method.force_lag,
+            1 / method.extension,
+        )
+    )
+    tolerance, roundings = wp.constant(dtype(TOLERANCE[plan.dtype])), wp.constant(dtype(ROUNDINGS[plan.dtype]))
+    largest_deviation = wp.constant(dtype(LARGEST_DEVIATION))
+    settling = constants(plan, settling_polynomial(plan))
+    most_walks = wp.constant(1 + (MOST_ITERATIONS if ITERATES else 1))
+    half, zero = wp.constant(dtype(0.5)), wp.constant(dtype(0.0))
+    matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
+    square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
+    table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
+    row, row64, indices = row_types(plan)
+    coefficient_vector = wp.types.vector(length=C, dtype=dtype)
+    memory_vector = wp.types.vector(length=1, dtype=dtype)
+    ok, collapsed, diverged, unstable_step, not_converged = (
+        wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED)
+    )
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
+    def integrate_implicit_chain(
+        first_block: int,
+        control: types.Control,
+        samples: types.Samples,
+        structures: types.Structure,
+        loads: types.Load,
+        output: types.Output,
+        history: types.History,
+    ):
+        block = first_block + wp.tid()
+        count = control.samples
+        substeps = control.substeps
+        every = control.every
+        sample = indices()
+        motion = indices()
+        live_intervals = indices()
+        mass = matrix()
+        inverse_mass = matrix()
+        inverse_height = matrix()
+        damping = matrix()
+        damping_matrix = square()
+        mass_damping = row()
+        coefficients = table()
+        amplitude = matrix()
+        frequency = row64()
+        phase = row64()
+        scale = row()
+        step = row()
+        u = matrix()  # accepted state: displacement, velocity, the method's acceleration, memory of the law
+        v = matrix()
+        a = matrix()
+        z = matrix()
+        last_drift = matrix()
+        last_force = matrix()
+        peak_drift = matrix()
+        worst_ratio = row()
+        worst_time = row()
+        worst_storey = indices()
+        peak_acceleration = matrix()
+        peak_shear = row()
+        energy_in = row()
+        energy_viscous = row()
+        absorbed = matrix()
+        initial_energy = row()
+        supplied = row()  # the most energy the sample ever held: what the balance error is relative to
+        settled = row()  # fastest rate at which a memory settled in this step, times the step
+        deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
+        astray = row()  # the most it ever was
+        of_stiffness = row()  # what a stiffness adds to the matrix
+        solved_mass = matrix()  # what stands in the matrix beside the tangent stiffness, in a chain's form
+        solved_damping = matrix()
+        passed = matrix()  # what elimination passes from a floor to the one below, and back
+        inverse_pivot = matrix()
+        eliminated = matrix()
+        carried = row()
+        us = matrix()  # the state looked for, where the equation of motion is met
+        vs = matrix()
+        rise = matrix()  # of the acceleration to it
+        correction = matrix()
+        start_acceleration = matrix()  # by the equation of motion
+        damping_force = matrix()
+        f0 = matrix()  # nodal force at an interval's start, its change over it, its value at the last step's end
+        df = matrix()
+        force_end = matrix()
+        a0 = row()  # the same of the base's acceleration, and its value at the step's start
+        da = row()
+        base = row()
+        base_end = row()
+        sine = row()
+        sine_end = row()
+        h = row()
+        h_last = row()
+        above = row()
+        above_eliminated = row()
+        unbalanced = row()
+        unbalanced_last = row()
+        size = row()  # of the forces of this walk, of stiffness times displacement, and of the forces met so far
+        rounded = row()
+        initial_stiffness = matrix()
+        largest = row()
+        slope = row()  # of the residual along the correction: at its start, at its end, and at the next one's start
+        slope_end = row()
+        slope_next = row()
+        mode = indices()  # of a lane's search: 0 done, 1 goes on, 2 goes half a correction back
+        failed = indices()
+        below = row()
+        below_before = row()
+        intervals = int(0)
+        residual_start = int(2147483647)
+        for j in range(LANES):
+            # Lanes past the last sample repeat it: they write the same values again.
+            sample[j] = wp.min(block * LANES + j, count - 1)
+            s = samples.structure[sample[j]]
+            motion[j] = samples.motion[sample[j]]
+            live_intervals[j] = samples.run_intervals[sample[j]]
+            intervals = wp.max(intervals, live_intervals[j])
+            start = live_intervals[j] * substeps - samples.residual_steps[sample[j]]
+            residual_start = wp.min(residual_start, start)
+            scale[j] = samples.scale[sample[j]]
+            step[j] = samples.step[sample[j]]
+            reach = theta * step[j]
+            of_damping = force_share * gamma * reach
+            of_stiffness[j] = force_share * beta * reach * reach
+            if IS_HARMONIC:
+                frequency[j] = loads.circular_frequency[0]
+                phase[j] = loads.phase[0]
+            if MASS_DAMPING:
+                mass_damping[j] = structures.mass_damping[s]
+            if MODAL_DAMPING:
+                for i in range(N * N):
+                    damping_matrix[i, j] = structures.damping_matrix[i, s]
+            for i in range(N):
+                mass[i, j] = structures.mass[i, s]
+                inverse_mass[i, j] = structures.inverse_mass[i, s]
+                solved_mass[i, j] = mass_share * mass[i, j]
+                if DRIFT or RESIDUAL:
+                    inverse_height[i, j] = structures.inverse_height[i, s]
+                if IS_HARMONIC:
+                    amplitude[i, j] = loads.amplitude[i] * scale[j]
+                if STOREY_DAMPING:
+                    damping[i, j] = structures.storey_damping[i, s]
+                    solved_damping[i, j] = of_damping * damping[i, j]
+                if MASS_DAMPING:
+                    solved_mass[i, j] += of_damping * mass_damping[j] * mass[i, j]
+                if MODAL_DAMPING:
+                    # The matrix has the middle three diagonals alone, and iteration sees to the rest. It converges for
+                    # any chain: M^-1/2 K M^-1/2 is an M-matrix, so is its root (Alefeld and Schneider 1982, Linear
+                    # Algebra Appl. 42), and entries left out of one make a regular splitting (Varga, theorem 3.29).
+                    solved_mass[i, j] += of_damping * damping_matrix[i * N + i, j]
+                    if i > 0:
+                        solved_mass[i, j] += of_damping * damping_matrix[i * N + i - 1, j]
+                        solved_damping[i, j] = -of_damping * damping_matrix[i * N + i - 1, j]
+                    if i < N - 1:
+                        solved_mass[i, j] += of_damping * damping_matrix[i * N + i + 1, j]
+                c = coefficient_vector()
+                for q in range(C):
+                    c[q] = structures.coefficients[i * C + q, s]
+                    coefficients[i * C + q, j] = c[q]
+                initial_stiffness[i, j] = tangent_of(zero, zero, memory_vector(), memory_vector(), c)
+                u[i, j] = loads.initial_displacement[i]
+                v[i, j] = loads.initial_velocity[i]
+                us[i, j] = u[i, j]
+                vs[i, j] = v[i, j]
+                drift = u[i, j]
+                if i > 0:
+                    drift -= u[i - 1, j]
+                if DRIFT:
+                    peak_drift[i, j] = wp.abs(drift)
+                    if peak_drift[i, j] * inverse_height[i, j] > worst_ratio[j]:
+                        worst_ratio[j] = peak_drift[i, j] * inverse_height[i, j]
+                        worst_storey[j] = i
+                if ENERGY:
+                    last_drift[i, j] = drift
+                    absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
+                    initial_energy[j] += absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
+
+        # One interval more than the longest run, of a single step: it sees the forces of the last state.
+        for interval in range(intervals + 1):
+            for j in range(LANES):
+                # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
+                h[j] = zero
+                if interval < live_intervals[j]:
+                    h[j] = step[j]
+                if IS_BASE:
+                    begin, change = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
+                    a0[j] = begin
+                    da[j] = change
+            for i in range(N):
+                for j in range(LANES):
+                    # Where a motion ends other than in zero, the acceleration jumps with it.
+                    if IS_BASE:
+                        a[i, j] -= a0[j] - base_end[j]
+                    if IS_FORCE_HISTORY:
+                        begin, change = sampled(loads, motion[j], interval, live_intervals[j], N, i, scale[j])
+                        f0[i, j] = begin
+                        df[i, j] = change
+                        a[i, j] += (begin - force_end[i, j]) * inverse_mass[i, j]
+            steps_here = substeps
+            if interval == intervals:
+                steps_here = 1
+            for substep in range(steps_here):
+                index = interval * substeps + substep
+                position = dtype(substep) / dtype(substeps)
+                position_end = dtype(substep + 1) / dtype(substeps)
+                for j in range(LANES):
+                    if IS_BASE:
+                        base[j] = a0[j] + position * da[j]
+                    if IS_HARMONIC:
+                        sine[j] = harmonic(wp.float64(index), step[j], frequency[j], phase[j])
+                        sine_end[j] = harmonic(wp.float64(index + 1), step[j], frequency[j], phase[j])
+                waiting = int(1)
+                # Walk 0 is of the accepted state, for what is to be seen there; the others look for the next one.
+                walk = int(0)
+                load_reach = zero  # towards the step's end
+                if not SEES_FORCES:
+                    if index > 0:
+                        walk = int(1)
+                while waiting > 0 and walk < most_walks:
+                    if walk == 1:
+                        # The search starts from the acceleration as it is.
+                        load_reach = theta
+                        for j in range(LANES):
+                            h_last[j] = h[j]
+                            mode[j] = wp.where(h[j] > zero, 1, 0)
+                            if IS_BASE:
+                                base_end[j] = a0[j] + position_end * da[j]
+                        for i in range(N):
+                            for j in range(LANES):
+                                reach = theta * h[j]
+                                us[i, j] = u[i, j] + reach * (v[i, j] + half * reach * a[i, j])
+                                vs[i, j] = v[i, j] + reach * a[i, j]
+                                rise[i, j] = zero
+                                if IS_FORCE_HISTORY:
+                                    force_end[i, j] = f0[i, j] + position_end * df[i, j]
+                    if MODAL_DAMPING:
+                        for i in range(N):
+                            for j in range(LANES):
+                                damping_force[i, j] = zero
+                            for k in range(N):
+                                for j in range(LANES):
+                                    damping_force[i, j] += damping_matrix[i * N + k, j] * vs[k, j]
+                    for j in range(LANES):
+                        above[j] = zero
+                        above_eliminated[j] = zero
+                        carried[j] = zero
+                        unbalanced_last[j] = unbalanced[j]
+                        unbalanced[j] = zero
+                        size[j] = zero
+                        rounded[j] = zero
+                        slope_end[j] = zero
+                        slope_next[j] = zero
+                    for down in range(N):
+                        i = N - 1 - down
+                        for j in range(LANES):
+                            drift = us[i, j]
+                            rate = vs[i, j]
+                            drift_before = u[i, j]
+                            if i > 0:
+                                drift -= us[i - 1, j]
+                                rate -= vs[i - 1, j]
+                                drift_before -= u[i - 1, j]
+                            c = coefficient_vector()
+                            for q in range(C):
+                                c[q] = coefficients[i * C + q, j]
+                            before = memory_vector(z[i, j])
+                            after = before
+                            if HAS_MEMORY:
+                                after = advance(drift, drift - drift_before, before, c)
+                            restoring = force_of(drift, after, c)
+                            f = restoring
+                            if STOREY_DAMPING:
+                                f += damping[i, j] * rate
+                            # What acts on the floor: absolute acceleration times its mass, but for base motion.
+                            net = above[j] - f
+                            above[j] = f
+                            if MODAL_DAMPING:
+                                net -= damping_force[i, j]
+                            if MASS_DAMPING:
+                                net -= mass_damping[j] * mass[i, j] * vs[i, j]
+                            if IS_HARMONIC:
+                                net += amplitude[i, j] * (sine[j] + load_reach * (sine_end[j] - sine[j]))
+                            if IS_FORCE_HISTORY:
+                                force = f0[i, j] + position * df[i, j]
+                                net += force + load_reach * (force_end[i, j] - force)
+                            if walk == 0:
+                                # Half of the steps before and after this state: its weight in the trapezoidal rule.
+                                weight = half * (h_last[j] + h[j])
+                                vi = v[i, j]
+                                ai = net * inverse_mass[i, j]
+                                if ACCELERATION:
+                                    if weight > zero:
+                                        peak_acceleration[i, j] = wp.max(peak_acceleration[i, j], wp.abs(ai))
+                                if SHEAR:
+                                    if i == 0:
+                                        peak_shear[j] = wp.max(peak_shear[j], wp.abs(restoring))
+                                if HISTORY:
+                                    keep_state(history, samples.output[sample[j]], index, every, i, u[i, j], vi, ai)
+                                    keep_force(history, samples.output[sample[j]], index, every, i, restoring)
+                                if IS_BASE:
+                                    ai -= base[j]
+                                start_acceleration[i, j] = ai
+                                if index == 0:
+                                    a[i, j] = ai
+                                if ENERGY:
+                                    absorbed[i, j] += half * (last_force[i, j] + restoring) * (drift - last_drift[i, j])
+                                    last_force[i, j] = restoring
+                                    last_drift[i, j] = drift
+                                    # The load may end one step with one value and start the next with another.
+                                    if IS_BASE:
+                                        impulse = half * (h_last[j] * base_end[j] + h[j] * base[j])
+                                        energy_in[j] -= impulse * mass[i, j] * vi
+                                    if IS_HARMONIC:
+                                        energy_in[j] += weight * amplitude[i, j] * sine[j] * vi
+                                    if IS_FORCE_HISTORY:
+                                        energy_in[j] += half * (h_last[j] * force_end[i, j] + h[j] * force) * vi
+                                    if STOREY_DAMPING:
+                                        energy_viscous[j] += weight * damping[i, j] * rate * rate
+                                    if MASS_DAMPING:
+                                        energy_viscous[j] += weight * mass_damping[j] * mass[i, j] * vi * vi
+                                    if MODAL_DAMPING:
+                                        energy_viscous[j] += weight * damping_force[i, j] * vi
+                                    if i == 0:
+                                        supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+                            if IS_BASE:
+                                net -= mass[i, j] * (base[j] + load_reach * (base_end[j] - base[j]))
+                            inertia = a[i, j] + mass_share * rise[i, j] - force_lag * start_acceleration[i, j]
+                            residual = force_share * net - mass[i, j] * inertia
+                            stiffness = tangent_of(drift, drift - drift_before, before, after, c)
+                            if ITERATES:
+                                unbalanced[j] += wp.abs(residual)
+                                size[j] += wp.abs(f) + mass[i, j] * wp.abs(inertia)
+                                if SOLVES_DRIFT:
+                                    part = beta * (theta * h[j]) * (theta * h[j]) * rise[i, j]
+                                    rounded[j] += initial_stiffness[i, j] * (wp.abs(us[i, j]) + wp.abs(part))
+                            if NEWTON or index == 0:
+                                # A matrix that stays as it is is factored once a sample.
+                                storey = solved_damping[i, j]
+                                if SOLVES_DRIFT:
+                                    storey += of_stiffness[j] * stiffness
+                                above_it = solved_mass[i, j] + carried[j]
+                                inverse_pivot[i, j] = dtype(1.0) / (above_it + storey)
+                                passed[i, j] = storey * inverse_pivot[i, j]
+                                carried[j] = passed[i, j] * above_it
+                            eliminated[i, j] = residual + above_eliminated[j]
+                            above_eliminated[j] = passed[i, j] * eliminated[i, j]
+                            if NEWTON:
+                                slope_end[j] += residual * correction[i, j]
+                                slope_next[j] += eliminated[i, j] * eliminated[i, j] * inverse_pivot[i, j]
+                    if walk > 0:
+                        waiting = int(0)
+                        if ITERATES:
+                            for j in range(LANES):
+                                if mode[j] > 0:
+                                    mode[j] = 1
+                                    if unbalanced[j] <= tolerance * wp.max(largest[j], size[j]):
+                                        mode[j] = 0
+                                        largest[j] = wp.max(largest[j], size[j])
+                                    elif walk == 1:
+                                        # A state that is not finite has nothing to look for.
+                                        if not wp.isfinite(unbalanced[j]):
+                                            mode[j] = 0
+                                    elif (
+                                        unbalanced[j] <= roundings * (size[j] + rounded[j])
+                                        and unbalanced[j] > half * unbalanced_last[j]
+                                    ):
+                                        mode[j] = 0
+                                    elif NEWTON:
+                                        # A step minimises a convex function, and `slope` is that along the correction:
+                                        # one that overshoots the bottom, as from one side of a yield point to the
+                                        # other and back for ever, is halved (Matthies and Strang 1979, IJNME 14).
+                                        if not (slope_end[j] >= -half * slope[j]):
+                                            mode[j] = 2
+                                    slope[j] = wp.where(mode[j] == 2, half * slope[j], slope_next[j])
+                                waiting = wp.max(waiting, mode[j])
+                        for j in range(LANES):
+                            below[j] = zero
+                        for i in range(N):
+                            for j in range(LANES):
+                                found = eliminated[i, j] * inverse_pivot[i, j] + passed[i, j] * below[j]
+                                below[j] = found
+                                change = zero
+                                if mode[j] == 1:
+                                    change = found
+                                if NEWTON:
+                                    if mode[j] == 2:
+                                        change = -half * correction[i, j]
+                                    correction[i, j] = wp.where(mode[j] == 2, -change, change)
+                                reach = theta * h[j]
+                                rise[i, j] += change
+                                us[i, j] += beta * reach * reach * change
+                                vs[i, j] += gamma * reach * change
+                    walk += 1
+
+                for j in range(LANES):
+                    if ITERATES:
+                        if mode[j] > 0:
+                            failed[j] = 1
+                    below[j] = zero
+                    below_before[j] = zero
+                for i in range(N):
+                    for j in range(LANES):
+                        drift_before = u[i, j] - below_before[j]
+                        below_before[j] = u[i, j]
+                        change = rise[i, j] * inverse_theta
+                        u[i, j] += h[j] * (v[i, j] + h[j] * (half * a[i, j] + beta * change))
+                        v[i, j] += h[j] * (a[i, j] + gamma * change)
+                        a[i, j] += change
+                        us[i, j] = u[i, j]
+                        vs[i, j] = v[i, j]
+                        drift = u[i, j] - below[j]
+                        below[j] = u[i, j]
+                        c = coefficient_vector()
+                        for q in range(C):
+                            c[q] = coefficients[i * C + q, j]
+                        before = memory_vector(z[i, j])
+                        if IS_STIFF:
+                            settled[j] = wp.max(settled[j], relaxation_along(drift - drift_before, before, c))
+                        if HAS_MEMORY:
+                            after = advance(drift, drift - drift_before, before, c)
+                            z[i, j] = after[0]
+                        if DRIFT:
+                            peak_drift[i, j] = wp.max(peak_drift[i, j], wp.abs(drift))
+                            ratio = wp.abs(drift) * inverse_height[i, j]
+                            if ratio > worst_ratio[j]:
+                                worst_ratio[j] = ratio
+                                worst_storey[j] = i
+                                worst_time[j] = dtype(index + 1) * step[j]
+                if IS_STIFF:
+                    for j in range(LANES):
+                        grown = deviation_after(deviation[j], settled[j], settling)
+                        deviation[j] = grown
+                        if not grown <= astray[j]:
+                            astray[j] = grown
+                        settled[j] = zero
+                if RESIDUAL:
+                    if index >= residual_start and interval < intervals:
+                        for j in range(LANES):
+                            steps = samples.residual_steps[sample[j]]
+                            since = index - (live_intervals[j] * substeps - steps)
+                            # A lane that repeats the last sample must not add to its mean again.
+                            if since >= 0 and since < steps and block * LANES + j < count:
+                                for i in range(N):
+                                    drift = u[i, j]
+                                    if i > 0:
+                                        drift -= u[i - 1, j]
+                                    ratio = drift * inverse_height[i, j]
+                                    add_to_mean(
+                                        output.residual_drift_ratio, i, samples.output[sample[j]], ratio, since, steps
+                                    )
+
+        for j in range(LANES):
+            o = samples.output[sample[j]]
+            total = zero
+            unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
+            for i in range(N):
+                total += u[i, j] + v[i, j] + a[i, j] + z[i, j]
+                if DRIFT:
+                    output.peak_storey_drift[i, o] = peak_drift[i, j]
+                if ACCELERATION:
+                    output.peak_floor_acceleration[i, o] = peak_acceleration[i, j]
+                if ENERGY:
+                    drift = u[i, j]
+                    if i > 0:
+                        drift -= u[i - 1, j]
+                    c = coefficient_vector()
+                    for q in range(C):
+                        c[q] = coefficients[i * C + q, j]
+                    stored = recoverable_of(drift, memory_vector(z[i, j]), c)
+                    output.hysteretic_energy[i, o] = absorbed[i, j] - stored
+                    unaccounted -= absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
+            status = ok
+            if DRIFT:
+                output.time_of_peak_drift[o] = worst_time[j]
+                output.storey_of_peak_drift[o] = worst_storey[j] + 1
+                if worst_ratio[j] > control.collapse_drift_ratio:
+                    status = collapsed
+            if ITERATES:
+                if failed[j] > 0:
+                    status = not_converged
+            # Infinities and NaN never leave a sum: a finite one clears the whole state.
+            if not wp.isfinite(total):
+                status = diverged
+            if IS_STIFF:
+                # Passed on the way to a state that is not finite too: it tells why.
+                if not astray[j] <= largest_deviation:
+                    status = unstable_step
+            output.status[o] = status
+            if SHEAR:
+                output.peak_base_shear[o] = peak_shear[j]
+            if ENERGY:
+                output.input_energy[o] = energy_in[j]
+                output.viscous_energy[o] = energy_viscous[j]
+                output.energy_balance_error[o] = balance_error(unaccounted, wp.max(supplied[j], initial_energy[j]))
+
+    return integrate_implicit_chain
