@@ -255,7 +255,12 @@ def test_step_too_long_for_bouc_wen_is_flagged(exponent, share):
     else:
         # Beyond the limit z settles away from 1, also inside its bound, where nothing else would tell.
         with pytest.warns(UserWarning, match=r"1 of 1 samples (diverged|are flagged unstable_step)"):
-            run = wd.simulate(scene, step=share * limit, dtype="float64", device="cpu")
+            run = wd.simulate(scene, step=share * limit, dtype="float64", device="cpu", on_unstable="flag")
         assert run.status.item() in (2, 3)
         assert np.isnan(run.peak_storey_drift.item())
         assert run.storey_of_peak_drift.item() == -1
+        # What is left to the engine is run again at half the step, which holds.
+        run = wd.simulate(scene, step=share * limit, dtype="float64", device="cpu")
+        assert run.status.item() == 0
+        assert run.integration_step.item() == pytest.approx(share * limit / 2)
+        assert run.hysteretic_energy.item() == pytest.approx(10 * steps * share * limit, rel=0.05)

@@ -4,13 +4,16 @@ from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.fragility import fragility
 from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
-from warpdyn.sample import Factor, Lognormal, Normal, Uniform, Value
+from warpdyn.plan import Choice, plan
+from warpdyn.results import summary
+from warpdyn.sample import Factor, Listed, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
 from warpdyn.simulate import Histories, simulate
 from warpdyn.store import write
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 __all__ = [
+    "Choice",
     "Cloud",
     "Factor",
     "ForceHistory",
@@ -20,6 +23,7 @@ __all__ = [
     "Histories",
     "Individual",
     "LinearSystem",
+    "Listed",
     "Lognormal",
     "Normal",
     "PeakGroundAcceleration",
@@ -30,6 +34,8 @@ __all__ = [
     "Uniform",
     "Value",
     "fragility",
+    "plan",
     "simulate",
+    "summary",
     "write",
 ]

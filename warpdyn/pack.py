@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.kernels.plan import Plan
 from warpdyn.laws import LAWS
+from warpdyn.method_kinds import Method
+from warpdyn.methods import METHODS
 from warpdyn.modal import (
     chain_stiffness_matrix,
     circular_frequencies,
@@ -12,11 +15,13 @@ from warpdyn.modal import (
     rayleigh_coefficients,
 )
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.propagators import pack_linear
 from warpdyn.scene import Scene
-from warpdyn.stability import stable_step, stable_step_of_eigenvalues, state_eigenvalues
-from warpdyn.timeline import Timeline, Vibration, motions_of
+from warpdyn.stability import highest_damping_rate, stable_step, stable_step_of_eigenvalues, state_eigenvalues
+from warpdyn.timeline import Timeline, Vibration
 
 Arrays = dict[str, np.ndarray]
+PARTS_OF_DAMPING = np.linspace(0.1, 1, 10)
 DOUBLES_AT_A_TIME = 2**20  # in the state matrices of the eigenvalue problems, which are larger than any result
 
 
@@ -51,7 +56,7 @@ def _rayleigh(scene: Scene, parameters: Arrays, frequencies: np.ndarray) -> tupl
 
 
 def pack_chain(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
-    """Return the arrays of the chain's kernel, structures last."""
+    """Return the arrays of the chain's kernels, structures last."""
     mass, stiffness = parameters["mass"], parameters["stiffness"]
     structures, storeys = mass.shape
     coefficients = np.stack(LAWS[scene.structure.law].coefficients(parameters, spring), axis=2)
@@ -86,14 +91,30 @@ def pack_dense(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
     }
 
 
-PACKERS = {"chain": pack_chain, "dense": pack_dense}
+def pack_structures(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray) -> Arrays:
+    """Return what the Structure struct of a plan's kernel holds.
+
+    Args:
+        scene: The scene.
+        parameters: Every parameter of some structures, `structure` first.
+        plan: The kernel's plan.
+        step: Integration step of each of them [s]; only propagators depend on it.
+    """
+    if needs_step(plan):
+        return pack_linear(scene, parameters, plan, step)
+    return (pack_chain if plan.family == "chain" else pack_dense)(scene, parameters, plan.law)
+
+
+def needs_step(plan: Plan) -> bool:
+    """Return whether what a kernel reads of a structure depends on the integration step."""
+    kind = METHODS[plan.method].kind
+    return kind == "exact" or (kind == "implicit" and plan.family == "dense")
 
 
 def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
     """Return what the load's struct holds."""
     excitation, dofs = scene.excitation, scene.structure.dofs
     packed: Arrays = {
-        "step": timeline.step,
         "intervals": timeline.intervals,
         "initial_displacement": np.zeros(dofs),
         "initial_velocity": np.zeros(dofs),
@@ -106,52 +127,75 @@ def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
         packed["initial_displacement"] = np.broadcast_to(excitation.displacement, dofs)
         packed["initial_velocity"] = np.broadcast_to(excitation.velocity, dofs)
     else:
-        motions = motions_of(scene)
+        motions = timeline.motions
         packed["values"] = np.concatenate([motion.values.ravel() for motion in motions])
         lengths = [len(motion.values) for motion in motions]
         packed["first"] = np.concatenate([[0], np.cumsum(lengths)[:-1]])
     return packed
 
 
-def vibration_of(scene: Scene, drawn: Arrays, stability_polynomial: tuple[float, ...]) -> Vibration:
-    """Return the linear vibration of every drawn structure at its initial stiffness."""
+def vibration_of(scene: Scene, drawn: Arrays, method: Method) -> Vibration:
+    """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
     count = len(next(iter(drawn.values()))) if drawn else 1
     together = max(1, DOUBLES_AT_A_TIME // (2 * scene.structure.dofs) ** 2)
     parts = [
-        _vibration(scene, parameters_of(scene, drawn, slice(start, start + together)), stability_polynomial)
+        _vibration(scene, parameters_of(scene, drawn, slice(start, start + together)), method)
         for start in range(0, count, together)
     ]
     return Vibration(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
-def _vibration(
-    scene: Scene, parameters: Arrays, stability_polynomial: tuple[float, ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return period [s], slowest decay [1/s] and longest stable step [s] of some structures."""
     damping = scene.structure.damping
     mass, stiffness = parameters["mass"], parameters["stiffness"]
     if scene.structure.family == "dense":
         nominal = scene.structure.parameters
-        matrices = (parameters[name][:, None, None] * nominal[name] for name in ("mass", "damping", "stiffness"))
-        eigenvalues = state_eigenvalues(*matrices)
-        period = scene.structure.fundamental_period * np.sqrt(mass / stiffness)
-    else:
-        frequencies = circular_frequencies(mass, stiffness)
-        period = 2 * np.pi / frequencies[:, 0]
-        if damping != "storey":
-            # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
-            ratios = np.zeros_like(frequencies)
-            if damping == "modal":
-                ratios += parameters["damping_ratio"][:, None]
-            elif damping == "rayleigh":
-                of_mass, of_stiffness = _rayleigh(scene, parameters, frequencies)
-                ratios += (of_mass[:, None] / frequencies + of_stiffness[:, None] * frequencies) / 2
-            stable = stable_step(stability_polynomial, frequencies, ratios).min(axis=1)
-            # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
-            slower = np.where(ratios > 1, ratios + np.sqrt(np.maximum(ratios**2 - 1, 0)), 1.0)
-            rates = frequencies * np.where(ratios > 1, 1 / slower, ratios)
-            return period, rates.min(axis=1), stable
+        mass_matrix, damping_matrix, stiffness_matrix = (
+            parameters[name][:, None, None] * nominal[name] for name in ("mass", "damping", "stiffness")
+        )
+        eigenvalues = state_eigenvalues(mass_matrix, damping_matrix, stiffness_matrix)
+        modes = scene.structure.modal()["circular_frequency"].values
+        lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[[0, -1]])
+        rate = highest_damping_rate(mass_matrix, damping_matrix)
+        stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
+        return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable
+    stiffest = LAWS[scene.structure.law].stiffest(parameters)
+    initial = circular_frequencies(mass, stiffness)
+    is_stiffer = np.any(stiffest > stiffness)
+    frequencies = circular_frequencies(mass, stiffest) if is_stiffer else initial
+    period = 2 * np.pi / initial[:, 0]
+    if damping == "storey":
         dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
         eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
-    decay = np.maximum(-eigenvalues.real.max(axis=1), 0.0)
-    return period, decay, stable_step_of_eigenvalues(stability_polynomial, eigenvalues)
+        rate = highest_damping_rate(mass, dampers)
+        stable = stable_step_of_eigenvalues(method, eigenvalues, initial[:, -1], rate)
+        if is_stiffer:
+            stiffer = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffest))
+            stable = np.minimum(stable, stable_step_of_eigenvalues(method, stiffer, frequencies[:, -1], rate))
+        return period, _slowest_decay(eigenvalues), stable
+    # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
+    of_mass = of_stiffness = np.zeros(len(mass))
+    constant = np.zeros(len(mass))
+    if damping == "modal":
+        constant = parameters["damping_ratio"]
+    elif damping == "rayleigh":
+        of_mass, of_stiffness = _rayleigh(scene, parameters, initial)
+
+    def ratios(omega: np.ndarray) -> np.ndarray:
+        return constant[:, None] + (of_mass[:, None] / omega + of_stiffness[:, None] * omega) / 2
+
+    stable = stable_step(method, frequencies, ratios(frequencies)).min(axis=1)
+    if is_stiffer:
+        # Stiffer than when its damping was set, a motion has some part of the ratio that its frequency would have; the
+        # limit is not monotone between them.
+        for part in PARTS_OF_DAMPING:
+            stable = np.minimum(stable, stable_step(method, frequencies, part * ratios(frequencies)).min(axis=1))
+    # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
+    ratio = ratios(initial)
+    slower = np.where(ratio > 1, ratio + np.sqrt(np.maximum(ratio**2 - 1, 0)), 1.0)
+    return period, (initial * np.where(ratio > 1, 1 / slower, ratio)).min(axis=1), stable
+
+
+def _slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:
+    return np.maximum(-eigenvalues.real.max(axis=1), 0.0)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 STRIPED = "stripes"
 
 # Values of the status variable, with their flag_meanings.
-STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step")
-OK, COLLAPSED, DIVERGED, UNSTABLE_STEP = range(4)
+STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")
+OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
 
 
 @dataclass(frozen=True)
@@ -23,17 +23,23 @@ class Variable:
         dims: Its dimension beside `sample`: (), ("storey",), ("floor",) or ("dof",).
         units: UDUNITS string.
         long_name: In words.
+        scale: Other variables of the dataset, by which its errors are measured where it is smaller.
+        is_demand: Whether it is a demand, of which errors are estimated.
     """
 
     dims: tuple[str, ...]
     units: str
     long_name: str
+    scale: tuple[str, ...] = ()
+    is_demand: bool = True
 
 
 ENERGY = {
     "input_energy": Variable((), "J", "energy put in by the load"),
-    "viscous_energy": Variable((), "J", "energy dissipated by viscous damping"),
-    "energy_balance_error": Variable((), "1", "unaccounted energy over the largest energy supplied"),
+    "viscous_energy": Variable(
+        (), "J", "energy dissipated by viscous damping", scale=("input_energy", "viscous_energy")
+    ),
+    "energy_balance_error": Variable((), "1", "unaccounted energy over the largest energy supplied", is_demand=False),
 }
 
 # Family -> recorder -> the kernel's outputs, named as the dataset names them.
@@ -41,8 +47,8 @@ RECORDERS: dict[str, dict[str, dict[str, Variable]]] = {
     "chain": {
         "drift": {
             "peak_storey_drift": Variable(("storey",), "m", "peak absolute storey drift"),
-            "time_of_peak_drift": Variable((), "s", "time of the largest storey drift ratio"),
-            "storey_of_peak_drift": Variable((), "1", "storey of the largest storey drift ratio"),
+            "time_of_peak_drift": Variable((), "s", "time of the largest storey drift ratio", is_demand=False),
+            "storey_of_peak_drift": Variable((), "1", "storey of the largest storey drift ratio", is_demand=False),
         },
         "acceleration": {
             "peak_floor_acceleration": Variable(("floor",), "m s-2", "peak absolute floor acceleration"),
@@ -50,24 +56,38 @@ RECORDERS: dict[str, dict[str, dict[str, Variable]]] = {
         "base_shear": {"peak_base_shear": Variable((), "N", "peak restoring force of the first storey")},
         "residual": {
             "residual_drift_ratio": Variable(
-                ("storey",), "1", "storey drift ratio, Hann-weighted mean over the end of the run"
+                ("storey",),
+                "1",
+                "storey drift ratio, Hann-weighted mean over the end of the run",
+                scale=("peak_storey_drift_ratio",),
             ),
         },
         "energy": {
             **ENERGY,
-            "hysteretic_energy": Variable(("storey",), "J", "energy dissipated by the storey's hysteresis"),
+            "hysteretic_energy": Variable(
+                ("storey",),
+                "J",
+                "energy dissipated by the storey's hysteresis",
+                scale=("input_energy", "viscous_energy"),
+            ),
         },
     },
     "dense": {
         "displacement": {
             "peak_displacement": Variable(("dof",), "m", "peak absolute displacement relative to the base"),
-            "time_of_peak_displacement": Variable(("dof",), "s", "time of the peak displacement"),
+            "time_of_peak_displacement": Variable(("dof",), "s", "time of the peak displacement", is_demand=False),
         },
         "acceleration": {
             "peak_acceleration": Variable(("dof",), "m s-2", "peak absolute acceleration"),
         },
         "energy": ENERGY,
     },
+}
+
+# What an adaptive method tells of each sample beside its demands.
+ADAPTIVE = {
+    "accepted_steps": Variable((), "1", "integration steps taken"),
+    "rejected_steps": Variable((), "1", "integration steps tried and found too long"),
 }
 
 # What a whole history holds, named as the kernels' History struct names it.

@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.motions import IN_G, Assignment
-from warpdyn.recorders import HISTORY, RECORDERS, STATUS_MEANINGS, STRIPED
+from warpdyn.recorders import ADAPTIVE, HISTORY, RECORDERS, STATUS_MEANINGS, STRIPED
 from warpdyn.scene import Scene
-from warpdyn.timeline import Timeline, motions_of
+from warpdyn.timeline import Schedule, motions_of
 
 
 def label(
@@ -21,7 +21,7 @@ def label(
     outputs: dict[str, np.ndarray],
     drawn: dict[str, np.ndarray],
     assignment: Assignment,
-    timeline: Timeline,
+    schedule: Schedule,
 ) -> xr.Dataset:
     """Return the dataset of a run.
 
@@ -30,7 +30,7 @@ def label(
         outputs: Recorded variables, sample last.
         drawn: Scattered parameters, structure first.
         assignment: Which structure and motion each sample had.
-        timeline: Time grid of each motion.
+        schedule: How each sample was stepped.
     """
     variables: dict[str, tuple] = {}
     dtype = next((v.dtype for v in outputs.values() if np.issubdtype(v.dtype, np.floating)), np.dtype("float64"))
@@ -39,10 +39,13 @@ def label(
             attributes = {"long_name": variable.long_name, "units": variable.units}
             variables[name] = (("sample", *variable.dims), outputs[name].T, attributes)
     if "peak_storey_drift" in variables:
-        height = drawn["height"][assignment.structure] if "height" in drawn else scene.structure.parameters["height"]
-        values = (variables["peak_storey_drift"][1] / height).astype(dtype)
+        values = peak_storey_drift_ratio(scene, outputs, drawn, assignment.structure).T.astype(dtype)
         attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
         variables["peak_storey_drift_ratio"] = (("sample", "storey"), values, attributes)
+    for name in ADAPTIVE.keys() & outputs.keys():
+        attributes = {"long_name": ADAPTIVE[name].long_name, "units": ADAPTIVE[name].units}
+        variables[name] = ("sample", outputs[name], attributes)
+    variables["integration_step"] = ("sample", schedule.step, {"long_name": "integration step", "units": "s"})
     status = {
         "long_name": "outcome of the sample",
         "units": "1",
@@ -57,7 +60,7 @@ def label(
         dims = ("sample", "storey")[: values.ndim]
         variables[name] = (dims, values.astype(dtype)[assignment.structure], attributes)
     dataset = xr.Dataset(variables, coords=_coordinates(scene, assignment))
-    dataset = dataset.merge(_motion_table(scene, timeline))
+    dataset = dataset.merge(_motion_table(scene))
     dataset.attrs = {
         "Conventions": "CF-1.11",
         "title": scene.title,
@@ -67,6 +70,14 @@ def label(
         "scene": scene.to_json(),
     }
     return dataset
+
+
+def peak_storey_drift_ratio(
+    scene: Scene, outputs: dict[str, np.ndarray], drawn: dict[str, np.ndarray], structure: np.ndarray
+) -> np.ndarray:
+    """Return the peak drifts over the storey heights, shape [storey, sample], where `structure` is each sample's."""
+    height = drawn["height"][structure].T if "height" in drawn else scene.structure.parameters["height"][:, None]
+    return outputs["peak_storey_drift"] / height
 
 
 def _coordinates(scene: Scene, assignment: Assignment) -> dict[str, tuple]:
@@ -103,7 +114,7 @@ def _coordinates(scene: Scene, assignment: Assignment) -> dict[str, tuple]:
     return coordinates
 
 
-def _motion_table(scene: Scene, timeline: Timeline) -> xr.Dataset:
+def _motion_table(scene: Scene) -> xr.Dataset:
     """Return what is known of each motion, along `motion`."""
     motions = motions_of(scene)
     if not motions:
@@ -112,7 +123,6 @@ def _motion_table(scene: Scene, timeline: Timeline) -> xr.Dataset:
     columns = {
         "motion_name": (np.array(names, dtype=str), "name of the motion", "1"),
         "motion_step": (np.array([motion.step for motion in motions]), "sampling step of the motion", "s"),
-        "integration_step": (timeline.step, "integration step under the motion", "s"),
     }
     return xr.Dataset(
         {
@@ -145,3 +155,27 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
         ),
     }
     return xr.Dataset(variables, coords=coordinates)
+
+
+def summary(run: xr.Dataset) -> str:
+    """Return what a run did and how far it can be trusted, in a few lines of text.
+
+    Args:
+        run: What `simulate` returned.
+    """
+    status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
+    told = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
+    steps = run["integration_step"].values
+    lines = [
+        f"{run.sizes['sample']:,} samples: {told}",
+        f"{run.attrs['method']} in {run.attrs['dtype']} on {run.attrs['device']}, "
+        f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
+    ]
+    if "estimated_relative_error" in run:
+        table = run["estimated_relative_error"]
+        heads = "".join(f"{name:>12}" for name in table["error_statistic"].values)
+        lines.append(f"{'estimated relative error':<26}{heads}")
+        for demand in table["demand"].values:
+            row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
+            lines.append(f"{demand:<26}{row}")
+    return "\n".join(lines)

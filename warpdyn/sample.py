@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
-from warpdyn.checks import one_of, real_number
+from warpdyn.checks import finite_numbers, one_of, real_number
 from warpdyn.laws import LAWS
 from warpdyn.structures import BUILDING_PARAMETERS, LinearSystem, ShearBuilding
 
@@ -121,7 +122,29 @@ class Value(Factor):
     """Scatter that replaces the nominal value of a parameter; arguments as for Factor."""
 
 
-Scatter = Mapping[str, Factor | Value | float]
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """Values that are given, one a structure, in place of random ones: a design of experiments, or one's own samples.
+
+    Args:
+        values: The parameter's values in its units, shape [structure] or, if it has one a storey, [structure, storey];
+            of a LinearSystem the factors on its matrix, shape [structure].
+
+    Raises:
+        ValueError: If a value is not finite or the shape is another.
+    """
+
+    values: ArrayLike
+
+    def __post_init__(self) -> None:
+        values = finite_numbers("Listed.values", self.values)
+        if values.ndim not in (1, 2) or not values.size:
+            raise ValueError(f"Listed.values must have shape [structure] or [structure, storey], got {values.shape}")
+        values.flags.writeable = False
+        object.__setattr__(self, "values", values)
+
+
+Scatter = Mapping[str, Factor | Value | Listed | float]
 
 
 def check_scatter(
@@ -139,8 +162,14 @@ def check_scatter(
             problem = structure.parameter_table[name].first_violation(f"scatter[{name!r}]", np.array(float(spread)), ())
             if problem:
                 raise ValueError(problem)
+        elif isinstance(spread, Listed):
+            by_storey = structure.family == "chain" and name not in BUILDING_PARAMETERS
+            if spread.values.ndim == 2 and (not by_storey or spread.values.shape[1] != structure.dofs):
+                wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
+                raise ValueError(f"scatter[{name!r}] lists values of shape {spread.values.shape}; it must be {wanted}")
+            continue
         elif not isinstance(spread, Factor):
-            raise TypeError(f"scatter[{name!r}] must be a Factor, a Value or a number, got {spread!r}")
+            raise TypeError(f"scatter[{name!r}] must be a Factor, a Value, Listed or a number, got {spread!r}")
         elif spread.per == "storey" and (structure.family != "chain" or name in BUILDING_PARAMETERS):
             raise ValueError(f"scatter[{name!r}]: {name} has no values by storey; use per='building'")
         if structure.family == "dense" and type(spread) is not Factor:
@@ -222,6 +251,12 @@ def draw(
     Raises:
         ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the place.
     """
+    for name, spread in scatter.items():
+        if isinstance(spread, Listed) and len(spread.values) != samples:
+            raise ValueError(
+                f"scatter[{name!r}] lists {len(spread.values)} structures, and samples={samples} are asked for: "
+                "they must agree"
+            )
     variables, factor = correlation_factor(structure, scatter, correlation)
     z = _standard_normals(sampling, samples, len(variables), seed) if variables else np.empty((samples, 0))
     # A sum in a fixed order, column by column: a matrix product's rounding depends on the number of rows.
@@ -250,19 +285,23 @@ def central(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[s
     for name, spread in scatter.items():
         count = structure.dofs if isinstance(spread, Factor) and spread.per == "storey" else 1
         middle = [spread.distribution.from_standard_normal(np.zeros(1))] * count if isinstance(spread, Factor) else []
-        values[name] = _combined(structure, name, spread, middle, 1)[0]
+        combined = _combined(structure, name, spread, middle, 1)
+        values[name] = np.median(combined, axis=0) if isinstance(spread, Listed) else combined[0]
     return values
 
 
 def _combined(
     structure: ShearBuilding | LinearSystem,
     name: str,
-    spread: Factor | Value | float,
+    spread: Factor | Value | Listed | float,
     columns: list[np.ndarray],
     samples: int,
 ) -> np.ndarray:
     """Return a parameter's values [structure] or [structure, storey] from the draws of its distribution."""
     nominal = structure.parameters[name] if structure.family == "chain" else np.array(1.0)
+    if isinstance(spread, Listed):
+        values = spread.values.reshape(len(spread.values), -1) if nominal.ndim else spread.values
+        return np.array(np.broadcast_to(values, (len(values), *nominal.shape)))
     if not isinstance(spread, Factor):
         return np.full((samples, *nominal.shape), float(spread))
     values = np.stack(columns, axis=1) if spread.per == "storey" else columns[0].reshape(-1, *(1,) * nominal.ndim)

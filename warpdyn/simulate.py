@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import os
 import time
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from warpdyn import pack
-from warpdyn.checks import one_of, whole_number
+from warpdyn.checks import one_of, real_number, whole_number
 from warpdyn.ensemble import Ensemble
-from warpdyn.kernels.build import checked_device, device_name
+from warpdyn.error_estimate import estimate_errors
+from warpdyn.guard import ON_UNSTABLE, blank_failed, guard, integrate_guarded, warn_of_failures
+from warpdyn.kernels.build import device_name
 from warpdyn.methods import METHODS
-from warpdyn.motions import Assignment
+from warpdyn.plan import plan
+from warpdyn.prepare import prepare
 from warpdyn.recorders import DIVERGED, UNSTABLE_STEP
 from warpdyn.results import history_variables, label
-from warpdyn.sample import draw
 from warpdyn.scene import Scene
-from warpdyn.timeline import Timeline, Vibration, build_timeline, run_lengths
-
-LARGEST_ENERGY_ERROR = 0.02  # of the energy supplied; a well-resolved run is a hundred times below it
 
 
 @dataclass(frozen=True)
@@ -55,9 +51,15 @@ def simulate(
     *,
     samples: int = 1,
     step: float | None = None,
-    method: str = "rk4",
+    longest_step: float | None = None,
+    resample: bool = False,
+    method: str | None = None,
+    dtype: str | None = None,
+    tolerance: float | None = None,
+    error: float | None = None,
+    check: float | None = None,
+    on_unstable: str = "substep",
     device: str | None = None,
-    dtype: str = "float32",
     seed: int = 0,
     histories: Histories | None = None,
     threads: int | None = None,
@@ -69,9 +71,19 @@ def simulate(
         scene: The scene.
         samples: Structures to draw; each runs under every motion (and at every level) of the scene's design.
         step: Integration step [s], which must divide the step of every motion; None to choose one for each motion.
-        method: Integration method, a row of METHODS.
+        longest_step: Step [s] that the chosen ones are not longer than, in place of the engine's own rule.
+        resample: Whether a motion whose step `step` does not divide is resampled at it, which cuts its corners.
+        method: Integration method, a row of METHODS; None for "rk4", or what `error` leads to.
+        dtype: "float32" or "float64"; None for "float32", or what `error` leads to.
+        tolerance: Relative error a step that an adaptive method allows itself (1e-6 by default); its steps are no
+            longer than those of other methods.
+        error: Relative error that the peak drift of 95 % of the samples is to stay below, for which `plan` chooses the
+            step, and method and dtype if they are not given; None to leave the choice as it is.
+        check: Share of the samples (at least 30) that are run again at half the step and in float64, to estimate the
+            relative error of every demand; None for none.
+        on_unstable: What is done where the step is beyond a structure's stability limit: "substep" (the fewest steps of
+            the record's interval that hold, for these samples alone), "raise", or "flag" (status unstable_step).
         device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
-        dtype: "float32" or "float64".
         seed: Seed of every random draw; the same seed gives the same samples on any device.
         histories: Samples whose whole histories are kept; None for none.
         threads: CPU threads; None for every core this process may use.
@@ -79,119 +91,76 @@ def simulate(
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,
-        unstable_step). Demands of diverged and unstable samples are NaN.
+        unstable_step, not_converged). Demands of the last three are NaN.
 
     Raises:
         ValueError: If an argument is out of its range or a name is unknown; nothing has been run then.
     """
     started = time.perf_counter()
-    if not isinstance(scene, Scene):
-        raise TypeError(f"simulate() takes a Scene, got {type(scene).__name__}")
-    one_of("method", method, METHODS)
-    one_of("dtype", dtype, ("float32", "float64"))
-    samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
-    threads = _cores() if threads is None else whole_number("threads", threads, 1)
+    one_of("on_unstable", on_unstable, ON_UNSTABLE)
+    if check is not None and not 0 < real_number("check", check) <= 1:
+        raise ValueError(f"check must be a share of the samples, above 0 and at most 1, got {check}")
     if samples_per_chunk is not None:
         samples_per_chunk = whole_number("samples_per_chunk", samples_per_chunk, 1)
-    device = checked_device(device)
-    polynomial = METHODS[method].stability_polynomial
-    drawn = draw(scene.structure, scene.scatter, scene.correlation, scene.sampling, samples, seed)
-    central = pack.vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, polynomial)
-    timeline = build_timeline(scene, step, central)
-    assignment = scene.excitation.assign(samples, seed)
-    vibration = pack.vibration_of(scene, drawn, polynomial)
-    run_intervals, residual_steps = run_lengths(scene, timeline, vibration, assignment)
-    unstable = _unstable_samples(vibration, assignment, timeline)
-    run = Ensemble(
+    if error is not None:
+        if step is not None or longest_step is not None or tolerance is not None:
+            raise ValueError("error chooses the step: give simulate() no step, longest_step or tolerance beside it")
+        choice = plan(scene, error, method=method, dtype=dtype, seed=seed, device=device, threads=threads)
+        method, dtype, longest_step = choice.method, choice.dtype, choice.longest_step
+    method, dtype = method or "rk4", dtype or "float32"
+    run, vibration = prepare(
         scene,
-        drawn,
-        assignment,
-        timeline,
-        run_intervals,
-        residual_steps,
+        samples=samples,
+        step=step,
+        longest_step=longest_step,
+        resample=resample,
         method=method,
-        dtype=dtype,
+        tolerance=tolerance,
         device=device,
+        dtype=dtype,
+        seed=seed,
         threads=threads,
     )
-    if histories is not None:
-        _check_histories(histories, run, assignment.structure.size)
+    unstable = guard(run, vibration, on_unstable)
+    common_step = None if histories is None else _common_step(histories, run)
     sampled = time.perf_counter()
-    outputs = run.integrate(samples_per_chunk)
+    outputs = integrate_guarded(run, np.arange(unstable.size), on_unstable, samples_per_chunk)
     integrated = time.perf_counter()
-    _warn_of_failures(outputs, ~unstable)
+    warn_of_failures(outputs, ~unstable)
     outputs["status"][unstable] = UNSTABLE_STEP
     failed = outputs["status"] >= DIVERGED
-    _blank_failed(outputs, failed)
-    dataset = label(scene, outputs, drawn, assignment, timeline)
+    blank_failed(outputs, failed)
+    dataset = label(scene, outputs, run.drawn, run.assignment, run.schedule)
     if histories is not None:
-        time_grid, values = run.integrate_histories(histories.samples, histories.every)
+        time_grid, values = run.integrate_histories(histories.samples, histories.every, common_step)
         for array in values.values():
             array[failed[list(histories.samples)]] = np.nan
         dataset = dataset.merge(history_variables(histories.samples, time_grid, values))
-    steps = np.unique(timeline.step)
+    if check is not None:
+        dataset = dataset.merge(estimate_errors(run, outputs, check, seed))
+    steps = np.unique(run.timeline.interval / run.timeline.substeps)
     dataset.attrs |= {
         "seed": seed,
         "method": method,
         "step": steps if steps.size > 1 else float(steps[0]),
+        "on_unstable": on_unstable,
         "dtype": dtype,
-        "device": device_name(device),
+        "device": device_name(run.device),
         "kernel": run.kernel_name,
         "seconds_sampling": sampled - started,
         "seconds_integrating": integrated - sampled,
     }
+    if METHODS[method].is_adaptive:
+        dataset.attrs["tolerance"] = run.tolerance
     return dataset
 
 
-def _check_histories(histories: Histories, run: Ensemble, total: int) -> None:
+def _common_step(histories: Histories, run: Ensemble) -> float:
+    """Return the step [s] that all histories asked for are kept at, after checking that they can be."""
     if not isinstance(histories, Histories):
         raise TypeError(f"histories must be Histories(samples, every), got {histories!r}")
+    total = run.assignment.structure.size
     for sample in histories.samples:
         if sample >= total:
             raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {total - 1}")
-    run.check_common_step(histories.samples)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _unstable_samples(vibration: Vibration, assignment: Assignment, timeline: Timeline) -> np.ndarray:
-    """Return which samples' step is beyond the method's stability limit, after saying so."""
-    longest = vibration.stable_step
-    longest = longest[assignment.structure] if longest.size > 1 else longest
-    unstable = timeline.step[assignment.motion] > longest
-    if unstable.any():
-        warnings.warn(
-            f"the step is beyond the stability limit of {unstable.sum()} of {unstable.size} samples; their status is "
-            f"unstable_step and their demands are NaN. A step of at most {longest.min():.3g} s holds for all",
-            stacklevel=3,
-        )
-    return unstable
-
-
-def _warn_of_failures(outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
-    """Say how many samples of a stable step failed all the same, and how many lost track of their energy."""
-    status = outputs["status"]
-    law = "are flagged unstable_step: the step is too long for the memory of their storey law"
-    reasons = {DIVERGED: "diverged: their state is not finite at the end", UNSTABLE_STEP: law}
-    for code, reason in reasons.items():
-        count = np.count_nonzero((status == code) & stable)
-        if count:
-            text = f"{count} of {status.size} samples {reason}; their demands are NaN. A shorter step may hold"
-            warnings.warn(text, stacklevel=3)
-    if "energy_balance_error" in outputs:
-        unsure = stable & (status < DIVERGED) & (np.abs(outputs["energy_balance_error"]) > LARGEST_ENERGY_ERROR)
-        if unsure.any():
-            warnings.warn(
-                f"the energy balance of {np.count_nonzero(unsure)} of {status.size} samples is off by more than "
-                f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate",
-                stacklevel=3,
-            )
-
-
-def _blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
-    """Blank the demands of failed samples, so that no statistic takes a blow-up for a response."""
-    for name, values in outputs.items():
-        if name != "status" and failed.any():
-            values[..., failed] = np.nan if np.issubdtype(values.dtype, np.floating) else -1
+    return run.common_step(histories.samples)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,17 +24,56 @@ MOST_STEPS = 2**31 - 1  # steps are counted in 32 bits
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """When each motion is sampled and how it is integrated; one value a motion.
+    """When each motion is sampled and into how many steps its intervals are divided; one value a motion.
 
     Args:
-        step: Integration step [s].
-        substeps: Integration steps in one interval between the motion's samples.
+        motions: The sampled histories, as they are integrated; empty where the load is a formula.
+        interval: Time between the motion's samples [s].
+        substeps: Integration steps in one interval.
         intervals: Intervals between the motion's samples.
     """
 
-    step: np.ndarray
+    motions: tuple[GroundMotion | ForceHistory, ...]
+    interval: np.ndarray
     substeps: np.ndarray
     intervals: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """How each sample is stepped; one value a sample.
+
+    Args:
+        run_intervals: Intervals of the motion and of the free vibration after it.
+        substeps: Integration steps in one interval.
+        step: Integration step [s].
+        residual_steps: Steps at the end over which the residual drift is averaged.
+    """
+
+    run_intervals: np.ndarray
+    substeps: np.ndarray
+    step: np.ndarray
+    residual_steps: np.ndarray
+
+    def with_substeps(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
+        """Return the schedule with other steps an interval for some samples, which run as long as before.
+
+        Raises:
+            ValueError: If a sample would take more steps than can be counted.
+        """
+        steps = self.run_intervals[samples] * np.asarray(substeps, dtype=np.float64)
+        if (steps > MOST_STEPS).any():
+            first = int(steps.argmax())
+            raise ValueError(
+                f"sample {np.arange(self.step.size)[samples][first]} would take {steps[first]:.3g} steps, and "
+                f"{MOST_STEPS} can be counted: choose another method or a shorter run"
+            )
+        every, step, residual = self.substeps.copy(), self.step.copy(), self.residual_steps.copy()
+        finer = substeps / self.substeps[samples]
+        every[samples] = substeps
+        step[samples] = self.step[samples] / finer
+        residual[samples] = np.maximum(np.round(self.residual_steps[samples] * finer), 1)
+        return Schedule(self.run_intervals, every, step, residual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,58 +98,89 @@ def motions_of(scene: Scene) -> tuple[GroundMotion | ForceHistory, ...]:
     return tuple(getattr(scene.excitation, "motions", ()))
 
 
+def _divides(step: float, interval: float) -> bool:
+    count = max(1.0, np.round(interval / step))
+    return abs(interval / step - count) <= 1e-6 * count
+
+
 def _substeps(interval: float, step: float | None, target: float, what: str) -> int:
     """Return into how many steps an interval is divided, by the step asked for or the fewest that reach the target."""
     if step is None:
         return max(1, int(np.ceil(interval / target * (1 - 1e-9))))
     count = max(1.0, np.round(interval / step))
-    if abs(interval / step - count) > 1e-6 * count:
+    if not _divides(step, interval):
         near = max(1, int(interval / step))
         raise ValueError(
             f"step {step:g} s does not divide {what}, {interval:g} s: steps that straddle a record's corners lose the "
             f"method's order; {interval / near:g} s and {interval / (near + 1):g} s divide it, and step=None "
-            "chooses one for each motion"
+            "chooses one for each motion; resample=True cuts the record's corners and takes the step as it is"
         )
     if count > MOST_STEPS:
         raise ValueError(f"step {step:g} s divides {what} into more than {MOST_STEPS} steps: choose a longer one")
     return int(count)
 
 
-def build_timeline(scene: Scene, step: float | None, central: Vibration) -> Timeline:
+def _resampled(motion: GroundMotion | ForceHistory, step: float) -> GroundMotion | ForceHistory:
+    """Return a motion on a grid of its own step, straight between the new samples."""
+    old = motion.step * np.arange(len(motion.values))
+    new = step * np.arange(int(np.ceil(old[-1] / step * (1 - 1e-12))) + 1)
+    columns = motion.values.reshape(old.size, -1).T
+    values = np.stack([np.interp(new, old, column, right=0.0) for column in columns], axis=-1)
+    if isinstance(motion, ForceHistory):
+        return replace(motion, force=values, step=step)
+    return replace(motion, acceleration=values[:, 0], step=step)
+
+
+def build_timeline(
+    scene: Scene,
+    central: Vibration,
+    step: float | None = None,
+    longest_step: float | None = None,
+    resample: bool = False,
+) -> Timeline:
     """Return the time grid of a scene's motions.
 
     Args:
         scene: The scene.
-        step: Integration step [s] that divides the step of every motion; None to choose one for each motion.
         central: Vibration of the structure at the middle of the scatter, which the default step is chosen for: it must
             not depend on how many samples are drawn.
+        step: Integration step [s] that divides the step of every motion; None to choose one for each motion.
+        longest_step: Step [s] that no motion's step may be longer than, where it is chosen; None to choose that too.
+        resample: Whether motions whose step is not divided are resampled at the step.
 
     Raises:
-        ValueError: If the step is not finite and positive, or does not divide a motion's step or the duration.
+        ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
     """
     if step is not None:
         step = real_number("step [s]", step, above=0)
-    target = min(float(central.period[0]) / STEPS_PER_PERIOD, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
+    if longest_step is not None:
+        if step is not None:
+            raise ValueError("give simulate() a step or a longest_step, not both")
+        target = real_number("longest_step [s]", longest_step, above=0)
+    else:
+        target = min(float(central.period[0]) / STEPS_PER_PERIOD, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
+    if resample and step is None:
+        raise ValueError("resample needs a step to resample the motions at")
     motions = motions_of(scene)
     if not motions:
         frequency = abs(getattr(scene.excitation, "circular_frequency", 0.0))
-        if frequency > 0:
+        if frequency > 0 and longest_step is None:
             target = min(target, 2 * np.pi / frequency / STEPS_PER_PERIOD)
         duration = scene.excitation.duration
         count = _substeps(duration, step, target, "the duration")
-        return Timeline(np.array([duration / count]), np.array([1]), np.array([count]))
+        return Timeline((), np.array([duration / count]), np.array([1]), np.array([count]))
+    if resample:
+        motions = tuple(motion if _divides(step, motion.step) else _resampled(motion, step) for motion in motions)
     substeps = []
     for index, motion in enumerate(motions):
         name = getattr(motion, "name", "the force history")
         substeps.append(_substeps(motion.step, step, target, f"the step of motion {index} ({name!r})"))
-    steps = [motion.step / count for motion, count in zip(motions, substeps, strict=True)]
-    return Timeline(np.array(steps), np.array(substeps), np.array([len(motion.values) - 1 for motion in motions]))
+    intervals = np.array([len(motion.values) - 1 for motion in motions])
+    return Timeline(motions, np.array([motion.step for motion in motions]), np.array(substeps), intervals)
 
 
-def run_lengths(
-    scene: Scene, timeline: Timeline, vibration: Vibration, assignment: Assignment
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return how long each sample runs and its residual drift is averaged.
+def build_schedule(scene: Scene, timeline: Timeline, vibration: Vibration, assignment: Assignment) -> Schedule:
+    """Return how each sample is stepped, how long it runs and its residual drift is averaged.
 
     Args:
         scene: The scene.
@@ -118,19 +188,14 @@ def run_lengths(
         vibration: Vibration of each drawn structure.
         assignment: Which structure and motion each sample has.
 
-    Returns:
-        Intervals of the motion and of the free vibration after it, and steps at the end over which the residual drift
-        is averaged, each of shape [sample].
-
     Raises:
         ValueError: If a sample would take more steps than can be counted.
     """
     structure = assignment.structure if vibration.period.size > 1 else np.zeros_like(assignment.structure)
     period, motion = vibration.period[structure], assignment.motion
-    intervals, substeps = timeline.intervals[motion], timeline.substeps[motion]
-    interval_duration = (timeline.step * timeline.substeps)[motion]
+    interval, substeps = timeline.interval[motion], timeline.substeps[motion]
     window = RESIDUAL_PERIODS * period
-    if not motions_of(scene):
+    if not timeline.motions:
         tail = np.zeros_like(period)
     elif scene.tail is not None:
         tail = np.full_like(period, scene.tail)
@@ -139,7 +204,7 @@ def run_lengths(
             warnings.warn(
                 f"a tail of {scene.tail:g} s is shorter than the first period, {period.max():.3g} s: what is recorded "
                 "as residual drift is none; leave `tail` out, or 'residual' out of `record`",
-                stacklevel=3,
+                stacklevel=4,
             )
         window = np.minimum(window, np.maximum(tail, period))
     elif "residual" in scene.record:
@@ -148,11 +213,12 @@ def run_lengths(
         tail = np.minimum(decay, LONGEST_DECAY_IN_PERIODS * period) + window
     else:
         tail = period  # the peak may come a little after the motion's end
-    run = intervals + np.ceil(tail / interval_duration * (1 - 1e-9))
+    run = timeline.intervals[motion] + np.ceil(tail / interval * (1 - 1e-9))
     if (run * substeps).max() >= MOST_STEPS:
         raise ValueError(
             f"a sample would take {(run * substeps).max():.3g} steps, and {MOST_STEPS} can be counted: "
             "choose a longer step or a shorter tail"
         )
-    residual_steps = np.clip(np.round(window / timeline.step[motion]), 1, run * substeps)
-    return run.astype(np.int32), residual_steps.astype(np.int32)
+    step = interval / substeps
+    residual_steps = np.clip(np.round(window / step), 1, run * substeps)
+    return Schedule(run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32))

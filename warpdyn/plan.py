@@ -1,0 +1,226 @@
+"""What a scene makes the kernel carry and cost, and the cheapest method that keeps a target error."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from scipy.stats import binom
+
+from warpdyn.checks import one_of, real_number, whole_number
+from warpdyn.ensemble import Ensemble
+from warpdyn.error_estimate import compare
+from warpdyn.guard import guard, integrate_guarded
+from warpdyn.kernels.build import checked_device
+from warpdyn.kernels.plan import values_held
+from warpdyn.methods import fitting_methods
+from warpdyn.prepare import prepare
+from warpdyn.scene import Scene
+
+# The methods that the accuracy study found cheapest for some scene and error; the others are only tried if asked for.
+CANDIDATES = ("exact", "rk4", "central_difference", "velocity_verlet", "newmark_average")
+# Steps tried, as steps in the first period: half an octave apart.
+STEPS_A_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
+REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 800.0, 1e-4  # what the reference has at this target, and more below it
+PILOT_SAMPLES = {"cpu": 256, "cuda": 2**14}  # enough to fill the lanes of a few threads, or a GPU
+TIMINGS = 3  # the least counts
+QUANTILE = 0.95
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The cheapest method, step and dtype that keep a target error.
+
+    Args:
+        method: Integration method.
+        dtype: "float32" or "float64".
+        longest_step: Longest integration step [s]; each motion's own is divided into the fewest that are no longer.
+        table: What it was chosen from: over `candidate` the method, dtype, longest step, error and time a sample.
+        carried: What the scene makes the kernel carry with it, by name.
+    """
+
+    method: str
+    dtype: str
+    longest_step: float
+    table: xr.Dataset
+    carried: dict[str, float]
+
+    def __str__(self) -> str:
+        lines = [f"{'method':<26} {'dtype':<8} {'longest step [s]':>16} {'95 % error':>11} {'time a sample [s]':>18}"]
+        for row in range(self.table.sizes["candidate"]):
+            entry = self.table.isel(candidate=row)
+            is_chosen = (entry.method.item(), entry.dtype.item()) == (self.method, self.dtype)
+            lines.append(
+                f"{entry.method.item():<26} {entry.dtype.item():<8} {entry.longest_step.item():>16.4g} "
+                f"{entry.error.item():>11.2e} {entry.seconds_a_sample.item():>18.2e}{' *' if is_chosen else ''}"
+            )
+        lines.append(f"* the cheapest within {self.table.attrs['target_error']:g}")
+        lines += [f"{name:<40} {value:,.6g}" for name, value in self.carried.items()]
+        return "\n".join(lines)
+
+
+def plan(
+    scene: Scene,
+    error: float = 0.01,
+    *,
+    samples: int = 1,
+    method: str | None = None,
+    dtype: str | None = None,
+    seed: int = 0,
+    device: str | None = None,
+    threads: int | None = None,
+) -> Choice:
+    """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
+
+    For each method the longest of some steps is found whose error holds, in float32 and, if none does, in float64; then
+    the survivors are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
+    displacement) against a much shorter step in float64, relative to the sample's largest; what is held to the target
+    is the upper 95 % confidence bound of its 95 % quantile over the pilot.
+
+    Args:
+        scene: The scene.
+        error: Relative error that 95 % of the samples are to stay below.
+        samples: Structures of the run that is planned, for its expected time.
+        method: The method, if that is settled; None to try those that are ever the cheapest.
+        dtype: "float32" or "float64", if that is settled.
+        seed: Seed of the pilot's samples.
+        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
+        threads: CPU threads; None for every core this process may use.
+
+    Raises:
+        ValueError: If an argument is out of its range, or no candidate reaches the target.
+    """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"plan() takes a Scene, got {type(scene).__name__}")
+    error, samples = real_number("error", error, above=0), whole_number("samples", samples, 1)
+    fitting = fitting_methods(scene.structure.law)
+    if method is not None:
+        one_of(f"method for storeys of law {scene.structure.law!r}", method, fitting)
+    if dtype is not None:
+        one_of("dtype", dtype, ("float32", "float64"))
+    pilot = _Pilot(scene, error, seed, checked_device(device), threads)
+    methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
+    rows = []
+    for name in methods:
+        for precision in (dtype,) if dtype else ("float32", "float64"):
+            found = pilot.longest_step(name, precision)
+            if found is not None:
+                rows.append((name, precision, *found))
+                break
+    if not rows:
+        raise ValueError(
+            f"no method keeps the 95 % error of the peak drift below {error:g} with up to {STEPS_A_PERIOD[-1]:.4g} "
+            f"steps in the first period (tried: {', '.join(methods)}): ask for a larger error"
+        )
+    # Every candidate in turn, and again: what slows the machine for a while slows them all.
+    seconds = np.min([[pilot.seconds(row[4]) for row in rows] for _ in range(TIMINGS)], axis=0)
+    best = int(seconds.argmin())
+    columns = {
+        "method": ([row[0] for row in rows], "integration method", "1"),
+        "dtype": ([row[1] for row in rows], "number type", "1"),
+        "longest_step": ([row[2] for row in rows], "longest integration step", "s"),
+        "error": ([row[3] for row in rows], "95 % error of the peak drift in the pilot", "1"),
+        "seconds_a_sample": (seconds, "time a sample of the pilot", "s"),
+    }
+    table = xr.Dataset(
+        {key: ("candidate", np.array(v), {"long_name": text, "units": u}) for key, (v, text, u) in columns.items()},
+        attrs={"target_error": error, "pilot_samples": pilot.chosen.size},
+    )
+    carried = carried_by(scene, rows[best][4], samples, float(seconds[best]))
+    return Choice(rows[best][0], rows[best][1], rows[best][2], table, carried)
+
+
+class _Pilot:
+    """A few samples of a scene, with the peak drifts of a run that is as good as exact."""
+
+    def __init__(self, scene: Scene, error: float, seed: int, device: str, threads: int | None) -> None:
+        only = "drift" if scene.structure.family == "chain" else "displacement"
+        self.scene, self.error = replace(scene, record=(only,), collapse_drift_ratio=None), error
+        self.settings = {"seed": seed, "device": device, "threads": threads}
+        self.period = float(2 * np.pi / scene.structure.modal()["circular_frequency"][0])
+        wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
+        self.structures = _listed_structures(scene) or -(-wanted // scene.excitation.assign(1, seed).structure.size)
+        total = scene.excitation.assign(self.structures, seed).structure.size
+        generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 3])))
+        self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
+        finer = max(1.0, np.sqrt(REFERENCE_ERROR / error))
+        method = "exact" if scene.structure.law == "elastic" else "rk4"
+        reference = self._run(method, "float64", self.period / (REFERENCE_STEPS_A_PERIOD * finer))
+        self.reference = integrate_guarded(reference, self.chosen, "substep")
+
+    def _run(self, method: str, dtype: str, longest_step: float) -> Ensemble:
+        run, vibration = prepare(
+            self.scene,
+            samples=self.structures,
+            method=method,
+            dtype=dtype,
+            longest_step=longest_step,
+            **self.settings,
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # that unstable samples take more steps is what is wanted
+            guard(run, vibration, "substep")
+        return run
+
+    def _error(self, run: Ensemble) -> float:
+        """Return the upper 95 % confidence bound of the 95 % error; infinite where a sample fails."""
+        outputs = integrate_guarded(run, self.chosen, "substep")
+        [errors] = compare(run, outputs, self.reference, self.chosen).values()
+        ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
+        # An order statistic that lies above the quantile in 95 of 100 pilots, whatever the distribution.
+        return float(ordered[min(int(binom.ppf(0.95, ordered.size, QUANTILE)), ordered.size - 1)])
+
+    def longest_step(self, method: str, dtype: str) -> tuple[float, float, Ensemble] | None:
+        """Return the longest step [s] whose error holds, the error, and the run; None if none does."""
+        low, high, found = 0, len(STEPS_A_PERIOD) - 1, None
+        while low <= high:
+            middle = (low + high) // 2
+            step = self.period / STEPS_A_PERIOD[middle]
+            try:
+                run = self._run(method, dtype, step)
+                error = self._error(run)
+            except ValueError:  # the method amplifies an undamped mode at any step
+                return None
+            if error <= self.error:
+                found, high = (step, error, run), middle - 1
+            else:
+                low = middle + 1
+        return found
+
+    def seconds(self, run: Ensemble) -> float:
+        """Return the time a sample takes."""
+        started = time.perf_counter()
+        run.integrate(self.chosen)
+        return (time.perf_counter() - started) / self.chosen.size
+
+
+def _listed_structures(scene: Scene) -> int:
+    """Return how many structures a scene lists; 0 if it lists none and any number can be drawn."""
+    return max((len(s.values) for s in scene.scatter.values() if hasattr(s, "values")), default=0)
+
+
+def carried_by(scene: Scene, run: Ensemble, samples: int, seconds_a_sample: float) -> dict[str, float]:
+    """Return what a scene makes its kernel hold, move and take, by name.
+
+    Args:
+        scene: The scene, with what it records.
+        run: The launches of its pilot, which record less.
+        samples: Structures of the run that is planned.
+        seconds_a_sample: Time a sample of the pilot took [s].
+    """
+    width = np.dtype(run.dtype).itemsize
+    held = values_held(replace(run.plan, recorders=scene.record))
+    steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
+    total = scene.excitation.assign(samples, 0).structure.size
+    read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
+    return {
+        **{f"{name} a sample [values]": count for name, count in held.items()},
+        "registers a sample, all held [32 bits]": sum(held.values()) * width / 4,
+        "bytes read and written a sample": width * (read + held["structure"] + held["recorders"]) + 4 * 6,
+        "steps a sample, mean": float(steps.mean()),
+        "samples": total,
+        "expected integration time [s]": seconds_a_sample * total,
+    }
