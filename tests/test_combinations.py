@@ -1,11 +1,11 @@
-"""Every combination of law, method and dtype compiles and runs; the same kernels compile for sm_90.
+"""Every law with every method compiles and runs; the same kernels compile for sm_90.
 
 The cases come from the engine's own tables, so that a new row is in them. What one case is:
 
-- Chains of two storeys under every law x method x dtype, and dense systems of one and three degrees of freedom under
+- Chains of two storeys under every law x method, and dense systems of one and three degrees of freedom under
   every method x dtype: a kernel with every recorder and a kernel that keeps whole histories, and for every other case a
-  kernel with one recorder alone. Damping, load and that recorder are taken in turn, so that every damping x load is
-  there with every law, and every method with every damping and load.
+  kernel with one recorder alone. Damping, load and dtype are taken in turn, so that every damping x load is there with
+  every law, and every method with every damping, load and dtype.
 - Chains of one storey and of five under every damping x law with the other tables' rows in turn.
 
 Storey loops of the two-storey chains are left rolled, the form that buildings above eight storeys have; the others are
@@ -32,6 +32,7 @@ from warpdyn.methods import METHODS, fitting_methods
 from warpdyn.modal import modal_damping_matrix
 from warpdyn.propagators import damping_of
 from warpdyn.recorders import DIVERGED, HISTORY, RECORDERS
+from warpdyn.stability import stability_limit
 from warpdyn.structures import DAMPING
 
 SAMPLES = 17  # one full row of lanes, and one that repeats its only sample
@@ -82,21 +83,26 @@ def in_turn(table, turn):
 
 
 def chain_cases():
-    """Return every law x method x dtype with one damping and load each; each law meets all pairs of these."""
+    """Return every law x method with one damping, load and dtype each; each law meets all pairs of the first two."""
     cases = []
     for law_at, (spring, (law, _)) in enumerate(springs_of_laws().items()):
-        for (method_at, method), (dtype_at, dtype) in product(enumerate(fitting_methods(law)), enumerate(DTYPES)):
-            damping = in_turn(DAMPING, method_at + 2 * dtype_at + law_at)
-            load = in_turn(LOADS, method_at // len(DAMPING) + dtype_at + 3 * law_at)
-            cases.append(("chain", 2, damping, spring, load, method, dtype))
+        for method_at, method in enumerate(fitting_methods(law)):
+            damping = in_turn(DAMPING, method_at + law_at)
+            if damping == "none" and method in GROWING:
+                damping = "storey"
+            load = in_turn(LOADS, method_at // len(DAMPING) + 3 * law_at)
+            cases.append(("chain", 2, damping, spring, load, method, in_turn(DTYPES, method_at // 2 + law_at)))
     return cases
 
 
+# These amplify what is not damped at any step, and are flagged for it.
+GROWING = [name for name, method in METHODS.items() if stability_limit(method, 0.0) == 0]
+STABLE = [name for name in fitting_methods("bilinear") if name not in GROWING]
 FULL = chain_cases()
 IN_TURN = [
-    ("chain", dofs, damping, spring, in_turn(LOADS, i + j), in_turn(fitting_methods(law), 5 * i + j + dofs), dtype)
+    ("chain", dofs, damping, spring, in_turn(LOADS, i + j), in_turn(STABLE, 5 * i + j + dofs), dtype)
     for dofs, dtype in ((1, "float64"), (5, "float32"))
-    for (i, damping), (j, (spring, (law, _))) in product(enumerate(DAMPING), enumerate(springs_of_laws().items()))
+    for (i, damping), (j, spring) in product(enumerate(DAMPING), enumerate(SPRINGS))
     if dofs == 1 or i == j % len(DAMPING)
 ]
 DENSE = [
@@ -230,9 +236,11 @@ def test_every_row_is_among_the_cases():
     for one, other in combinations(tables | {"damping": DAMPING}, 2):
         met = {(case[one], case[other]) for case in chains}
         due = set(product((tables | {"damping": DAMPING})[one], (tables | {"damping": DAMPING})[other]))
-        missing = {pair for pair in due - met if "exact" not in pair}
+        growing = {("none", name) for name in GROWING} | {(name, "none") for name in GROWING}
+        missing = {pair for pair in due - met - growing if "exact" not in pair}
         assert not missing, (one, other, missing)
-    assert set(product(DAMPING, SPRINGS, LOADS)) == {(c["damping"], c["law"], c["load"]) for c in chains}
+    met = {(c["damping"], c["law"], c["load"]) for c in chains}
+    assert {triple for triple in set(product(DAMPING, SPRINGS, LOADS)) - met if triple[0] != "none"} == set()
 
 
 @pytest.mark.parametrize("case", CASES, ids=name_of)
@@ -247,8 +255,7 @@ def test_combination(case, compiled, launched, monkeypatch):
         return wd.Scene(structure, excitation, record=record, tail=1.2)
 
     kinds = [(None, {"histories": wd.Histories((0, SAMPLES - 1))})] + [((alone,), {})] * is_alone_too(case)
-    # "flag": Heun's method amplifies what is not damped, though not so that it shows in this run.
-    settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.005, "on_unstable": "flag"}
+    settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.005, "on_unstable": "raise"}
     runs = [wd.simulate(scene(record), **settings, **kept) for record, kept in kinds]
     assert launched == list(plans_of(case))
     for run in runs:
@@ -271,7 +278,9 @@ def test_combination(case, compiled, launched, monkeypatch):
     moved = together["displacement"].values
     name = "peak_storey_drift" if family == "chain" else "peak_displacement"
     peak = np.abs(np.diff(moved, axis=2, prepend=0) if family == "chain" else moved).max(axis=1)
-    np.testing.assert_allclose(peak, together[name].values[[0, -1]], rtol=close["rtol"], atol=0)
+    # An adaptive method sees peaks at the parts of steps too, which histories do not keep: up to (w h)^2 / 8 more.
+    rtol = 2e-3 if METHODS[method].is_adaptive else close["rtol"]
+    np.testing.assert_allclose(peak, together[name].values[[0, -1]], rtol=rtol, atol=0)
 
 
 @pytest.mark.parametrize("case", SM90, ids=name_of)

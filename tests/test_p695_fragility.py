@@ -136,4 +136,4 @@ def test_unwritable_output_is_said_before_the_run(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=os.environ.copy(), check=False)
     assert done.returncode != 0
     assert "cannot write" in done.stderr
-    assert "histories" not in done.stdout
+    assert "samples:" not in done.stdout
