@@ -112,10 +112,11 @@ def main() -> None:
 
     print(wd.summary(run))
     print_table(result)
+    sampling, integrating = (run.attrs[f"seconds_{part}"] for part in ("sampling", "integrating"))
     parts = {
-        "sampling": run.attrs["seconds_sampling"],
-        "integrating": run.attrs["seconds_integrating"],
-        "labels, one history, check": simulated - started - run.attrs["seconds_sampling"] - run.attrs["seconds_integrating"],
+        "sampling": sampling,
+        "integrating": integrating,
+        "labels, one history, check": simulated - started - sampling - integrating,
         "statistics": fitted - simulated,
         "writing": written - fitted,
         "figures": drawn - written,

@@ -90,7 +90,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         us = matrix()  # this stage's state
         vs = matrix()
         zs = matrix()
-        un = matrix()  # the next accepted state, summed up stage by stage
+        un = matrix()  # slopes summed up stage by stage, then the next accepted state
         vn = matrix()
         zn = matrix()
         peak_drift = matrix()
@@ -146,8 +146,6 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             for j in range(LANES):
                 us[i, j] = u[i, j]
                 vs[i, j] = v[i, j]
-                un[i, j] = u[i, j]
-                vn[i, j] = v[i, j]
                 drift = u[i, j]
                 if i > 0:
                     drift -= u[i - 1, j]
@@ -266,7 +264,6 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 if i > 0:
                                     drift -= us[i - 1, j]
                                     rate -= vs[i - 1, j]
-                                hb = h[j] * weight[stage]
                                 ha = h[j] * reach[stage]
                                 at = position
                                 if ADAPTIVE:
@@ -306,7 +303,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     base = a0[j] + at * da[j]
                                     ai -= base
                                 if ENERGY:
-                                    absorbed[i, j] += hb * restoring * rate
+                                    absorbed[i, j] += h[j] * weight[stage] * restoring * rate
                                     if IS_BASE:
                                         power_in[j] -= mass[i, j] * base * vi
                                     if IS_HARMONIC:
@@ -329,12 +326,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     if IS_RATE:
                                         memory_rate[stage * N + i, j] = z_rate[0]
                                 else:
-                                    un[i, j] += hb * vi
-                                    vn[i, j] += hb * ai
+                                    un[i, j] += weight[stage] * vi
+                                    vn[i, j] += weight[stage] * ai
                                     us[i, j] = u[i, j] + ha * vi
                                     vs[i, j] = v[i, j] + ha * ai
                                     if IS_RATE:
-                                        zn[i, j] += hb * z_rate[0]
+                                        zn[i, j] += weight[stage] * z_rate[0]
                                         zs[i, j] = z[i, j] + ha * z_rate[0]
                             if KEEPS_SLOPES:
                                 for j in range(LANES):
@@ -440,9 +437,15 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         attempt += 1
                     for i in range(N):
                         for j in range(LANES):
+                            # Slopes are summed first, then added: the state is rounded once a step, not once a stage.
+                            if not KEEPS_SLOPES:
+                                un[i, j] = u[i, j] + h[j] * un[i, j]
+                                vn[i, j] = v[i, j] + h[j] * vn[i, j]
+                                if IS_RATE:
+                                    zn[i, j] = z[i, j] + h[j] * zn[i, j]
                             drift = un[i, j]
                             if i > 0:
-                                drift -= un[i - 1, j]
+                                drift -= u[i - 1, j]
                             if MAPS_AT_END:
                                 c = coefficient_vector()
                                 for q in range(C):
@@ -451,11 +454,14 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 zn[i, j] = mapped[0]
                             u[i, j] = un[i, j]
                             v[i, j] = vn[i, j]
-                            us[i, j] = un[i, j]
-                            vs[i, j] = vn[i, j]
+                            us[i, j] = u[i, j]
+                            vs[i, j] = v[i, j]
+                            un[i, j] = dtype(0.0)
+                            vn[i, j] = dtype(0.0)
                             if HAS_MEMORY:
                                 z[i, j] = zn[i, j]
                                 zs[i, j] = zn[i, j]
+                                zn[i, j] = dtype(0.0)
                             if DRIFT:
                                 peak_drift[i, j] = wp.max(peak_drift[i, j], wp.abs(drift))
                                 ratio = wp.abs(drift) * inverse_height[i, j]

@@ -88,8 +88,6 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                 v[i, j] = loads.initial_velocity[i]
                 us[i, j] = u[i, j]
                 vs[i, j] = v[i, j]
-                un[i, j] = u[i, j]
-                vn[i, j] = v[i, j]
                 peak_displacement[i, j] = wp.abs(u[i, j])
                 if IS_BASE:
                     influence[i, j] = structures.influence[i]
@@ -248,7 +246,6 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                         for i in range(N):
                             for j in range(LANES):
                                 vi = vs[i, j]
-                                hb = h[j] * weight[stage]
                                 ha = h[j] * reach[stage]
                                 gate = seen[j] * first_stage[stage]
                                 ai = -elastic[i, j] - viscous[i, j]
@@ -267,8 +264,8 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                                 if KEEPS_SLOPES:
                                     acceleration[stage * N + i, j] = ai
                                 else:
-                                    un[i, j] += hb * vi
-                                    vn[i, j] += hb * ai
+                                    un[i, j] += weight[stage] * vi
+                                    vn[i, j] += weight[stage] * ai
                                     us[i, j] = u[i, j] + ha * vi
                                     vs[i, j] = v[i, j] + ha * ai
                             if KEEPS_SLOPES:
@@ -328,10 +325,17 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                         attempt += 1
                     for i in range(N):
                         for j in range(LANES):
-                            u[i, j] = un[i, j]
-                            v[i, j] = vn[i, j]
-                            us[i, j] = un[i, j]
-                            vs[i, j] = vn[i, j]
+                            # Slopes are summed first and added once, as in the chain's kernel.
+                            if KEEPS_SLOPES:
+                                u[i, j] = un[i, j]
+                                v[i, j] = vn[i, j]
+                            else:
+                                u[i, j] += h[j] * un[i, j]
+                                v[i, j] += h[j] * vn[i, j]
+                            us[i, j] = u[i, j]
+                            vs[i, j] = v[i, j]
+                            un[i, j] = dtype(0.0)
+                            vn[i, j] = dtype(0.0)
                             if DISPLACEMENT:
                                 size = wp.abs(u[i, j])
                                 if size > peak_displacement[i, j]:

@@ -19,7 +19,7 @@ from warpdyn.methods import METHODS
 from warpdyn.recorders import COLLAPSED, DIVERGED, NOT_CONVERGED, OK, UNSTABLE_STEP
 
 # What of the forces may be left unbalanced: of the largest that the sample has met or, once it falls no further, of
-# stiffness times displacement, which bears the roundings. In float32 most steps end with the second.
+# stiffness times displacement, which bears the roundings: in float32 and in tall buildings the second is met first.
 TOLERANCE = {"float32": 1e-6, "float64": 1e-12}
 ROUNDINGS = {"float32": 4e-6, "float64": 1e-14}
 # Newton's iteration takes one to six; some dozens where a long step takes many storeys to and from yield. With modal
@@ -204,7 +204,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 if MODAL_DAMPING:
                     # The matrix has the middle three diagonals alone, and iteration sees to the rest. It converges for
                     # any chain: M^-1/2 K M^-1/2 is an M-matrix, so is its root (Alefeld and Schneider 1982, Linear
-                    # Algebra Appl. 42), and entries left out of one make a regular splitting (Varga, theorem 3.29).
+                    # Algebra Appl. 42), and entries left out of one make a regular splitting (Varga 2000, 3.29).
                     solved_mass[i, j] += of_damping * damping_matrix[i * N + i, j]
                     if i > 0:
                         solved_mass[i, j] += of_damping * damping_matrix[i * N + i - 1, j]
