@@ -84,7 +84,9 @@ def test_each_sample_has_steps_of_its_own():
     wave = wd.GroundMotion(BASE, STEP)
 
     def run(chosen):
-        scene = wd.Scene(wd.ShearBuilding([1.0], 1.0, 1.0), wave, scatter={"stiffness": wd.Listed(stiffness[chosen])})
+        scene = wd.Scene(
+            wd.ShearBuilding([1.0], 1.0, 1.0), wave, scatter={"stiffness": wd.Listed(stiffness[chosen])}, tail=0.3
+        )
         return wd.simulate(
             scene, samples=len(stiffness[chosen]), method="dormand_prince54", step=STEP, dtype="float64", device="cpu"
         )

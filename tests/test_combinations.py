@@ -86,7 +86,8 @@ def chain_cases():
     """Return every law x method with one damping, load and dtype each; each law meets all pairs of the first two."""
     cases = []
     for law_at, (spring, (law, _)) in enumerate(springs_of_laws().items()):
-        for method_at, method in enumerate(fitting_methods(law)):
+        for method in fitting_methods(law):
+            method_at = list(METHODS).index(method)
             damping = in_turn(DAMPING, method_at + law_at)
             if damping == "none" and method in GROWING:
                 damping = "storey"
@@ -97,7 +98,7 @@ def chain_cases():
 
 # These amplify what is not damped at any step, and are flagged for it.
 GROWING = [name for name, method in METHODS.items() if stability_limit(method, 0.0) == 0]
-STABLE = [name for name in fitting_methods("bilinear") if name not in GROWING]
+STABLE = [name for name in fitting_methods("bouc_wen") if name not in GROWING]
 FULL = chain_cases()
 IN_TURN = [
     ("chain", dofs, damping, spring, in_turn(LOADS, i + j), in_turn(STABLE, 5 * i + j + dofs), dtype)
@@ -236,8 +237,9 @@ def test_every_row_is_among_the_cases():
     for one, other in combinations(tables | {"damping": DAMPING}, 2):
         met = {(case[one], case[other]) for case in chains}
         due = set(product((tables | {"damping": DAMPING})[one], (tables | {"damping": DAMPING})[other]))
+        unfit = {(s, n) for s, (law, _) in springs_of_laws().items() for n in set(METHODS) - set(fitting_methods(law))}
         growing = {("none", name) for name in GROWING} | {(name, "none") for name in GROWING}
-        missing = {pair for pair in due - met - growing if "exact" not in pair}
+        missing = {pair for pair in due - met - growing - unfit if "exact" not in pair}
         assert not missing, (one, other, missing)
     met = {(c["damping"], c["law"], c["load"]) for c in chains}
     assert {triple for triple in set(product(DAMPING, SPRINGS, LOADS)) - met if triple[0] != "none"} == set()

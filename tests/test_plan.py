@@ -102,8 +102,6 @@ def test_the_plan_keeps_its_target(true_peaks, target):
     row = table.isel(candidate=int(table["seconds_a_sample"].argmin()))
     assert row["method"].item() == choice.method
     assert np.all(table["error"] <= target)
-    # A method that has half the order needs shorter steps.
-    assert str(choice).count("*") == 2
 
 
 def test_simulate_takes_what_the_plan_chooses(true_peaks):
@@ -116,8 +114,8 @@ def test_simulate_takes_what_the_plan_chooses(true_peaks):
     with pytest.raises(ValueError, match="error chooses the step"):
         wd.simulate(scene(), samples=5, error=1e-3, step=0.01)
     with pytest.raises(ValueError, match="no method keeps"):
-        wd.plan(scene(), 1e-12, method="newmark_average", dtype="float32", device="cpu")
-    with pytest.raises(ValueError, match=r"method for storeys of law 'bilinear'.*'exact'"):
+        wd.plan(scene(), 1e-6, method="newmark_average", dtype="float32", device="cpu")
+    with pytest.raises(ValueError, match="'exact' does not fit storeys of law 'bilinear'"):
         wd.plan(scene(), method="exact")
     with pytest.raises(TypeError, match="plan\\(\\) takes a Scene"):
         wd.plan("scene")
@@ -147,4 +145,4 @@ def test_a_scene_that_names_less_carries_less():
     assert (
         carried(free)["bytes read and written a sample"] < 200 < carried(one_storey)["bytes read and written a sample"]
     )
-    assert bouc_wen["samples"] == 8  # one structure under eight motions
+    assert bouc_wen["samples"] == 40  # five structures under eight motions

@@ -21,9 +21,11 @@ def test_first_screen_holds_the_two_commands() -> None:
 
 
 def test_every_command_is_known_here() -> None:
-    # The main job is run by the fixture `main_job`, the tests by this very run; others are run below.
+    # The main job is run by the fixture `main_job`, the tests by this very run, the seed frame below; the other two by
+    # tests of their own, on fewer samples.
     scripts = {re.search(r"studies/\w+\.py", c)[0] for c in readme_commands() if "studies/" in c}
-    assert scripts == {"studies/p695_fragility.py", "studies/seed_frame.py"}
+    names = ("p695_fragility", "seed_frame", "stability", "accuracy_speed")
+    assert scripts == {f"studies/{name}.py" for name in names}
 
 
 def test_seed_frame_command(tmp_path: Path) -> None:
@@ -34,7 +36,8 @@ def test_seed_frame_command(tmp_path: Path) -> None:
 
 
 def test_program_for_ones_own_building(tmp_path: Path) -> None:
-    (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    # One program after the other: the second goes on from the first.
+    program = "".join(re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL))
     command = [sys.executable, "-W", "error::UserWarning", "-c", program]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -271,6 +271,10 @@ def test_a_blow_up_is_diverged_and_never_a_collapse():
     assert run["status"].values.tolist() == [2, 2]
     for name in ("peak_storey_drift", "peak_floor_acceleration", "input_energy", "hysteretic_energy"):
         assert np.all(np.isnan(run[name])), name
+    # Finite, but thousands of storey heights: a blow-up as well. A drift that a structure may have is a collapse.
+    with pytest.warns(UserWarning, match="1 of 1 samples diverged"):
+        assert wd.simulate(scene, dtype="float64")["status"].values.tolist() == [2]
+    scene = wd.Scene(make_oscillator(), wd.HarmonicForce([1.0], 10.0, 60.0), collapse_drift_ratio=1e-3)
     assert wd.simulate(scene, dtype="float64")["status"].values.tolist() == [1]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from warpdyn.ensemble import Ensemble
 from warpdyn.recorders import DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
-from warpdyn.timeline import Vibration
+from warpdyn.timeline import MOST_STEPS, Vibration
 
 ON_UNSTABLE = ("substep", "raise", "flag")
 # Samples that fail in a run for the sake of their law are run again with twice the steps, so many times, as long as
@@ -50,9 +50,12 @@ def guard(run: Ensemble, vibration: Vibration, on_unstable: str) -> np.ndarray:
             f"{longest.min():.4g} s holds for all; on_unstable='substep' divides the steps of these samples alone"
         )
     if on_unstable == "flag":
+        holds = (
+            f"A step of at most {longest.min():.3g} s holds for all" if longest.min() > 0 else "No step holds for all"
+        )
         warnings.warn(
             f"the step is beyond the stability limit of {unstable.sum()} of {unstable.size} samples; their status is "
-            f"unstable_step and their demands are NaN. A step of at most {longest.min():.3g} s holds for all",
+            f"unstable_step and their demands are NaN. {holds}",
             stacklevel=3,
         )
         return unstable
@@ -82,6 +85,8 @@ def integrate_guarded(
         if not failed.size or failed.size * 2**rerun > max(MOST_COST * samples.size, ALWAYS_AFFORDED):
             break
         again = samples[failed]
+        if (run.schedule.run_intervals[again] * run.schedule.substeps[again].astype(np.float64) * 2 > MOST_STEPS).any():
+            break
         run.schedule = run.schedule.with_substeps(again, run.schedule.substeps[again] * 2)
         for name, values in run.integrate(again, samples_per_chunk).items():
             outputs[name][..., failed] = values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from warpdyn.checks import one_of
 from warpdyn.method_kinds import ExactMethod, ExplicitMethod, ImplicitMethod, Method
 
 
@@ -26,6 +27,8 @@ _DORMAND_PRINCE_ERROR = (71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200,
 _RK4_A = ((0, 0, 0, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 1, 0))
 _RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
 _SPECTRAL_RADIUS = 0.8  # of generalised-alpha at infinite frequency
+
+RATE_LAWS = ("bouc_wen",)  # whose memory follows the velocity
 
 METHODS: dict[str, Method] = {
     method.name: method
@@ -86,5 +89,23 @@ METHODS: dict[str, Method] = {
 
 
 def fitting_methods(law: str) -> tuple[str, ...]:
-    """Return the methods that integrate structures of a storey law: all but the exact one, unless it is linear."""
-    return tuple(name for name, method in METHODS.items() if law == "elastic" or method.kind != "exact")
+    """Return the methods that integrate structures of a storey law.
+
+    The exact one needs a linear law. Lagged central difference does not fit a law whose memory follows the velocity:
+    the force would lag behind the drift, which feeds the motion until yielding bounds it.
+    """
+    unfit = set() if law == "elastic" else {"exact"}
+    if law in RATE_LAWS:
+        unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
+    return tuple(name for name in METHODS if name not in unfit)
+
+
+def check_fits(method: object, law: str) -> None:
+    """Raise an error that lists the methods there are, or that fit a storey law, if this is none of them."""
+    one_of("method", method, METHODS)
+    fitting = fitting_methods(law)
+    if method not in fitting:
+        reason = "it needs a linear structure" if METHODS[method].kind == "exact" else "its velocities lag behind"
+        raise ValueError(
+            f"method {method!r} does not fit storeys of law {law!r} ({reason}); these fit: {', '.join(fitting)}"
+        )

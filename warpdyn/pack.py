@@ -17,11 +17,16 @@ from warpdyn.modal import (
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.propagators import pack_linear
 from warpdyn.scene import Scene
-from warpdyn.stability import highest_damping_rate, stable_step, stable_step_of_eigenvalues, state_eigenvalues
+from warpdyn.stability import (
+    highest_damping_rate,
+    stable_step,
+    stable_step_of_eigenvalues,
+    stable_step_of_yielding,
+    state_eigenvalues,
+)
 from warpdyn.timeline import Timeline, Vibration
 
 Arrays = dict[str, np.ndarray]
-PARTS_OF_DAMPING = np.linspace(0.1, 1, 10)
 DOUBLES_AT_A_TIME = 2**20  # in the state matrices of the eigenvalue problems, which are larger than any result
 
 
@@ -30,7 +35,10 @@ def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = 
 
     Of a LinearSystem they are the factors on its matrices.
     """
-    count = len(next(iter(drawn.values()))[structures]) if drawn else 1
+    if drawn:
+        count = len(next(iter(drawn.values()))[structures])
+    else:
+        count = structures.size if isinstance(structures, np.ndarray) else 1
     values = scene.structure.parameters
     nominal = values if scene.structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
     return {
@@ -160,41 +168,31 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         rate = highest_damping_rate(mass_matrix, damping_matrix)
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
         return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable
-    stiffest = LAWS[scene.structure.law].stiffest(parameters)
     initial = circular_frequencies(mass, stiffness)
-    is_stiffer = np.any(stiffest > stiffness)
-    frequencies = circular_frequencies(mass, stiffest) if is_stiffer else initial
     period = 2 * np.pi / initial[:, 0]
     if damping == "storey":
         dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
         eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
-        rate = highest_damping_rate(mass, dampers)
+        rate, decay = highest_damping_rate(mass, dampers), _slowest_decay(eigenvalues)
         stable = stable_step_of_eigenvalues(method, eigenvalues, initial[:, -1], rate)
-        if is_stiffer:
-            stiffer = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffest))
-            stable = np.minimum(stable, stable_step_of_eigenvalues(method, stiffer, frequencies[:, -1], rate))
-        return period, _slowest_decay(eigenvalues), stable
-    # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
-    of_mass = of_stiffness = np.zeros(len(mass))
-    constant = np.zeros(len(mass))
-    if damping == "modal":
-        constant = parameters["damping_ratio"]
-    elif damping == "rayleigh":
-        of_mass, of_stiffness = _rayleigh(scene, parameters, initial)
-
-    def ratios(omega: np.ndarray) -> np.ndarray:
-        return constant[:, None] + (of_mass[:, None] / omega + of_stiffness[:, None] * omega) / 2
-
-    stable = stable_step(method, frequencies, ratios(frequencies)).min(axis=1)
-    if is_stiffer:
-        # Stiffer than when its damping was set, a motion has some part of the ratio that its frequency would have; the
-        # limit is not monotone between them.
-        for part in PARTS_OF_DAMPING:
-            stable = np.minimum(stable, stable_step(method, frequencies, part * ratios(frequencies)).min(axis=1))
-    # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
-    ratio = ratios(initial)
-    slower = np.where(ratio > 1, ratio + np.sqrt(np.maximum(ratio**2 - 1, 0)), 1.0)
-    return period, (initial * np.where(ratio > 1, 1 / slower, ratio)).min(axis=1), stable
+    else:
+        # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
+        ratios = np.zeros_like(initial)
+        if damping == "modal":
+            ratios += parameters["damping_ratio"][:, None]
+        elif damping == "rayleigh":
+            of_mass, of_stiffness = _rayleigh(scene, parameters, initial)
+            ratios += (of_mass[:, None] / initial + of_stiffness[:, None] * initial) / 2
+        stable = stable_step(method, initial, ratios).min(axis=1)
+        rate = (2 * ratios * initial).max(axis=1)
+        # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
+        slower = np.where(ratios > 1, ratios + np.sqrt(np.maximum(ratios**2 - 1, 0)), 1.0)
+        decay = (initial * np.where(ratios > 1, 1 / slower, ratios)).min(axis=1)
+    if scene.structure.law != "elastic":
+        stiffest = LAWS[scene.structure.law].stiffest(parameters)
+        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > stiffness) else initial[:, -1]
+        stable = stable_step_of_yielding(method, highest, rate, stable)
+    return period, decay, stable
 
 
 def _slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:

@@ -16,17 +16,24 @@ from warpdyn.error_estimate import compare
 from warpdyn.guard import guard, integrate_guarded
 from warpdyn.kernels.build import checked_device
 from warpdyn.kernels.plan import values_held
-from warpdyn.methods import fitting_methods
-from warpdyn.prepare import prepare
+from warpdyn.methods import check_fits, fitting_methods
+from warpdyn.prepare import Drawn, prepare
+from warpdyn.sample import Listed
 from warpdyn.scene import Scene
+from warpdyn.timeline import Vibration
 
-# The methods that the accuracy study found cheapest for some scene and error; the others are only tried if asked for.
-CANDIDATES = ("exact", "rk4", "central_difference", "velocity_verlet", "newmark_average")
+# The methods that the accuracy study found cheapest for some scene and error, or within its timings' scatter of them,
+# and the cheapest without a stability limit; the others are only tried if asked for.
+CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
 # Steps tried, as steps in the first period: half an octave apart.
+LEAST_ERROR = 1e-8
+HELD = 0.9  # the part of the target that the pilot's error must stay below: its reference errs a little itself
 STEPS_A_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
-REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 800.0, 1e-4  # what the reference has at this target, and more below it
-PILOT_SAMPLES = {"cpu": 256, "cuda": 2**14}  # enough to fill the lanes of a few threads, or a GPU
-TIMINGS = 3  # the least counts
+REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # what the reference has at this target, and more below
+# A candidate that stability makes take this many times the steps that accuracy asks for is not followed further.
+MOST_HELD = 20.0
+PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # enough to fill the lanes of a few threads, or a GPU
+TIMINGS = 5  # the least counts
 QUANTILE = 0.95
 
 
@@ -78,7 +85,7 @@ def plan(
     For each method the longest of some steps is found whose error holds, in float32 and, if none does, in float64; then
     the survivors are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
     displacement) against a much shorter step in float64, relative to the sample's largest; what is held to the target
-    is the upper 95 % confidence bound of its 95 % quantile over the pilot.
+    is the upper 95 % confidence bound of its 95 % quantile over the pilot (of fewer than 59 samples, the worst).
 
     Args:
         scene: The scene.
@@ -95,18 +102,20 @@ def plan(
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"plan() takes a Scene, got {type(scene).__name__}")
-    error, samples = real_number("error", error, above=0), whole_number("samples", samples, 1)
-    fitting = fitting_methods(scene.structure.law)
+    if not LEAST_ERROR <= real_number("error", error, above=0) < 1:
+        raise ValueError(f"error must be a relative error from {LEAST_ERROR:g} to below 1, got {error}")
+    samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
     if method is not None:
-        one_of(f"method for storeys of law {scene.structure.law!r}", method, fitting)
+        check_fits(method, scene.structure.law)
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
     pilot = _Pilot(scene, error, seed, checked_device(device), threads)
+    fitting = fitting_methods(scene.structure.law)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
     for name in methods:
         for precision in (dtype,) if dtype else ("float32", "float64"):
-            found = pilot.longest_step(name, precision)
+            found = pilot.longest_step(name, precision, is_settled=method is not None)
             if found is not None:
                 rows.append((name, precision, *found))
                 break
@@ -139,31 +148,45 @@ class _Pilot:
     def __init__(self, scene: Scene, error: float, seed: int, device: str, threads: int | None) -> None:
         only = "drift" if scene.structure.family == "chain" else "displacement"
         self.scene, self.error = replace(scene, record=(only,), collapse_drift_ratio=None), error
+        self.known: dict[str, Drawn] = {}
         self.settings = {"seed": seed, "device": device, "threads": threads}
-        self.period = float(2 * np.pi / scene.structure.modal()["circular_frequency"][0])
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
-        self.structures = _listed_structures(scene) or -(-wanted // scene.excitation.assign(1, seed).structure.size)
+        self.structures = _fixed_structures(scene)
+        if self.structures == 0:
+            each = scene.excitation.assign(1, seed).structure.size
+            most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # so that it sees the scatter, too
+            self.structures = max(-(-wanted // each), most)
         total = scene.excitation.assign(self.structures, seed).structure.size
         generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 3])))
         self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
-        finer = max(1.0, np.sqrt(REFERENCE_ERROR / error))
-        method = "exact" if scene.structure.law == "elastic" else "rk4"
-        reference = self._run(method, "float64", self.period / (REFERENCE_STEPS_A_PERIOD * finer))
+        periods = self._prepared("rk4", "float64", None)[1].period
+        self.period = float(np.median(periods))
+        finer = REFERENCE_STEPS_A_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / error))
+        method, step = "exact" if scene.structure.law == "elastic" else "rk4", float(periods.min()) / finer
+        reference, held = self._run(method, "float64", step)
+        if held > MOST_HELD:  # a mode far too stiff to matter: what it takes part in is seen without it
+            reference, _ = self._run("newmark_average", "float64", step / 2)
         self.reference = integrate_guarded(reference, self.chosen, "substep")
 
-    def _run(self, method: str, dtype: str, longest_step: float) -> Ensemble:
-        run, vibration = prepare(
+    def _prepared(self, method: str, dtype: str, longest_step: float | None) -> tuple[Ensemble, Vibration]:
+        return prepare(
             self.scene,
             samples=self.structures,
             method=method,
             dtype=dtype,
             longest_step=longest_step,
+            known=self.known,
             **self.settings,
         )
+
+    def _run(self, method: str, dtype: str, longest_step: float) -> tuple[Ensemble, float]:
+        """Return the launches, held stable, and how many times as many steps that makes them take."""
+        run, vibration = self._prepared(method, dtype, longest_step)
+        asked = run.schedule.substeps[self.chosen].mean()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # that unstable samples take more steps is what is wanted
             guard(run, vibration, "substep")
-        return run
+        return run, float(run.schedule.substeps[self.chosen].mean() / asked)
 
     def _error(self, run: Ensemble) -> float:
         """Return the upper 95 % confidence bound of the 95 % error; infinite where a sample fails."""
@@ -173,19 +196,30 @@ class _Pilot:
         # An order statistic that lies above the quantile in 95 of 100 pilots, whatever the distribution.
         return float(ordered[min(int(binom.ppf(0.95, ordered.size, QUANTILE)), ordered.size - 1)])
 
-    def longest_step(self, method: str, dtype: str) -> tuple[float, float, Ensemble] | None:
-        """Return the longest step [s] whose error holds, the error, and the run; None if none does."""
+    def longest_step(self, method: str, dtype: str, *, is_settled: bool) -> tuple[float, float, Ensemble] | None:
+        """Return the longest step [s] whose error holds, the error, and the run; None if none does.
+
+        Args:
+            method: Integration method.
+            dtype: Number type.
+            is_settled: Whether there is no other method to take in its place.
+        """
         low, high, found = 0, len(STEPS_A_PERIOD) - 1, None
         while low <= high:
             middle = (low + high) // 2
-            step = self.period / STEPS_A_PERIOD[middle]
             try:
-                run = self._run(method, dtype, step)
-                error = self._error(run)
+                run, held = self._run(method, dtype, self.period / STEPS_A_PERIOD[middle])
             except ValueError:  # the method amplifies an undamped mode at any step
+                if is_settled:
+                    raise
                 return None
-            if error <= self.error:
-                found, high = (step, error, run), middle - 1
+            if held > MOST_HELD and not is_settled:
+                low = middle + 1
+                continue
+            error = self._error(run)
+            if error <= HELD * self.error:
+                taken = float((run.timeline.interval / run.timeline.substeps).max())
+                found, high = (taken, error, run), middle - 1
             else:
                 low = middle + 1
         return found
@@ -197,9 +231,11 @@ class _Pilot:
         return (time.perf_counter() - started) / self.chosen.size
 
 
-def _listed_structures(scene: Scene) -> int:
-    """Return how many structures a scene lists; 0 if it lists none and any number can be drawn."""
-    return max((len(s.values) for s in scene.scatter.values() if hasattr(s, "values")), default=0)
+def _fixed_structures(scene: Scene) -> int:
+    """Return how many structures a scene lists, itself or with its motions; 0 if any number can be drawn."""
+    listed = [len(spread.values) for spread in scene.scatter.values() if isinstance(spread, Listed)]
+    given = (getattr(scene.excitation, name, None) for name in ("motion", "scale"))
+    return max(listed + [np.size(values) for values in given if np.size(values) > 1], default=0)
 
 
 def carried_by(scene: Scene, run: Ensemble, samples: int, seconds_a_sample: float) -> dict[str, float]:
@@ -214,7 +250,7 @@ def carried_by(scene: Scene, run: Ensemble, samples: int, seconds_a_sample: floa
     width = np.dtype(run.dtype).itemsize
     held = values_held(replace(run.plan, recorders=scene.record))
     steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
-    total = scene.excitation.assign(samples, 0).structure.size
+    total = scene.excitation.assign(_fixed_structures(scene) or samples, 0).structure.size
     read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
     return {
         **{f"{name} a sample [values]": count for name, count in held.items()},

@@ -12,6 +12,8 @@ STRIPED = "stripes"
 
 # Values of the status variable, with their flag_meanings.
 STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")
+# Beyond this many storey heights a drift is a blow-up that has not become infinite yet, not a collapse.
+LARGEST_DRIFT_RATIO = 1e3
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
 
 

@@ -100,14 +100,20 @@ def simulate(
     one_of("on_unstable", on_unstable, ON_UNSTABLE)
     if check is not None and not 0 < real_number("check", check) <= 1:
         raise ValueError(f"check must be a share of the samples, above 0 and at most 1, got {check}")
+    if check is not None and resample:
+        raise ValueError("check sees nothing of what resample cuts off a motion: leave out one of them")
     if samples_per_chunk is not None:
         samples_per_chunk = whole_number("samples_per_chunk", samples_per_chunk, 1)
     if error is not None:
         if step is not None or longest_step is not None or tolerance is not None:
             raise ValueError("error chooses the step: give simulate() no step, longest_step or tolerance beside it")
-        choice = plan(scene, error, method=method, dtype=dtype, seed=seed, device=device, threads=threads)
+        chosen_by = {"seed": seed, "device": device, "threads": threads}
+        # What is wrong is said before the pilot runs.
+        given = {"method": "rk4" if method is None else method, "dtype": "float32" if dtype is None else dtype}
+        prepare(scene, samples=samples, resample=resample, **given, **chosen_by)
+        choice = plan(scene, error, samples=samples, method=method, dtype=dtype, **chosen_by)
         method, dtype, longest_step = choice.method, choice.dtype, choice.longest_step
-    method, dtype = method or "rk4", dtype or "float32"
+    method, dtype = "rk4" if method is None else method, "float32" if dtype is None else dtype
     run, vibration = prepare(
         scene,
         samples=samples,
@@ -150,6 +156,8 @@ def simulate(
         "seconds_sampling": sampled - started,
         "seconds_integrating": integrated - sampled,
     }
+    given = {"longest_step": longest_step, "target_error": error, "resampled": "yes" if resample else None}
+    dataset.attrs |= {name: value for name, value in given.items() if value is not None}
     if METHODS[method].is_adaptive:
         dataset.attrs["tolerance"] = run.tolerance
     return dataset

@@ -129,6 +129,35 @@ def stable_step_of_eigenvalues(
     return np.where(moving, _looked_up(_table, method, size, ratio), np.inf).min(axis=1)
 
 
+def stable_step_of_yielding(
+    method: Method, highest_frequency: np.ndarray, damping_rate: np.ndarray, elastic_step: np.ndarray
+) -> np.ndarray:
+    """Longest step at which a method does not amplify a structure whose storeys soften but whose dampers do not.
+
+    While a storey yields, its damping ratio rises without end: the faster root goes from that of the elastic motion to
+    the damping rate itself. A motion of shape x under any tangent stiffness is the oscillator of mass x* M x, damper
+    x* C x and spring x* K x; the limit is the least of all oscillators of at most this frequency and damping rate.
+    Methods that amplify all that is undamped (heun, midpoint) would have none: theirs is the elastic limit, or that of
+    the damping rate alone where it is less, which nothing proves between the two.
+
+    Args:
+        method: Row of METHODS.
+        highest_frequency: Highest circular frequency at the stiffest tangent [rad/s], shape [structure].
+        damping_rate: Largest eigenvalue of M^-1 C [1/s], shape [structure].
+        elastic_step: Longest step at which the elastic structure is stable [s], shape [structure].
+
+    Returns:
+        Step [s], shape [structure].
+    """
+    frequency = _above_zero("highest_frequency", highest_frequency)
+    rate = _at_least_zero("damping_rate", damping_rate)
+    step = _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
+    if (step > 0).all():
+        return np.minimum(step, elastic_step)
+    with np.errstate(divide="ignore"):
+        return np.minimum(elastic_step, relaxation_limit(method) / rate)
+
+
 def state_eigenvalues(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     """Eigenvalues of [[0, I], [-M^-1 K, -M^-1 C]] for many structures, with any damping matrices.
 

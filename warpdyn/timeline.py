@@ -19,6 +19,7 @@ SHARE_OF_STABLE_STEP = 0.4
 RESIDUAL_DECAY = 0.01
 LONGEST_DECAY_IN_PERIODS = 20.0
 RESIDUAL_PERIODS = 3.0
+THE_DURATION = "the duration"
 MOST_STEPS = 2**31 - 1  # steps are counted in 32 bits
 
 
@@ -110,10 +111,12 @@ def _substeps(interval: float, step: float | None, target: float, what: str) -> 
     count = max(1.0, np.round(interval / step))
     if not _divides(step, interval):
         near = max(1, int(interval / step))
+        holds = f"{interval / near:g} s and {interval / (near + 1):g} s divide it, and step=None chooses"
+        if what == THE_DURATION:
+            raise ValueError(f"step {step:g} s does not divide {what}, {interval:g} s: {holds} one")
         raise ValueError(
             f"step {step:g} s does not divide {what}, {interval:g} s: steps that straddle a record's corners lose the "
-            f"method's order; {interval / near:g} s and {interval / (near + 1):g} s divide it, and step=None "
-            "chooses one for each motion; resample=True cuts the record's corners and takes the step as it is"
+            f"method's order; {holds} one for each motion; resample=True cuts the corners and takes the step as it is"
         )
     if count > MOST_STEPS:
         raise ValueError(f"step {step:g} s divides {what} into more than {MOST_STEPS} steps: choose a longer one")
@@ -158,18 +161,28 @@ def build_timeline(
             raise ValueError("give simulate() a step or a longest_step, not both")
         target = real_number("longest_step [s]", longest_step, above=0)
     else:
-        target = min(float(central.period[0]) / STEPS_PER_PERIOD, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
+        target = float(central.period[0]) / STEPS_PER_PERIOD
+        if central.stable_step[0] > 0:  # where no step is stable, the guard says so
+            target = min(target, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
     if resample and step is None:
         raise ValueError("resample needs a step to resample the motions at")
+    if resample and not motions_of(scene):
+        raise ValueError("resample needs sampled motions or forces, and this load is a formula: leave it out")
     motions = motions_of(scene)
     if not motions:
         frequency = abs(getattr(scene.excitation, "circular_frequency", 0.0))
         if frequency > 0 and longest_step is None:
             target = min(target, 2 * np.pi / frequency / STEPS_PER_PERIOD)
         duration = scene.excitation.duration
-        count = _substeps(duration, step, target, "the duration")
+        count = _substeps(duration, step, target, THE_DURATION)
         return Timeline((), np.array([duration / count]), np.array([1]), np.array([count]))
     if resample:
+        for index, motion in enumerate(motions):
+            if step > motion.step * (1 + 1e-6):
+                raise ValueError(
+                    f"resample takes steps up to a motion's own, and motion {index} has {motion.step:g} s: "
+                    f"{step:g} s would leave samples out"
+                )
         motions = tuple(motion if _divides(step, motion.step) else _resampled(motion, step) for motion in motions)
     substeps = []
     for index, motion in enumerate(motions):

@@ -34,6 +34,7 @@ GPU_LANES, GPU_UNROLL = 1, 64
 # Beyond these sizes the dense kernel's n x n loops would take half a minute and more to compile.
 CPU_UNROLLED_MATRIX, GPU_UNROLLED_MATRIX = 4, 8
 UNROLLED_SLOPES = 40  # evaluations of storeys a step whose slopes are all kept
+THREADS_OF_A_BLOCK = 128
 SLICES_A_THREAD = 8  # short last slices keep all threads busy to the end
 
 
@@ -55,6 +56,14 @@ def lanes_and_unroll(family: str, dofs: int, method: str, is_gpu: bool) -> tuple
 def build_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel of a plan; the same plan gives the same kernel."""
     return FAMILIES[plan.family, METHODS[plan.method].kind](plan)
+
+
+def load_kernel(plan: Plan, device: str) -> wp.Kernel:
+    """Return the kernel of a plan, compiled for a device; threads may do so side by side."""
+    kernel = build_kernel(plan)
+    warp_device = wp.get_device(device)
+    kernel.module.load(warp_device, block_dim=THREADS_OF_A_BLOCK if warp_device.is_cuda else 1)
+    return kernel
 
 
 def history_plan(plan: Plan) -> Plan:
@@ -144,14 +153,13 @@ def launch(
         threads: Threads of a CPU launch.
         advance: Called with the number of samples done since its last call.
     """
-    kernel = build_kernel(plan)
+    kernel = load_kernel(plan, device)  # before the threads, which would each compile it
     blocks = -(-samples // plan.lanes)
     if wp.get_device(device).is_cuda:
-        wp.launch(kernel, dim=blocks, inputs=[0, *arguments], device=device, block_dim=128)
+        wp.launch(kernel, dim=blocks, inputs=[0, *arguments], device=device, block_dim=THREADS_OF_A_BLOCK)
         wp.synchronize_device(device)
         advance(samples)
         return
-    kernel.module.load(wp.get_device(device), block_dim=1)  # before the threads, which would each compile it
 
     def run(first: int, last: int) -> int:
         wp.launch(kernel, dim=last - first, inputs=[first, *arguments], device=device)

@@ -14,7 +14,7 @@ from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs, tableau
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
 from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
-from warpdyn.recorders import COLLAPSED, DIVERGED, OK, UNSTABLE_STEP
+from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
 
 
 @functools.cache
@@ -54,6 +54,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     ok, collapsed, diverged, unstable_step = (wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP))
     largest_deviation = wp.constant(dtype(LARGEST_DEVIATION))
     settling = constants(plan, settling_polynomial(plan))
+    blown_up = wp.constant(dtype(LARGEST_DRIFT_RATIO))
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
     def integrate_chain(
@@ -526,6 +527,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 output.storey_of_peak_drift[o] = worst_storey[j] + 1
                 if worst_ratio[j] > control.collapse_drift_ratio:
                     status = collapsed
+                if worst_ratio[j] > blown_up:
+                    status = diverged
             # Infinities and NaN never leave a sum: a finite one clears the whole state.
             if not wp.isfinite(total):
                 status = diverged

@@ -16,7 +16,7 @@ from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_po
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
 from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
 from warpdyn.methods import METHODS
-from warpdyn.recorders import COLLAPSED, DIVERGED, NOT_CONVERGED, OK, UNSTABLE_STEP
+from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
 
 # What of the forces may be left unbalanced: of the largest that the sample has met or, once it falls no further, of
 # stiffness times displacement, which bears the roundings: in float32 and in tall buildings the second is met first.
@@ -75,6 +75,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     ok, collapsed, diverged, unstable_step, not_converged = (
         wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED)
     )
+    blown_up = wp.constant(dtype(LARGEST_DRIFT_RATIO))
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
     def integrate_implicit_chain(
@@ -533,6 +534,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 output.storey_of_peak_drift[o] = worst_storey[j] + 1
                 if worst_ratio[j] > control.collapse_drift_ratio:
                     status = collapsed
+                if worst_ratio[j] > blown_up:
+                    status = diverged
             if ITERATES:
                 if failed[j] > 0:
                     status = not_converged

@@ -1,0 +1,183 @@
+"""What a given accuracy costs: every method on the same ensembles, its error against its time.
+
+    python studies/accuracy_speed.py --out results
+
+Work-precision diagrams of five ensembles against references far tighter than anything charted; the errors that the
+engine's `check` estimates beside the true ones; what `plan` chooses beside the best found by exhaustive search; and
+what step and sample size cost a fragility curve. Writes accuracy_speed.nc and four figures.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+
+import accuracy_speed_figures as figures
+import numpy as np
+import xarray as xr
+from accuracy_speed_decision import decision
+from accuracy_speed_points import (
+    DEMANDS,
+    STATISTICS,
+    STEPS,
+    TOLERANCES,
+    Point,
+    Settings,
+    chart,
+    charted_rows,
+    compile_kernels,
+    reference_of,
+)
+from accuracy_speed_promises import TARGETS, Planned, agreement, plan_scene
+from accuracy_speed_scenes import Charted, build_scenes
+from command_line import read_arguments, save_figures
+from tqdm import tqdm
+
+from warpdyn import store
+from warpdyn.kernels.build import checked_device, device_name
+from warpdyn.methods import METHODS
+
+DTYPES = ("float32", "float64")
+Points = Mapping[tuple[str, str, float], Point]
+
+
+def label_points(scenes: Mapping[str, Charted], points: Mapping[str, Points]) -> xr.Dataset:
+    """Return the points of all scenes over scene, method, dtype and step; NaN where there is none."""
+    axes = (list(scenes), list(METHODS), list(DTYPES), list(STEPS))
+    shape = tuple(len(axis) for axis in axes)
+    errors = np.full((*shape, len(DEMANDS), len(STATISTICS)), np.nan)
+    estimated, seconds, substepped = errors.copy(), np.full(shape, np.nan), np.full(shape, np.nan)
+    for scene, of_scene in points.items():
+        for key, point in of_scene.items():
+            place = tuple(axis.index(value) for axis, value in zip(axes, (scene, *key), strict=True))
+            errors[place], estimated[place] = point.errors, point.estimated
+            seconds[place], substepped[place] = point.seconds, point.substepped
+    dims = ("scene", "method", "dtype", "step")
+    relative = "relative to the sample's largest value over its storeys; of residual drifts, to its peak drift ratio"
+    variables = {
+        "error": ((*dims, "demand", "statistic"), errors, "relative error over the ensemble", "1", relative),
+        "estimated_error": (
+            (*dims, "demand", "statistic"),
+            estimated,
+            "relative error as the engine's check estimates it",
+            "1",
+            relative,
+        ),
+        "seconds_a_sample": (dims, seconds, "integration time a sample", "s", "least of several runs, after a warm-up"),
+        "substepped": (dims, substepped, "share of samples given shorter steps", "1", "to hold within their limit"),
+    }
+    words = {
+        "scene": "ensemble",
+        "method": "integration method",
+        "dtype": "number type",
+        "demand": "demand",
+        "statistic": "statistic of the error over the samples",
+    }
+    values = {**dict(zip(dims, axes, strict=True)), "demand": list(DEMANDS), "statistic": list(STATISTICS)}
+    coordinates = {name: (name, values[name], {"long_name": text, "units": "1"}) for name, text in words.items()}
+    coordinates["step"] = ("step", axes[3], {"long_name": "longest integration step", "units": "s"})
+    tolerance = {"long_name": "relative tolerance of the adaptive method", "units": "1"}
+    coordinates["tolerance"] = ("step", [TOLERANCES[step] for step in STEPS], tolerance)
+    labels = {"long_name": "what figures call the ensemble", "units": "1"}
+    coordinates["scene_label"] = ("scene", [charted.label for charted in scenes.values()], labels)
+    return xr.Dataset(
+        {n: (d, v, {"long_name": t, "units": u, "comment": c}) for n, (d, v, t, u, c) in variables.items()},
+        coords=coordinates,
+    )
+
+
+def label_plans(scenes: Mapping[str, Charted], plans: Mapping[str, list[Planned]]) -> xr.Dataset:
+    """Return what plan chose for each scene and target, and the best charted point beside it."""
+    columns = {
+        "plan_method": ("method that plan chose", "1"),
+        "plan_dtype": ("number type that plan chose", "1"),
+        "plan_step": ("longest step that plan chose", "s"),
+        "plan_error": ("true 95 % error of the peak drift on plan's choice", "1"),
+        "plan_seconds_a_sample": ("integration time a sample on plan's choice", "s"),
+        "best_method": ("method of the cheapest charted point within the target", "1"),
+        "best_dtype": ("number type of that point", "1"),
+        "best_step": ("longest step of that point", "s"),
+        "best_error": ("95 % error of the peak drift of that point", "1"),
+        "best_seconds_a_sample": ("integration time a sample of that point", "s"),
+    }
+    variables = {}
+    for name, (text, units) in columns.items():
+        rows = [[getattr(planned, name) for planned in plans[scene]] for scene in scenes]
+        variables[name] = (("scene", "target"), np.array(rows), {"long_name": text, "units": units})
+    target = {"long_name": "target of the 95 % error of the peak drift", "units": "1"}
+    return xr.Dataset(variables, coords={"target": ("target", list(TARGETS), target)})
+
+
+def build_dataset(scenes: Mapping[str, Charted], settings: Settings) -> xr.Dataset:
+    """Run everything and return it as one dataset."""
+    started = time.perf_counter()
+    compile_kernels(scenes.values(), settings)
+    compiled = time.perf_counter()
+    points, plans = {}, {}
+    for name, charted in scenes.items():
+        reference = reference_of(charted, settings)
+        most = len(charted_rows(charted)) * len(STEPS[STEPS.index(charted.first_step) :])
+        with tqdm(total=most, desc=name, unit="point", disable=None) as progress:
+            points[name] = chart(charted, reference, settings, progress)
+        plans[name] = plan_scene(charted, reference, points[name], settings)
+    charts = time.perf_counter()
+    parts = [label_points(scenes, points), label_plans(scenes, plans), decision(settings)]
+    dataset = xr.merge(parts, compat="equals", combine_attrs="no_conflicts")
+    dataset.attrs |= {
+        "Conventions": "CF-1.11",
+        "title": "Accuracy against speed of integration methods on ensembles",
+        "device": device_name(checked_device(settings.device)),
+        "samples": settings.samples,
+        "seed": settings.seed,
+        "seconds_compiling": compiled - started,
+        "seconds_charting": charts - compiled,
+        "seconds_deciding": time.perf_counter() - charts,
+    }
+    return dataset
+
+
+def print_report(result: xr.Dataset) -> None:
+    """Print which method wins where, what plan chose, and how far the estimated errors are off."""
+    print(f"\n{'ensemble':<12} {'target':>7}  {'best charted':<52} {'plan':<52} error and time, over target and best")
+    for scene in result["scene"].values:
+        for target in result["target"].values:
+            row = result.sel(scene=scene, target=target)
+            texts = []
+            for who in ("best", "plan"):
+                method, dtype, step, seconds = (
+                    row[f"{who}_{name}"].item() for name in ("method", "dtype", "step", "seconds_a_sample")
+                )
+                found = f"{method} {dtype} {1e3 * step:.3g} ms: {1e6 * seconds:.3g} us" if method else "none"
+                texts.append(f"{found:<52}")
+            error, ratio = row["plan_error"] / target, row["plan_seconds_a_sample"] / row["best_seconds_a_sample"]
+            print(f"{scene:<12} {target:>7g}  {' '.join(texts)} {error.item():.2f} {ratio.item():.2f}")
+    ratio, within = agreement(result)
+    print(
+        f"estimated over true error, {ratio.size} of them: within a factor of 2 in {100 * within:.1f} %, "
+        f"from {ratio.min():.2g} to {ratio.max():.2g}"
+    )
+    parts = ", ".join(
+        f"{name} {result.attrs[f'seconds_{name}']:.0f} s" for name in ("compiling", "charting", "deciding")
+    )
+    print(parts)
+
+
+def main() -> None:
+    """Run the study."""
+    arguments = read_arguments(__doc__, samples=1024, meaning="samples of each ensemble, at least")
+    target = store.check_writable(arguments.out / "accuracy_speed.nc")
+    result = build_dataset(build_scenes(), Settings(arguments.samples, arguments.device, arguments.seed))
+    store.write(result, target)
+    drawn = {
+        "accuracy_speed": figures.work_precision(result),
+        "accuracy_speed_residual": figures.residual_drift(result),
+        "accuracy_speed_decision": figures.decision(result),
+        "accuracy_speed_promises": figures.promises(result),
+    }
+    save_figures(drawn, arguments.out)
+    print_report(result)
+    print(f"wrote {target} and " + ", ".join(f"{name}.png" for name in drawn))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,187 @@
+"""Points of work-precision diagrams: an ensemble run on all terms, its errors against a reference, its times."""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from accuracy_speed_scenes import Charted
+from tqdm import tqdm
+
+from warpdyn.ensemble import Ensemble
+from warpdyn.error_estimate import compare, relative_errors
+from warpdyn.guard import guard, integrate_guarded
+from warpdyn.kernels.build import load_kernel
+from warpdyn.methods import METHODS, fitting_methods
+from warpdyn.plan import CANDIDATES
+from warpdyn.prepare import prepare
+
+# Every scene is charted over these, from its own first on [s]; an adaptive method has the tolerance below, too.
+STEPS = tuple(0.08 / 2**k for k in range(9))
+TOLERANCES = dict(zip(STEPS, 10.0 ** -np.arange(9), strict=True))
+# Methods charted in float64 beside float32: the others err more than float32 rounds at nearly all of these steps.
+IN_FLOAT64 = ("rk4", "central_difference", "newmark_average", "exact")
+DEMANDS = ("peak_storey_drift", "residual_drift_ratio")
+STATISTICS = {"median": 0.5, "95 %": 0.95}
+# Where more of the samples are beyond their stability limit there is no point: what it costs to hold them is told by
+# the points of shorter steps.
+MOST_SUBSTEPPED = 0.5
+# The least of at most so many runs counts; of fewer where these take longer than that [s].
+TIMED_RUNS, TIMED_FOR = 5, 0.5
+SHARE_CHECKED, FEWEST_CHECKED = 0.1, 30
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all runs of the study share.
+
+    Args:
+        samples: Samples of an ensemble, at least.
+        device: Warp device; None for the default.
+        seed: Seed of every random draw.
+    """
+
+    samples: int
+    device: str | None
+    seed: int
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of a diagram.
+
+    Args:
+        errors: Relative error of each demand, by statistic, shape [demand, statistic]; NaN where it is not recorded.
+        estimated: The same as the engine's check estimates it, from some samples; NaN where none is made.
+        seconds: Time a sample [s].
+        substepped: Share of the samples that took more steps than asked for, to hold.
+    """
+
+    errors: np.ndarray
+    estimated: np.ndarray
+    seconds: float
+    substepped: float
+
+
+def make_run(charted: Charted, method: str, dtype: str, step: float, settings: Settings) -> tuple[Ensemble, float]:
+    """Return the launches of an ensemble, held stable, and the share of its samples that this gave shorter steps."""
+    run, vibration = prepare(
+        charted.scene,
+        samples=charted.structures(settings.samples),
+        method=method,
+        dtype=dtype,
+        longest_step=step,
+        tolerance=TOLERANCES.get(step) if METHODS[method].is_adaptive else None,
+        device=settings.device,
+        seed=settings.seed,
+        known=charted.known.setdefault(settings.samples, {}),
+    )
+    asked = run.schedule.substeps
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # that samples are substepped is told by the point
+        guard(run, vibration, "substep")
+    return run, float(np.mean(run.schedule.substeps > asked))
+
+
+def every(run: Ensemble) -> np.ndarray:
+    """Return the indices of a run's samples."""
+    return np.arange(run.assignment.structure.size)
+
+
+def reference_of(charted: Charted, settings: Settings) -> dict[str, np.ndarray]:
+    """Return the outputs that errors are measured against."""
+    method = "exact" if charted.scene.structure.law == "elastic" else "rk4"
+    run, _ = make_run(charted, method, "float64", charted.reference_step, settings)
+    return integrate_guarded(run, every(run), "substep")
+
+
+def statistics(errors: dict[str, np.ndarray]) -> np.ndarray:
+    """Return the errors' statistics, shape [demand, statistic]; a sample that failed counts as an infinite error."""
+    table = np.full((len(DEMANDS), len(STATISTICS)), np.nan)
+    for row, name in enumerate(DEMANDS):
+        if name in errors:
+            ordered = np.where(np.isfinite(errors[name]), errors[name], np.inf)
+            table[row] = np.quantile(ordered, list(STATISTICS.values()), method="higher")
+    return table
+
+
+def timed(run: Ensemble) -> float:
+    """Return the time an integration of all samples takes [s]."""
+    started = time.perf_counter()
+    run.integrate(every(run))
+    return time.perf_counter() - started
+
+
+def measure(run: Ensemble, substepped: float, reference: dict[str, np.ndarray], is_checked: bool, seed: int) -> Point:
+    """Return the errors and the time of a run whose kernel is compiled and warm."""
+    chosen = every(run)
+    schedule, started = run.schedule, time.perf_counter()
+    outputs = integrate_guarded(run, chosen, "substep")
+    # Where samples had to run again, the time of a run that knows their steps is what counts.
+    seconds = [time.perf_counter() - started] if run.schedule is schedule else []
+    while len(seconds) < TIMED_RUNS and sum(seconds) < TIMED_FOR:
+        seconds.append(timed(run))
+    estimated = np.full((len(DEMANDS), len(STATISTICS)), np.nan)
+    if is_checked:
+        count = min(chosen.size, max(FEWEST_CHECKED, int(SHARE_CHECKED * chosen.size)))
+        some = np.sort(np.random.default_rng(seed).choice(chosen, count, replace=False))
+        estimated = statistics(relative_errors(run, {name: v[..., some] for name, v in outputs.items()}, some))
+    errors = statistics(compare(run, outputs, reference, chosen))
+    return Point(errors, estimated, min(seconds) / chosen.size, substepped)
+
+
+def charted_rows(charted: Charted) -> list[tuple[str, str]]:
+    """Return the methods and dtypes that a scene is charted with."""
+    fitting = fitting_methods(charted.scene.structure.law)
+    return [(name, "float32") for name in fitting] + [(name, "float64") for name in IN_FLOAT64 if name in fitting]
+
+
+def chart(
+    charted: Charted, reference: dict[str, np.ndarray], settings: Settings, progress: tqdm
+) -> dict[tuple[str, str, float], Point]:
+    """Return the points of a scene by method, dtype and step."""
+    points: dict[tuple[str, str, float], Point] = {}
+    rows, cheapest = charted_rows(charted), np.inf
+    for step in STEPS[STEPS.index(charted.first_step) :]:
+        for method, dtype in rows:
+            run, substepped = make_run(charted, method, dtype, step, settings)
+            if substepped > MOST_SUBSTEPPED:
+                continue
+            is_checked = dtype == "float32" and method in IN_FLOAT64
+            points[method, dtype, step] = measure(run, substepped, reference, is_checked, settings.seed)
+            cheapest = min(cheapest, points[method, dtype, step].seconds)
+            progress.update()
+        # A curve ends where its next point, of twice the steps, would be too dear.
+        dear = {
+            row
+            for row in rows
+            if (*row, step) in points and 2 * points[*row, step].seconds > charted.dearest * cheapest
+        }
+        rows = [row for row in rows if row not in dear]
+    return points
+
+
+def compile_kernels(scenes: Iterable[Charted], settings: Settings) -> None:
+    """Compile every kernel of the study, several at a time."""
+    small = replace(settings, samples=1)
+    jobs = []
+    for charted in scenes:
+        rows = charted_rows(charted)
+        jobs += [(charted, *row) for row in rows]
+        pilot = replace(charted, scene=replace(charted.scene, record=("drift",)))  # what plan() runs
+        if pilot.scene.record != charted.scene.record:
+            jobs += [(pilot, *row) for row in rows if row[0] in CANDIDATES]
+    # The longest to compile first.
+    jobs.sort(key=lambda job: not METHODS[job[1]].is_adaptive)
+
+    def load(job: tuple[Charted, str, str]) -> None:
+        run, _ = make_run(*job, STEPS[2], small)
+        load_kernel(run.plan, run.device)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(tqdm(pool.map(load, jobs), total=len(jobs), desc="compiling", unit="kernel", disable=None))

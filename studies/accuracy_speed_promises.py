@@ -1,0 +1,99 @@
+"""Whether the engine keeps its word: what `plan` chooses and what `check` estimates, against the truth of the study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from accuracy_speed_points import TIMED_RUNS, Point, Settings, every, make_run, statistics, timed
+from accuracy_speed_scenes import Charted
+
+from warpdyn.error_estimate import compare
+from warpdyn.guard import integrate_guarded
+from warpdyn.plan import plan
+
+TARGETS = (1e-2, 1e-3, 1e-4)
+FACTOR = 2.0  # that estimated errors are to be within
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What plan chose for a target, and the cheapest charted point that keeps it; "" and NaN where there is none.
+
+    Args:
+        plan_method: Method of the choice.
+        plan_dtype: Its dtype.
+        plan_step: Its longest step [s].
+        plan_error: Its true 95 % error of the peak drift over the ensemble.
+        plan_seconds_a_sample: Its time a sample [s].
+        best_method: Method of the cheapest point.
+        best_dtype: Its dtype.
+        best_step: Its longest step [s].
+        best_error: Its 95 % error.
+        best_seconds_a_sample: Its time a sample, taken beside the choice's [s].
+    """
+
+    plan_method: str = ""
+    plan_dtype: str = ""
+    plan_step: float = np.nan
+    plan_error: float = np.nan
+    plan_seconds_a_sample: float = np.nan
+    best_method: str = ""
+    best_dtype: str = ""
+    best_step: float = np.nan
+    best_error: float = np.nan
+    best_seconds_a_sample: float = np.nan
+
+
+def plan_scene(
+    charted: Charted,
+    reference: Mapping[str, np.ndarray],
+    points: Mapping[tuple[str, str, float], Point],
+    settings: Settings,
+) -> list[Planned]:
+    """Return what plan chooses for each target."""
+    return [_planned(charted, reference, points, target, settings) for target in TARGETS]
+
+
+def _planned(
+    charted: Charted,
+    reference: Mapping[str, np.ndarray],
+    points: Mapping[tuple[str, str, float], Point],
+    target: float,
+    settings: Settings,
+) -> Planned:
+    columns = {}
+    # Another seed: plan must not owe its success to having seen the samples it is judged by.
+    try:
+        choice = plan(charted.scene, target, seed=settings.seed + 1, device=settings.device)
+    except ValueError:  # no candidate reaches the target
+        choice = None
+    runs = {}
+    if choice is not None:
+        run, _ = make_run(charted, choice.method, choice.dtype, choice.longest_step, settings)
+        outputs = integrate_guarded(run, every(run), "substep")
+        error = float(statistics(compare(run, outputs, reference, every(run)))[0, 1])
+        columns |= {"plan_method": choice.method, "plan_dtype": choice.dtype, "plan_step": choice.longest_step}
+        columns["plan_error"] = error
+        runs["plan_seconds_a_sample"] = run
+    within = {key: point.seconds for key, point in points.items() if point.errors[0, 1] <= target}
+    if within:
+        key = min(within, key=within.get)
+        run, _ = make_run(charted, *key, settings)
+        integrate_guarded(run, every(run), "substep")  # learns the steps of samples that its law makes fail
+        columns |= dict(zip(("best_method", "best_dtype", "best_step"), key, strict=True))
+        columns["best_error"] = float(points[key].errors[0, 1])
+        runs["best_seconds_a_sample"] = run
+    # In turn, and again: what slows the machine for a while slows both.
+    seconds = [{name: timed(run) / every(run).size for name, run in runs.items()} for _ in range(TIMED_RUNS)]
+    columns |= {name: min(row[name] for row in seconds) for name in runs}
+    return Planned(**columns)
+
+
+def agreement(result: xr.Dataset) -> tuple[np.ndarray, float]:
+    """Return the estimated over the true error of every point and demand, and the share within a factor of 2."""
+    ratio = (result["estimated_error"] / result["error"]).values
+    ratio = ratio[np.isfinite(ratio)]
+    return ratio, float(np.mean((ratio >= 1 / FACTOR) & (ratio <= FACTOR)))

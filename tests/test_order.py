@@ -1,0 +1,42 @@
+"""The order of every method, measured from the kernels on a smooth linear problem against its exact solution."""
+
+import numpy as np
+import pytest
+from seed_problem import AMPLITUDE, DAMPING, MASS, STIFFNESS
+
+import warpdyn as wd
+from warpdyn.exact import harmonic_response
+from warpdyn.methods import METHODS
+
+CHAIN = wd.ShearBuilding(MASS, 20e3, 3.0, damping="storey", damping_coefficient=30.0)
+DENSE = wd.LinearSystem(MASS, DAMPING, STIFFNESS)
+DURATION = 4.0
+# Steps short enough that the next term of the error hides less than 0.05 of an order, long enough for rounding.
+STEPS = {1: (5e-5, 2.5e-5), 2: (2e-3, 1e-3), 3: (2e-3, 1e-3), 4: (4e-3, 2e-3), 5: (8e-3, 4e-3)}
+
+
+@pytest.mark.parametrize("structure", [CHAIN, DENSE], ids=["chain", "dense"])
+@pytest.mark.parametrize("name", [name for name, method in METHODS.items() if method.kind != "exact"])
+def test_measured_order(name, structure):
+    method, errors = METHODS[name], []
+    scene = wd.Scene(structure, wd.HarmonicForce(AMPLITUDE, 10.0, DURATION), record=())
+    # The adaptive method takes each step in one part at a tolerance that accepts all: its weights are what is measured.
+    loose = {"tolerance": 0.1} if method.is_adaptive else {}
+    for step in STEPS[method.order]:
+        every = round(0.04 / step)
+        run = wd.simulate(
+            scene, step=step, method=name, dtype="float64", device="cpu", histories=wd.Histories((0,), every), **loose
+        )
+        exact = harmonic_response(MASS, DAMPING, STIFFNESS, AMPLITUDE, 10.0, 0.0, run.time.values)[0]
+        errors.append(np.abs(run.displacement.values[0] - exact).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(method.order, abs=0.05)
+    assert errors[1] > 1e-13  # above rounding: the ratio is of the method's own errors
+
+
+@pytest.mark.parametrize("structure", [CHAIN, DENSE], ids=["chain", "dense"])
+def test_the_exact_method_has_no_error_at_any_step(structure):
+    scene = wd.Scene(structure, wd.HarmonicForce(AMPLITUDE, 10.0, DURATION), record=())
+    for step in (0.2, 0.02):
+        run = wd.simulate(scene, step=step, method="exact", dtype="float64", device="cpu", histories=wd.Histories((0,)))
+        exact = harmonic_response(MASS, DAMPING, STIFFNESS, AMPLITUDE, 10.0, 0.0, run.time.values)[0]
+        np.testing.assert_allclose(run.displacement.values[0], exact, rtol=0, atol=1e-14)  # rounding of 0.014 m
