@@ -2,10 +2,10 @@
 
 The cases come from the engine's own tables, so that a new row is in them. What one case is:
 
-- Chains of two storeys under every law x method, and dense systems of one and three degrees of freedom under
-  every method x dtype: a kernel with every recorder and a kernel that keeps whole histories, and for every other case a
-  kernel with one recorder alone. Damping, load and dtype are taken in turn, so that every damping x load is there with
-  every law, and every method with every damping, load and dtype.
+- Chains of two storeys under every law x method, and dense systems of one and three degrees of freedom under every
+  method x dtype: a kernel with every recorder, a kernel that keeps whole histories, and for every other case a kernel
+  with one recorder alone. Damping, load and dtype are taken in turn, so that every law and every method meets every one
+  of them, and they each other.
 - Chains of one storey and of five under every damping x law with the other tables' rows in turn.
 
 Storey loops of the two-storey chains are left rolled, the form that buildings above eight storeys have; the others are
@@ -83,7 +83,7 @@ def in_turn(table, turn):
 
 
 def chain_cases():
-    """Return every law x method with one damping, load and dtype each; each law meets all pairs of the first two."""
+    """Return every law x method with one damping, load and dtype each."""
     cases = []
     for law_at, (spring, (law, _)) in enumerate(springs_of_laws().items()):
         for method in fitting_methods(law):
@@ -242,8 +242,6 @@ def test_every_row_is_among_the_cases():
         growing = {("none", name) for name in GROWING} | {(name, "none") for name in GROWING}
         missing = {pair for pair in due - met - growing if not set(pair) & CHOOSY}
         assert not missing, (one, other, missing)
-    met = {(c["damping"], c["law"], c["load"]) for c in chains}
-    assert {triple for triple in set(product(DAMPING, SPRINGS, LOADS)) - met if triple[0] != "none"} == set()
 
 
 @pytest.mark.parametrize("case", CASES, ids=name_of)

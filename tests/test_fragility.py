@@ -14,7 +14,8 @@ def make_run(drift, record, level):
     """Build a run as warpdyn.simulate writes it, from arrays by sample."""
     drift = np.atleast_2d(np.asarray(drift, dtype=np.float64).T).T
     samples = len(drift)
-    flags = {"flag_values": np.arange(4, dtype=np.int8), "flag_meanings": "ok collapsed diverged unstable_step"}
+    meanings = "ok collapsed diverged unstable_step not_converged"
+    flags = {"flag_values": np.arange(5, dtype=np.int8), "flag_meanings": meanings}
     variables = {
         "peak_storey_drift_ratio": (("sample", "storey"), drift),
         "status": ("sample", np.zeros(samples, np.int8), flags),
@@ -110,10 +111,10 @@ def test_collapse_counts_as_exceeding_even_without_a_demand():
 def test_diverged_and_unstable_samples_are_kept_out():
     run = synthetic_run(3)
     out = np.arange(5, 1800, 100)  # 18 of 1800: exactly the 1 % that is allowed
-    marked = with_status(with_status(run, out[:10], 2), out[10:], 3)
+    marked = with_status(with_status(with_status(run, out[:10], 2), out[10:14], 3), out[14:], 4)
     result = fragility(marked, {"light": 0.02}, bootstrap=60)
     assert result["excluded_samples"].item() == 18
-    assert result["excluded_samples"].attrs["comment"] == "diverged: 10, unstable_step: 8"
+    assert result["excluded_samples"].attrs["comment"] == "diverged: 10, unstable_step: 4, not_converged: 4"
     # The rest alone give the same numbers.
     without = fragility(run.isel(sample=np.setdiff1d(np.arange(1800), out)), {"light": 0.02}, bootstrap=60)
     xr.testing.assert_identical(result.drop_vars("excluded_samples"), without.drop_vars("excluded_samples"))

@@ -55,8 +55,8 @@ def prepare(
         raise TypeError(f"resample must be True or False, got {resample!r}")
     if tolerance is None:
         tolerance = DEFAULT_TOLERANCE
-    elif not LEAST_TOLERANCE[dtype] <= real_number("tolerance", tolerance, above=0) <= 0.1:
-        raise ValueError(f"tolerance must be from {LEAST_TOLERANCE[dtype]:g} ({dtype}) to 0.1, got {tolerance:g}")
+    elif not LEAST_TOLERANCE[dtype] <= real_number("tolerance", tolerance, above=0) <= 1:
+        raise ValueError(f"tolerance must be from {LEAST_TOLERANCE[dtype]:g} ({dtype}) to 1, got {tolerance:g}")
     device = checked_device(device)
     known = {} if known is None else known
     if method not in known:

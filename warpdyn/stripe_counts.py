@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from warpdyn.recorders import DIVERGED, STRIPED
 from warpdyn.recorders import STATUS_MEANINGS as _STATUS
-from warpdyn.recorders import STRIPED
 
 LARGEST_EXCLUDED_FRACTION = 0.01  # with more diverged and unstable samples than this nothing is counted
 
@@ -47,10 +47,10 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
         limit: Storey drift ratio limits [1], shape [damage_state], increasing.
 
     Raises:
-        ValueError: If the dataset is not such a run, or more than 1 % of its samples diverged or had an unstable step.
+        ValueError: If the dataset is not such a run, or more than 1 % of its samples failed (diverged and the like).
     """
     drift, status, record, level = _checked_inputs(dataset)
-    excluded = {name: int((status == _STATUS.index(name)).sum()) for name in ("diverged", "unstable_step")}
+    excluded = {name: int((status == _STATUS.index(name)).sum()) for name in _STATUS[DIVERGED:]}
     kept = status <= _STATUS.index("collapsed")
     if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
         raise ValueError(_refusal(excluded, record[~kept], level[~kept], status.size))
@@ -155,10 +155,11 @@ def _decoded_status(status: xr.DataArray) -> np.ndarray:
     """Read the flags by their meanings, so that a file's own codes decide."""
     meanings = str(status.attrs.get("flag_meanings", "")).split()
     codes = np.atleast_1d(status.attrs.get("flag_values", ()))
-    if sorted(meanings) != sorted(_STATUS) or len(codes) != len(meanings):
+    known = {"ok", "collapsed"} <= set(meanings) <= set(_STATUS) and len(set(meanings)) == len(meanings)
+    if not known or len(codes) != len(meanings):
         raise ValueError(
             f"'status' has flag_meanings {meanings} and flag_values {list(codes)}; "
-            f"it needs a value for each of {', '.join(_STATUS)}"
+            f"it needs a value for each of those it has among {', '.join(_STATUS)}, ok and collapsed at least"
         )
     decoded = np.full(status.shape, -1, dtype=np.int8)
     for code, meaning in zip(codes, meanings, strict=True):

@@ -177,12 +177,13 @@ def build_timeline(
         count = _substeps(duration, step, target, THE_DURATION)
         return Timeline((), np.array([duration / count]), np.array([1]), np.array([count]))
     if resample:
-        for index, motion in enumerate(motions):
-            if step > motion.step * (1 + 1e-6):
-                raise ValueError(
-                    f"resample takes steps up to a motion's own, and motion {index} has {motion.step:g} s: "
-                    f"{step:g} s would leave samples out"
-                )
+        skipped = sum(step > motion.step * (1 + 1e-6) for motion in motions)
+        if skipped:
+            warnings.warn(
+                f"at {step:g} s, {skipped} of {len(motions)} motions are resampled at less than their own rate: what "
+                "they hold between is left out",
+                stacklevel=4,
+            )
         motions = tuple(motion if _divides(step, motion.step) else _resampled(motion, step) for motion in motions)
     substeps = []
     for index, motion in enumerate(motions):
