@@ -25,9 +25,9 @@ from warpdyn.timeline import Vibration
 # The methods that the accuracy study found cheapest for some scene and error, or within its timings' scatter of them,
 # and the cheapest without a stability limit; the others are only tried if asked for.
 CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
-# Steps tried, as steps in the first period: half an octave apart.
 LEAST_ERROR = 1e-8
 HELD = 0.9  # the part of the target that the pilot's error must stay below: its reference errs a little itself
+# Steps tried, as steps in the first period: half an octave apart.
 STEPS_A_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
 REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # what the reference has at this target, and more below
 # A candidate that stability makes take this many times the steps that accuracy asks for is not followed further.
