@@ -153,10 +153,10 @@ def is_alone_too(case):
 def plans_of(case, is_gpu=False):
     """Return the plans of a case: every recorder, whole histories, one recorder alone."""
     family, dofs, damping, spring, load, method, dtype = case
-    lanes, unroll = build.lanes_and_unroll(family, dofs, method, is_gpu)
     if METHODS[method].kind == "exact":
         damping = damping_of(wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs)))
-    plan = Plan(family, dofs, spring, damping, load, tuple(sorted(RECORDERS[family])), method, dtype, lanes, unroll)
+    plan = Plan(family, dofs, spring, damping, load, tuple(sorted(RECORDERS[family])), method, dtype)
+    plan = build.fitted(plan, is_gpu)
     if case in FULL and not is_gpu:
         plan = replace(plan, max_unroll=1)
     alone = (replace(plan, recorders=(recorder_alone(*case),)),) if is_alone_too(case) else ()

@@ -9,6 +9,7 @@ import xarray as xr
 
 import warpdyn as wd
 from warpdyn.kernels import build
+from warpdyn.kernels.plan import Plan
 from warpdyn.store import write
 
 GRAVITY = 9.80665
@@ -85,7 +86,8 @@ def test_chunks_and_threads_change_nothing(dtype, monkeypatch):
         assert_same_bits(whole, wd.simulate(make_scene(), samples=7, dtype=dtype, **settings))
         assert blanks == sizes
     # Without a chunk size, what is free decides it: here so little that a chunk is one row of lanes (one on a GPU).
-    lanes, _ = build.lanes_and_unroll("chain", 2, "rk4", is_gpu=build.checked_device(None) != "cpu")
+    plan = Plan("chain", 2, "elastic", "none", "base_acceleration", ("drift",), "rk4", dtype)
+    lanes = build.fitted(plan, is_gpu=build.checked_device(None) != "cpu").lanes
     monkeypatch.setattr(build, "free_memory", lambda device: 1)
     blanks.clear()
     assert_same_bits(whole, wd.simulate(make_scene(), samples=7, dtype=dtype))

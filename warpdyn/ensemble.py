@@ -56,9 +56,8 @@ class Ensemble:
         self.schedule, self.tolerance = schedule, tolerance
         self.dtype, self.device, self.threads = dtype, device, threads
         family = scene.structure.family
-        lanes, max_unroll = build.lanes_and_unroll(family, scene.structure.dofs, method, device != "cpu")
         is_exact = METHODS[method].kind == "exact"
-        self.plan = Plan(
+        plan = Plan(
             family=family,
             dofs=scene.structure.dofs,
             law=pack.spring_of(scene, pack.parameters_of(scene, drawn)),
@@ -67,9 +66,8 @@ class Ensemble:
             recorders=scene.record,
             method=method,
             dtype=dtype,
-            lanes=lanes,
-            max_unroll=max_unroll,
         )
+        self.plan = build.fitted(plan, device != "cpu")
         self.loads = build.fill_struct("Load", pack.pack_load(scene, timeline), dtype, device)
         # Every dimension beside `sample` is as long as there are degrees of freedom.
         variables = {name: variable for r in scene.record for name, variable in RECORDERS[family][r].items()}

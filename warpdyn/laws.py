@@ -92,11 +92,9 @@ def _bouc_wen_spring(p: Values) -> str:
 
 def _bouc_wen_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
     stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
-    values = (hardening * stiffness, (1 - hardening) * strength, stiffness / strength, p["beta"], p["gamma"])
-    power = (p["exponent"],) if spring == "bouc_wen" else ()
-    # How fast z settles, loading or unloading, for each unit of velocity where |z| is 1.
-    settling = p["exponent"] * (p["beta"] + np.abs(p["gamma"]))
-    return *values, *power, settling * stiffness / strength
+    rate = stiffness / strength
+    values = hardening * stiffness, (1 - hardening) * strength, rate, p["beta"] * rate, p["gamma"] * rate
+    return (*values, p["exponent"]) if spring == "bouc_wen" else values
 
 
 def _bouc_wen_problem(p: Values) -> str | None:

@@ -49,8 +49,10 @@ RECORDERS: dict[str, dict[str, dict[str, Variable]]] = {
     "chain": {
         "drift": {
             "peak_storey_drift": Variable(("storey",), "m", "peak absolute storey drift"),
-            "time_of_peak_drift": Variable((), "s", "time of the largest storey drift ratio", is_demand=False),
             "storey_of_peak_drift": Variable((), "1", "storey of the largest storey drift ratio", is_demand=False),
+        },
+        "time_of_peak": {
+            "time_of_peak_drift": Variable((), "s", "time of the largest storey drift ratio", is_demand=False),
         },
         "acceleration": {
             "peak_floor_acceleration": Variable(("floor",), "m s-2", "peak absolute floor acceleration"),

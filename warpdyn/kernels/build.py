@@ -13,7 +13,7 @@ from warpdyn.kernels.chain import chain_kernel
 from warpdyn.kernels.dense import dense_kernel
 from warpdyn.kernels.implicit_chain import implicit_chain_kernel
 from warpdyn.kernels.linear import linear_kernel
-from warpdyn.kernels.plan import Plan, keeps_slopes, structs
+from warpdyn.kernels.plan import Plan, keeps_slopes, structs, values_held
 from warpdyn.methods import METHODS
 from warpdyn.recorders import DIVERGED
 
@@ -27,10 +27,14 @@ FAMILIES = {
     ("dense", "exact"): linear_kernel,
 }
 
-# Measured on AVX-512 and AVX2: rows of 16 samples fill the vector registers, and storey loops of up to 8 unroll well.
-# A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers.
-CPU_LANES, CPU_UNROLL = 16, 8
-GPU_LANES, GPU_UNROLL = 1, 64
+# Measured on AVX-512 and AVX2: rows of 16 samples fill the vector registers (32 where a single storey leaves them
+# waiting for each other), and storey loops unroll well as long as those over lanes stay rolled.
+# A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; a few elastic
+# storeys share the loop among two samples, and where a chain needs more registers than there are, threads share it.
+CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
+CPU_LONG_UNROLL = 15  # of chains that it unrolls
+GPU_LANES, GPU_LANES_OF_FEW_STOREYS, FEW_STOREYS, GPU_UNROLL = 1, 2, 3, 64
+GPU_REGISTERS, GPU_REGISTERS_BESIDE = 250, 40  # of a thread, and those not for storeys; in words
 # Beyond these sizes the dense kernel's n x n loops would take half a minute and more to compile.
 CPU_UNROLLED_MATRIX, GPU_UNROLLED_MATRIX = 4, 8
 UNROLLED_SLOPES = 40  # evaluations of storeys a step whose slopes are all kept
@@ -38,19 +42,40 @@ THREADS_OF_A_BLOCK = 128
 SLICES_A_THREAD = 8  # short last slices keep all threads busy to the end
 
 
-def lanes_and_unroll(family: str, dofs: int, method: str, is_gpu: bool) -> tuple[int, int]:
-    """Return how many samples a thread carries, and how far loops are unrolled before the compiler sees them."""
-    lanes, unroll, largest = (
-        (GPU_LANES, GPU_UNROLL, GPU_UNROLLED_MATRIX) if is_gpu else (CPU_LANES, CPU_UNROLL, CPU_UNROLLED_MATRIX)
-    )
-    row = METHODS[method]
-    if FAMILIES[family, row.kind] is linear_kernel:
-        unrolls = is_gpu and dofs <= largest  # a processor gains nothing by it
-    elif family == "dense":
-        unrolls = dofs <= largest
+def fitted(plan: Plan, is_gpu: bool) -> Plan:
+    """Return a plan with the lanes of a thread, the unrolling and the threads of a sample that suit a device."""
+    row = METHODS[plan.method]
+    lanes, unroll, sections = (GPU_LANES, GPU_UNROLL, 1) if is_gpu else (CPU_LANES, CPU_UNROLL, 1)
+    largest = GPU_UNROLLED_MATRIX if is_gpu else CPU_UNROLLED_MATRIX
+    if FAMILIES[plan.family, row.kind] is linear_kernel:
+        unrolls = is_gpu and plan.dofs <= largest  # a processor gains nothing by it
+    elif plan.family == "dense":
+        unrolls = plan.dofs <= largest
     else:
-        unrolls = row.kind != "explicit" or not keeps_slopes(row) or dofs * row.stages <= UNROLLED_SLOPES
-    return lanes, unroll if unrolls else 1
+        unrolls = row.kind != "explicit" or not keeps_slopes(row) or plan.dofs * row.stages <= UNROLLED_SLOPES
+        if row.kind == "explicit" and not keeps_slopes(row):
+            if is_gpu:
+                sections = _sections(plan)
+                if plan.law == "elastic" and plan.dofs <= FEW_STOREYS:
+                    lanes = GPU_LANES_OF_FEW_STOREYS
+            elif plan.dofs == 1:
+                lanes = CPU_LANES_OF_ONE_STOREY
+            elif CPU_UNROLL < plan.dofs <= CPU_LONG_UNROLL:
+                unroll = CPU_LONG_UNROLL
+    return replace(plan, lanes=lanes, max_unroll=unroll if unrolls else 1, sections=sections)
+
+
+def _sections(plan: Plan) -> int:
+    """Return among how many threads a chain's storeys are shared so that all they hold stands in registers."""
+    if plan.damping == "modal":
+        return 1  # every floor feels every other one
+    words = 2 if plan.dtype == "float64" else 1
+    held = values_held(plan)
+    storey = sum(held.values()) / plan.dofs
+    sections = 1
+    while words * (-(-plan.dofs // sections) * storey + GPU_REGISTERS_BESIDE) > GPU_REGISTERS and sections < 32:
+        sections *= 2
+    return sections
 
 
 def build_kernel(plan: Plan) -> wp.Kernel:
@@ -68,7 +93,7 @@ def load_kernel(plan: Plan, device: str) -> wp.Kernel:
 
 def history_plan(plan: Plan) -> Plan:
     """Return the plan that keeps whole histories of the same samples, one a thread, and nothing else."""
-    return replace(plan, recorders=("history",), lanes=1)
+    return replace(plan, recorders=("history",), lanes=1, sections=1)
 
 
 def checked_device(device: str | None) -> str:
@@ -154,8 +179,10 @@ def launch(
         advance: Called with the number of samples done since its last call.
     """
     kernel = load_kernel(plan, device)  # before the threads, which would each compile it
-    blocks = -(-samples // plan.lanes)
+    blocks = -(-samples // plan.lanes) * plan.sections
     if wp.get_device(device).is_cuda:
+        # Whole thread blocks: threads that share a sample exchange values by warps. Those past the end repeat the last.
+        blocks = -(-blocks // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
         wp.launch(kernel, dim=blocks, inputs=[0, *arguments], device=device, block_dim=THREADS_OF_A_BLOCK)
         wp.synchronize_device(device)
         advance(samples)

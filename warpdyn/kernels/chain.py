@@ -10,9 +10,20 @@ import functools
 import warp as wp
 
 from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
-from warpdyn.kernels.loads import LOADS, harmonic, sampled
-from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs, tableau
-from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
+from warpdyn.kernels.loads import LOADS, at_ends, harmonic, sampled
+from warpdyn.kernels.plan import (
+    DTYPES,
+    Plan,
+    constants,
+    options,
+    row_types,
+    settling_limit,
+    settling_polynomial,
+    structs,
+    tableau,
+)
+from warpdyn.kernels.processor import ELEMENT, LARGER, NEIGHBOURS, align_rows, together_int
+from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
 from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
 
@@ -21,8 +32,17 @@ from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNST
 def chain_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates shear chains as the plan says."""
     dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
+    larger, element = LARGER[plan.dtype], ELEMENT[plan.dtype]
     spring, load = SPRINGS[plan.law], LOADS[plan.load]
-    N, LANES, C = plan.dofs, plan.lanes, spring.coefficients
+    # A thread carries a section of the storeys, all of them on a processor; N are those of a section.
+    STOREYS, SECTIONS, LANES, C = plan.dofs, plan.sections, plan.lanes, spring.coefficients
+    N = -(-STOREYS // SECTIONS)
+    IS_SPLIT = SECTIONS > 1
+    SEES_FOOT = IS_SPLIT and ("residual" in plan.recorders or (spring.evolve is not None and not spring.is_rate))
+    SPLIT_ENERGY = IS_SPLIT and "energy" in plan.recorders
+    SPLIT_TIME = IS_SPLIT and "time_of_peak" in plan.recorders
+    SPLIT_STIFF = IS_SPLIT and spring.relaxation is not None
+    below, above_of, across, together = NEIGHBOURS[plan.dtype]
     HAS_MEMORY, IS_RATE, IS_STIFF = spring.evolve is not None, spring.is_rate, spring.relaxation is not None
     IS_MAPPING = HAS_MEMORY and not IS_RATE
     # Warp looks names up in branches that are never built too, so each must be some function.
@@ -31,9 +51,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
     MODAL_DAMPING = plan.damping == "modal"
-    DRIFT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
-        name in plan.recorders for name in ("drift", "acceleration", "base_shear", "residual", "energy", "history")
+    DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
+        name in plan.recorders
+        for name in ("drift", "time_of_peak", "acceleration", "base_shear", "residual", "energy", "history")
     )
+    RATIO = TIME or RESIDUAL
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
@@ -41,9 +63,19 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     method = tableau(plan)
     STAGES, KEEPS_SLOPES, ADAPTIVE, STARTS_HALFWAY = method.stages, method.keeps_slopes, method.adaptive, method.halfway
     MAPS_AT_END, IS_STIFF = IS_MAPPING and not ADAPTIVE, IS_STIFF and not ADAPTIVE
+    STIFF_BY_VELOCITY, STIFF_BY_MEMORY = (
+        IS_STIFF and spring.settles_by_velocity,
+        IS_STIFF and not spring.settles_by_velocity,
+    )
     COUNTS_STEPS = ADAPTIVE and not HISTORY
-    weight, reach, node, first_stage = method.weight, method.reach, method.node, method.first_stage
-    of_velocity, of_displacement, ends = method.a, method.a_displacement, method.ends
+    # What stands still feels the same acceleration again, unless it is forced.
+    GATED = ACCELERATION and (IS_HARMONIC or IS_FORCE_HISTORY)
+    # A sample alone in its thread, of which no forces are kept, needs no look at the forces of its last state.
+    HOLDS_STEP = LANES == 1 and not (IS_SPLIT or ADAPTIVE or ACCELERATION or SHEAR or HISTORY)
+    LAST_LOOK = wp.constant(0 if HOLDS_STEP else 1)
+    FROM_STATE, TAKES_MEMORY = not KEEPS_SLOPES, IS_RATE or (IS_MAPPING and ADAPTIVE)
+    weight, reach, node = method.weight, method.reach, method.node
+    of_velocity, of_displacement, of_step = method.a, method.a_displacement, method.ends
     error_of_velocity, error_of_displacement = method.error, method.error_displacement
     slopes = wp.types.matrix(shape=(N * STAGES if KEEPS_SLOPES else 1, LANES), dtype=dtype)
     # An error of the memory stays for the rest of the run, where those of the motion fade.
@@ -53,10 +85,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     memory_vector = wp.types.vector(length=1, dtype=dtype)
     ok, collapsed, diverged, unstable_step = (wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP))
     largest_deviation = wp.constant(dtype(LARGEST_DEVIATION))
-    settling = constants(plan, settling_polynomial(plan))
+    settling, settles_until = constants(plan, settling_polynomial(plan)), wp.constant(dtype(settling_limit(plan)))
     blown_up = wp.constant(dtype(LARGEST_DRIFT_RATIO))
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
+    @wp.kernel(module="unique", enable_backward=False, module_options=options(plan))
     def integrate_chain(
         first_block: int,
         control: types.Control,
@@ -66,7 +98,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         output: types.Output,
         history: types.History,
     ):
-        block = first_block + wp.tid()
+        align_rows()
+        block = (first_block + wp.tid()) // SECTIONS
+        section = (first_block + wp.tid()) % SECTIONS
+        lowest = section * N
         count = control.samples
         substeps = control.substeps
         every = control.every
@@ -97,7 +132,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         peak_drift = matrix()
         worst_ratio = row()
         worst_time = row()
-        worst_storey = indices()
+        ratio_now = row()
         peak_acceleration = matrix()
         peak_shear = row()
         energy_in = row()
@@ -108,8 +143,18 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         fastest = row()  # rate at which a memory settled in this step
         deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
         astray = row()  # the most it ever was
+        watched_from = row()  # rate times step at which one begins to grow; less than any while one is followed
+        next_value = indices()  # where the value at the first interval's end stands
+        last_value = indices()
+        silent_from = indices()
+        base_at_end = row()
+        gain = row()  # the scale, and 0 after the last sample
+        differing_motions = int(0)
         intervals = int(0)
         residual_start = int(2147483647)
+        foot_u = row()  # displacement and velocity of the floor below the section, and the force from above it
+        foot_v = row()
+        roof = row()
         for j in range(LANES):
             # Lanes past the last sample repeat it: they write the same values again.
             sample[j] = wp.min(block * LANES + j, count - 1)
@@ -121,6 +166,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             residual_start = wp.min(residual_start, start)
             scale[j] = samples.scale[sample[j]]
             step[j] = samples.step[sample[j]]
+            if IS_STIFF:
+                watched_from[j] = settles_until
             if IS_HARMONIC:
                 frequency[j] = loads.circular_frequency[0]
                 phase[j] = loads.phase[0]
@@ -129,40 +176,63 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             if MODAL_DAMPING:
                 for i in range(N * N):
                     damping_matrix[i, j] = structures.damping_matrix[i, s]
+            if IS_BASE:
+                next_value[j] = loads.first[motion[j]] + 1
+                last_value[j] = loads.first[motion[j]] + loads.intervals[motion[j]]
+                # Nothing shakes after the last sample; a run that ends with it sees it.
+                silent_from[j] = int(2147483647)
+                if loads.intervals[motion[j]] < live_intervals[j]:
+                    silent_from[j] = loads.intervals[motion[j]]
+                gain[j] = scale[j]
+                base_at_end[j] = loads.values[next_value[j] - 1] * scale[j]
+                if motion[j] != motion[0]:
+                    differing_motions += 1
             for i in range(N):
-                inverse_mass[i, j] = structures.inverse_mass[i, s]
-                if ENERGY:
-                    mass[i, j] = structures.mass[i, s]
-                if DRIFT or RESIDUAL:
-                    inverse_height[i, j] = structures.inverse_height[i, s]
-                if STOREY_DAMPING:
-                    damping[i, j] = structures.storey_damping[i, s]
-                if IS_HARMONIC:
-                    amplitude[i, j] = loads.amplitude[i] * scale[j]
-                for q in range(C):
-                    coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
-                u[i, j] = loads.initial_displacement[i]
-                v[i, j] = loads.initial_velocity[i]
+                # Sections end with storeys of no mass and no stiffness where the number of storeys is not a multiple.
+                g = lowest + i
+                if g < STOREYS:
+                    inverse_mass[i, j] = structures.inverse_mass[g, s]
+                    if ENERGY:
+                        mass[i, j] = structures.mass[g, s]
+                    if RATIO:
+                        inverse_height[i, j] = structures.inverse_height[g, s]
+                    if STOREY_DAMPING:
+                        damping[i, j] = structures.storey_damping[g, s]
+                    if IS_HARMONIC:
+                        amplitude[i, j] = loads.amplitude[g] * scale[j]
+                    for q in range(C):
+                        coefficients[i * C + q, j] = structures.coefficients[g * C + q, s]
+                    u[i, j] = loads.initial_displacement[g]
+                    v[i, j] = loads.initial_velocity[g]
+        if IS_SPLIT:
+            intervals = together_int(intervals)  # the threads of a warp exchange values at every stage
+            for j in range(LANES):
+                foot_u[j] = below(u[N - 1, j], SECTIONS)
+                if section == 0:
+                    foot_u[j] = dtype(0.0)
         for i in range(N):
             for j in range(LANES):
                 us[i, j] = u[i, j]
                 vs[i, j] = v[i, j]
-                drift = u[i, j]
-                if i > 0:
-                    drift -= u[i - 1, j]
-                if DRIFT:
-                    peak_drift[i, j] = wp.abs(drift)
-                    if peak_drift[i, j] * inverse_height[i, j] > worst_ratio[j]:
-                        worst_ratio[j] = peak_drift[i, j] * inverse_height[i, j]
-                        worst_storey[j] = i
                 if ENERGY:
-                    c = coefficient_vector()
-                    for q in range(C):
-                        c[q] = coefficients[i * C + q, j]
-                    absorbed[i, j] = recoverable_of(drift, memory_vector(z[i, j]), c)
-                    initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+                    if lowest + i < STOREYS:
+                        drift = u[i, j]
+                        if i > 0:
+                            drift -= u[i - 1, j]
+                        elif IS_SPLIT:
+                            drift -= foot_u[j]
+                        c = coefficient_vector()
+                        for q in range(C):
+                            c[q] = coefficients[i * C + q, j]
+                        absorbed[i, j] = recoverable_of(drift, memory_vector(z[i, j]), c)
+                        initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+        if SPLIT_ENERGY:
+            for j in range(LANES):
+                initial_energy[j] = together(initial_energy[j], SECTIONS)
 
-        a0 = row()  # base acceleration at the interval's start, and its change over it
+        a0 = row()  # base acceleration at the interval's start, the step's and this stage, and its change over a step
+        a_step = row()
+        base = row()
         da = row()
         f0 = matrix()  # the same for nodal forces
         df = matrix()
@@ -170,9 +240,13 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         above = row()
         sine = row()
         h = row()
-        seen = row()
+        lives = row()  # 1, and 0 for a lane that is done
+        seen = row()  # 1, and 0 for a lane whose last state has been seen
         power_in = row()
+        momentum = row()
         power_viscous = row()
+        work_in = row()  # in a step, over its length
+        work_viscous = row()
         acceleration = slopes()  # of every stage, and the rate of the memory
         memory_rate = slopes()
         to_displacement = row()
@@ -190,34 +264,61 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         rejected = indices()
         safe_in = row()  # what a rejected part must not leave behind
         safe_viscous = row()
-        safe_supplied = row()
         safe_absorbed = matrix()
         inverse_substeps = dtype(1.0) / dtype(substeps)
-        # One interval more than the longest run: its first stage sees the forces of the last state.
-        for interval in range(intervals + 1):
+        # One interval more than the longest run: its first stage sees the last state.
+        if HOLDS_STEP:
+            for j in range(LANES):
+                h[j] = step[j]
+        for interval in range(intervals + LAST_LOOK):
             for j in range(LANES):
                 # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
-                h[j] = dtype(0.0)
-                seen[j] = dtype(0.0)
-                if interval < live_intervals[j]:
-                    h[j] = step[j]
+                if not HOLDS_STEP:
+                    h[j] = dtype(0.0)
+                    if interval < live_intervals[j]:
+                        h[j] = step[j]
+                if GATED:
+                    lives[j] = dtype(0.0)
+                    seen[j] = dtype(0.0)
+                    if interval < live_intervals[j]:
+                        lives[j] = dtype(1.0)
+                    if interval <= live_intervals[j]:
+                        seen[j] = dtype(1.0)
                 if ADAPTIVE:
                     whole_step[j] = h[j]
                     if interval == 0:
                         trial[j] = dtype(1.0)
-                if interval <= live_intervals[j]:
-                    seen[j] = dtype(1.0)
-                if IS_BASE:
-                    begin, change = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
-                    a0[j] = begin
-                    da[j] = change
                 if IS_FORCE_HISTORY:
                     for i in range(N):
-                        begin, change = sampled(loads, motion[j], interval, live_intervals[j], N, i, scale[j])
-                        f0[i, j] = begin
-                        df[i, j] = change
+                        if lowest + i < STOREYS:
+                            begin, change = sampled(
+                                loads, motion[j], interval, live_intervals[j], STOREYS, lowest + i, scale[j]
+                            )
+                            f0[i, j] = begin
+                            df[i, j] = change
+            if IS_BASE:
+                # Lanes that share a motion read it once: gathering a value a lane costs as much as a storey.
+                if differing_motions == 0:
+                    value = element(loads.values, wp.min(next_value[0] + interval, last_value[0]))
+                    for j in range(LANES):
+                        begin, end, factor = at_ends(base_at_end[j], value, gain[j], interval == silent_from[j])
+                        a0[j] = begin
+                        da[j] = (end - begin) * inverse_substeps
+                        base_at_end[j] = end
+                        gain[j] = factor
+                else:
+                    for j in range(LANES):
+                        value = element(loads.values, wp.min(next_value[j] + interval, last_value[j]))
+                        begin, end, factor = at_ends(base_at_end[j], value, gain[j], interval == silent_from[j])
+                        a0[j] = begin
+                        da[j] = (end - begin) * inverse_substeps
+                        base_at_end[j] = end
+                        gain[j] = factor
             for substep in range(substeps):
                 index = interval * substeps + substep
+                if IS_BASE:
+                    for j in range(LANES):
+                        a_step[j] = a0[j] + dtype(substep) * da[j]
                 pending = int(1)
                 attempt = int(0)
                 if ADAPTIVE:
@@ -230,14 +331,17 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                     if ADAPTIVE:
                         for j in range(LANES):
                             h[j] = part[j] * whole_step[j]
-                            safe_in[j] = energy_in[j]
-                            safe_viscous[j] = energy_viscous[j]
-                            safe_supplied[j] = supplied[j]
                             if ENERGY:
+                                safe_in[j] = energy_in[j]
+                                safe_viscous[j] = energy_viscous[j]
                                 for i in range(N):
                                     safe_absorbed[i, j] = absorbed[i, j]
                     for stage in range(STAGES):
-                        position = (dtype(substep) + node[stage]) * inverse_substeps
+                        if IS_BASE:
+                            for j in range(LANES):
+                                base[j] = a_step[j] + node[stage] * da[j]
+                                if ADAPTIVE:
+                                    base[j] = a_step[j] + (done[j] + node[stage] * part[j]) * da[j]
                         if IS_HARMONIC:
                             for j in range(LANES):
                                 whole = wp.float64(index) + wp.float64(node[stage])
@@ -250,34 +354,82 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     damping_force[i, j] = dtype(0.0)
                                 for k in range(N):
                                     for j in range(LANES):
-                                        damping_force[i, j] += damping_matrix[i * N + k, j] * vs[k, j]
+                                        vk = vs[k, j]
+                                        if FROM_STATE:
+                                            if stage == 0:
+                                                vk = v[k, j]
+                                        damping_force[i, j] += damping_matrix[i * N + k, j] * vk
+                        if IS_SPLIT:
+                            # The floor below is another thread's, and so is the storey above: its force is worked out
+                            # there before the walk, and once more when the walk comes to it.
+                            for j in range(LANES):
+                                top_u = us[N - 1, j]
+                                top_v = vs[N - 1, j]
+                                drift = us[0, j]
+                                rate = vs[0, j]
+                                zi = zs[0, j]
+                                if stage == 0:
+                                    top_u = u[N - 1, j]
+                                    top_v = v[N - 1, j]
+                                    drift = u[0, j]
+                                    rate = v[0, j]
+                                    zi = z[0, j]
+                                foot_u[j] = below(top_u, SECTIONS)
+                                foot_v[j] = below(top_v, SECTIONS)
+                                if section == 0:
+                                    foot_u[j] = dtype(0.0)
+                                    foot_v[j] = dtype(0.0)
+                                drift -= foot_u[j]
+                                rate -= foot_v[j]
+                                c = coefficient_vector()
+                                for q in range(C):
+                                    c[q] = coefficients[q, j]
+                                f = force_of(drift, memory_vector(zi), c)
+                                if STOREY_DAMPING:
+                                    f += damping[0, j] * rate
+                                roof[j] = above_of(f, SECTIONS)
+                                if section == SECTIONS - 1:
+                                    roof[j] = dtype(0.0)
                         for j in range(LANES):
-                            above[j] = dtype(0.0)
+                            above[j] = roof[j]
                             power_in[j] = dtype(0.0)
+                            momentum[j] = dtype(0.0)
                             power_viscous[j] = dtype(0.0)
                         for down in range(N):
                             i = N - 1 - down
                             for j in range(LANES):
                                 ui = us[i, j]
                                 vi = vs[i, j]
+                                zi = zs[i, j]
+                                if FROM_STATE:
+                                    if stage == 0:
+                                        ui = u[i, j]
+                                        vi = v[i, j]
+                                        zi = z[i, j]
                                 drift = ui
                                 rate = vi
                                 if i > 0:
-                                    drift -= us[i - 1, j]
-                                    rate -= vs[i - 1, j]
+                                    u_below = us[i - 1, j]
+                                    v_below = vs[i - 1, j]
+                                    if FROM_STATE:
+                                        if stage == 0:
+                                            u_below = u[i - 1, j]
+                                            v_below = v[i - 1, j]
+                                    drift -= u_below
+                                    rate -= v_below
+                                elif IS_SPLIT:
+                                    drift -= foot_u[j]
+                                    rate -= foot_v[j]
                                 ha = h[j] * reach[stage]
-                                at = position
-                                if ADAPTIVE:
-                                    at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
-                                gate = seen[j] * first_stage[stage]
                                 c = coefficient_vector()
                                 for q in range(C):
                                     c[q] = coefficients[i * C + q, j]
-                                memory = memory_vector(zs[i, j])
+                                memory = memory_vector(zi)
                                 restoring = force_of(drift, memory, c)
                                 f = restoring
                                 if STOREY_DAMPING:
-                                    f += damping[i, j] * rate
+                                    dashpot = damping[i, j] * rate
+                                    f += dashpot
                                 # What acts on the floor: absolute acceleration times its mass, but for base motion.
                                 net = above[j] - f
                                 if MODAL_DAMPING:
@@ -285,41 +437,58 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 if IS_HARMONIC:
                                     net += amplitude[i, j] * sine[j]
                                 if IS_FORCE_HISTORY:
+                                    at = (dtype(substep) + node[stage]) * inverse_substeps
+                                    if ADAPTIVE:
+                                        at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
                                     force = f0[i, j] + at * df[i, j]
                                     net += force
                                 ai = net * inverse_mass[i, j]
                                 if MASS_DAMPING:
                                     nodal = mass_damping[j] * vi
                                     ai -= nodal
-                                if ACCELERATION:
-                                    peak_acceleration[i, j] = wp.max(peak_acceleration[i, j], wp.abs(ai) * gate)
-                                if SHEAR:
-                                    if i == 0:
-                                        peak_shear[j] = wp.max(peak_shear[j], wp.abs(restoring) * gate)
+                                if stage == 0:
+                                    # The state at the step's start; one that stands still is seen again, to no effect.
+                                    if DRIFT:
+                                        peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift))
+                                    if TIME:
+                                        ratio_now[j] = larger(ratio_now[j], wp.abs(drift) * inverse_height[i, j])
+                                    if ACCELERATION:
+                                        size = wp.abs(ai)
+                                        if GATED:
+                                            size = size * seen[j]
+                                        peak_acceleration[i, j] = larger(peak_acceleration[i, j], size)
+                                    if SHEAR:
+                                        if i == 0:
+                                            peak_shear[j] = larger(peak_shear[j], wp.abs(restoring))
                                 if HISTORY:
                                     if stage == 0 and attempt == 0:
                                         keep_state(history, samples.output[sample[j]], index, every, i, ui, vi, ai)
                                         keep_force(history, samples.output[sample[j]], index, every, i, restoring)
                                 if IS_BASE:
-                                    base = a0[j] + at * da[j]
-                                    ai -= base
+                                    ai -= base[j]
                                 if ENERGY:
                                     absorbed[i, j] += h[j] * weight[stage] * restoring * rate
-                                    if IS_BASE:
-                                        power_in[j] -= mass[i, j] * base * vi
+                                    momentum_of_floor = mass[i, j] * vi
+                                    momentum[j] += momentum_of_floor
                                     if IS_HARMONIC:
                                         power_in[j] += amplitude[i, j] * sine[j] * vi
                                     if IS_FORCE_HISTORY:
                                         power_in[j] += force * vi
                                     if STOREY_DAMPING:
-                                        power_viscous[j] += damping[i, j] * rate * rate
+                                        power_viscous[j] += dashpot * rate
                                     if MASS_DAMPING:
-                                        power_viscous[j] += mass[i, j] * nodal * vi
+                                        power_viscous[j] += momentum_of_floor * nodal
                                     if MODAL_DAMPING:
                                         power_viscous[j] += damping_force[i, j] * vi
                                 above[j] = f
-                                if IS_STIFF:
-                                    fastest[j] = wp.max(fastest[j], relaxation_of(rate, memory, c))
+                                if STIFF_BY_MEMORY:
+                                    fastest[j] = larger(fastest[j], relaxation_of(rate, memory, c))
+                                if STIFF_BY_VELOCITY:
+                                    if stage == 0:
+                                        settles = relaxation_of(rate, memory, c)
+                                        if down > 0:
+                                            settles = larger(fastest[j], settles)
+                                        fastest[j] = settles
                                 if IS_RATE:
                                     z_rate = evolve(rate, memory, c)
                                 if KEEPS_SLOPES:
@@ -327,13 +496,30 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     if IS_RATE:
                                         memory_rate[stage * N + i, j] = z_rate[0]
                                 else:
-                                    un[i, j] += weight[stage] * vi
-                                    vn[i, j] += weight[stage] * ai
-                                    us[i, j] = u[i, j] + ha * vi
-                                    vs[i, j] = v[i, j] + ha * ai
+                                    # Slopes are summed first, then added: the state is rounded once a step, not once
+                                    # a stage.
+                                    u_slope = weight[stage] * vi
+                                    v_slope = weight[stage] * ai
+                                    if stage > 0:
+                                        u_slope += un[i, j]
+                                        v_slope += vn[i, j]
                                     if IS_RATE:
-                                        zn[i, j] += weight[stage] * z_rate[0]
-                                        zs[i, j] = z[i, j] + ha * z_rate[0]
+                                        z_slope = weight[stage] * z_rate[0]
+                                        if stage > 0:
+                                            z_slope += zn[i, j]
+                                    if stage < STAGES - 1:
+                                        un[i, j] = u_slope
+                                        vn[i, j] = v_slope
+                                        us[i, j] = u[i, j] + ha * vi
+                                        vs[i, j] = v[i, j] + ha * ai
+                                        if IS_RATE:
+                                            zn[i, j] = z_slope
+                                            zs[i, j] = z[i, j] + ha * z_rate[0]
+                                    else:
+                                        u[i, j] += h[j] * u_slope
+                                        v[i, j] += h[j] * v_slope
+                                        if IS_RATE:
+                                            z[i, j] += h[j] * z_slope
                             if KEEPS_SLOPES:
                                 for j in range(LANES):
                                     to_displacement[j] = dtype(0.0)
@@ -353,18 +539,38 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                         if index == 0:
                                             to_displacement[j] *= dtype(0.5)
                                             to_velocity[j] *= dtype(0.5)
-                                    us[i, j] = u[i, j] + h[j] * (ends[stage + 1] * v[i, j] + h[j] * to_displacement[j])
+                                    us[i, j] = u[i, j] + h[j] * (
+                                        of_step[stage + 1] * v[i, j] + h[j] * to_displacement[j]
+                                    )
                                     vs[i, j] = v[i, j] + h[j] * to_velocity[j]
                                     un[i, j] = us[i, j]
                                     vn[i, j] = vs[i, j]
                                     if IS_RATE:
                                         zs[i, j] = z[i, j] + h[j] * to_memory[j]
                                         zn[i, j] = zs[i, j]
+                        if TIME:
+                            if stage == 0:
+                                for j in range(LANES):
+                                    if SPLIT_TIME:
+                                        ratio_now[j] = across(ratio_now[j], SECTIONS)
+                                    if ratio_now[j] > worst_ratio[j]:
+                                        worst_ratio[j] = ratio_now[j]
+                                        worst_time[j] = dtype(index) * step[j]
+                                        if ADAPTIVE:
+                                            worst_time[j] = (dtype(index) + done[j]) * step[j]
+                                    ratio_now[j] = dtype(0.0)
                         if ENERGY:
                             for j in range(LANES):
-                                energy_in[j] += h[j] * weight[stage] * power_in[j]
-                                energy_viscous[j] += h[j] * weight[stage] * power_viscous[j]
-                                supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+                                if IS_BASE:
+                                    power_in[j] -= base[j] * momentum[j]
+                                work_in[j] += weight[stage] * power_in[j]
+                                work_viscous[j] += weight[stage] * power_viscous[j]
+                    if ENERGY:
+                        for j in range(LANES):
+                            energy_in[j] += h[j] * work_in[j]
+                            energy_viscous[j] += h[j] * work_viscous[j]
+                            work_in[j] = dtype(0.0)
+                            work_viscous[j] = dtype(0.0)
                     if ADAPTIVE:
                         for j in range(LANES):
                             excess[j] = dtype(0.0)
@@ -421,7 +627,6 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 rejected[j] += 1
                                 energy_in[j] = safe_in[j]
                                 energy_viscous[j] = safe_viscous[j]
-                                supplied[j] = safe_supplied[j]
                                 for i in range(N):
                                     un[i, j] = u[i, j]
                                     vn[i, j] = v[i, j]
@@ -436,55 +641,64 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 part[j] = wp.min(trial[j], dtype(1.0) - done[j])
                                 pending += 1
                         attempt += 1
+                    if KEEPS_SLOPES:
+                        for i in range(N):
+                            for j in range(LANES):
+                                u[i, j] = un[i, j]
+                                v[i, j] = vn[i, j]
+                                us[i, j] = un[i, j]
+                                vs[i, j] = vn[i, j]
+                                if TAKES_MEMORY:
+                                    z[i, j] = zn[i, j]
+                                    zs[i, j] = zn[i, j]
+                if SEES_FOOT:
+                    for j in range(LANES):
+                        foot_u[j] = below(u[N - 1, j], SECTIONS)
+                        if section == 0:
+                            foot_u[j] = dtype(0.0)
+                if MAPS_AT_END:
                     for i in range(N):
                         for j in range(LANES):
-                            # Slopes are summed first, then added: the state is rounded once a step, not once a stage.
-                            if not KEEPS_SLOPES:
-                                un[i, j] = u[i, j] + h[j] * un[i, j]
-                                vn[i, j] = v[i, j] + h[j] * vn[i, j]
-                                if IS_RATE:
-                                    zn[i, j] = z[i, j] + h[j] * zn[i, j]
-                            drift = un[i, j]
+                            drift = u[i, j]
                             if i > 0:
                                 drift -= u[i - 1, j]
-                            if MAPS_AT_END:
-                                c = coefficient_vector()
-                                for q in range(C):
-                                    c[q] = coefficients[i * C + q, j]
-                                mapped = evolve(drift, memory_vector(z[i, j]), c)
-                                zn[i, j] = mapped[0]
-                            u[i, j] = un[i, j]
-                            v[i, j] = vn[i, j]
-                            us[i, j] = u[i, j]
-                            vs[i, j] = v[i, j]
-                            un[i, j] = dtype(0.0)
-                            vn[i, j] = dtype(0.0)
-                            if HAS_MEMORY:
-                                z[i, j] = zn[i, j]
-                                zs[i, j] = zn[i, j]
-                                zn[i, j] = dtype(0.0)
-                            if DRIFT:
-                                peak_drift[i, j] = wp.max(peak_drift[i, j], wp.abs(drift))
-                                ratio = wp.abs(drift) * inverse_height[i, j]
-                                if ratio > worst_ratio[j]:
-                                    worst_ratio[j] = ratio
-                                    worst_storey[j] = i
-                                    worst_time[j] = dtype(index + 1) * step[j]
-                                    if ADAPTIVE:
-                                        worst_time[j] = (dtype(index) + done[j]) * step[j]
-                if IS_STIFF:
+                            elif IS_SPLIT:
+                                drift -= foot_u[j]
+                            c = coefficient_vector()
+                            for q in range(C):
+                                c[q] = coefficients[i * C + q, j]
+                            mapped = evolve(drift, memory_vector(z[i, j]), c)
+                            z[i, j] = mapped[0]
+                            zs[i, j] = mapped[0]
+                if ENERGY:
                     for j in range(LANES):
-                        grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
-                        deviation[j] = grown
-                        if not grown <= astray[j]:
-                            astray[j] = grown
+                        put_in = energy_in[j]
+                        if SPLIT_ENERGY:
+                            put_in = together(put_in, SECTIONS)
+                        supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + put_in))
+                if IS_STIFF:
+                    # Below the limit deviations only fade: most steps have nothing to follow.
+                    astray_lanes = int(0)
+                    for j in range(LANES):
+                        if SPLIT_STIFF:
+                            fastest[j] = across(fastest[j], SECTIONS)
+                        if not (fastest[j] * h[j] <= watched_from[j]):
+                            astray_lanes += 1
+                    if astray_lanes > 0:
+                        for j in range(LANES):
+                            grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
+                            deviation[j] = grown
+                            if not grown <= astray[j]:
+                                astray[j] = grown
+                            watched_from[j] = settles_until
+                            if not grown <= dtype(1.0):
+                                watched_from[j] = -dtype(1.0)
+                if STIFF_BY_MEMORY:
+                    for j in range(LANES):
                         fastest[j] = dtype(0.0)
-                for j in range(LANES):
-                    # 1, and 0 for a lane whose last state has been seen.
-                    if ADAPTIVE:
-                        seen[j] = whole_step[j] / step[j]
-                    else:
-                        seen[j] = h[j] / step[j]
+                if GATED:
+                    for j in range(LANES):
+                        seen[j] = lives[j]
                 if RESIDUAL:
                     if index >= residual_start:
                         for j in range(LANES):
@@ -492,59 +706,91 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             since = index - (live_intervals[j] * substeps - steps)
                             # A lane that repeats the last sample must not add to its mean again.
                             if since >= 0 and since < steps and block * LANES + j < count:
+                                o = samples.output[sample[j]]
+                                share = weight_in_mean(step[j], since, steps)
                                 for i in range(N):
-                                    drift = u[i, j]
-                                    if i > 0:
-                                        drift -= u[i - 1, j]
-                                    ratio = drift * inverse_height[i, j]
-                                    add_to_mean(
-                                        output.residual_drift_ratio, i, samples.output[sample[j]], ratio, since, steps
-                                    )
+                                    if lowest + i < STOREYS:
+                                        drift = u[i, j]
+                                        if i > 0:
+                                            drift -= u[i - 1, j]
+                                        elif IS_SPLIT:
+                                            drift -= foot_u[j]
+                                        ratio = drift * inverse_height[i, j]
+                                        add_to_mean(output.residual_drift_ratio, lowest + i, o, share * ratio, since)
 
-        for j in range(LANES):
-            o = samples.output[sample[j]]
-            total = dtype(0.0)
-            unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
+        if HOLDS_STEP:
             for i in range(N):
-                total += u[i, j] + v[i, j] + z[i, j]
-                if DRIFT:
-                    output.peak_storey_drift[i, o] = peak_drift[i, j]
-                if ACCELERATION:
-                    output.peak_floor_acceleration[i, o] = peak_acceleration[i, j]
-                if ENERGY:
+                for j in range(LANES):
                     drift = u[i, j]
                     if i > 0:
                         drift -= u[i - 1, j]
-                    c = coefficient_vector()
-                    for q in range(C):
-                        c[q] = coefficients[i * C + q, j]
-                    stored = recoverable_of(drift, memory_vector(z[i, j]), c)
-                    output.hysteretic_energy[i, o] = absorbed[i, j] - stored
-                    unaccounted -= absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
-            status = ok
-            if DRIFT:
-                output.time_of_peak_drift[o] = worst_time[j]
-                output.storey_of_peak_drift[o] = worst_storey[j] + 1
-                if worst_ratio[j] > control.collapse_drift_ratio:
-                    status = collapsed
-                if worst_ratio[j] > blown_up:
+                    if DRIFT:
+                        peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift))
+                    if TIME:
+                        if wp.abs(drift) * inverse_height[i, j] > worst_ratio[j]:
+                            worst_ratio[j] = wp.abs(drift) * inverse_height[i, j]
+                            worst_time[j] = dtype(intervals * substeps) * step[j]
+        for j in range(LANES):
+            o = samples.output[sample[j]]
+            total = dtype(0.0)
+            kept = dtype(0.0)  # energy that is still there, or was absorbed
+            if SPLIT_ENERGY:
+                foot_u[j] = below(u[N - 1, j], SECTIONS)
+                if section == 0:
+                    foot_u[j] = dtype(0.0)
+            for i in range(N):
+                g = lowest + i
+                total += u[i, j] + v[i, j] + z[i, j]
+                if g < STOREYS:
+                    if DRIFT:
+                        output.peak_storey_drift[g, o] = peak_drift[i, j]
+                    if ACCELERATION:
+                        output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
+                    if ENERGY:
+                        drift = u[i, j]
+                        if i > 0:
+                            drift -= u[i - 1, j]
+                        elif IS_SPLIT:
+                            drift -= foot_u[j]
+                        c = coefficient_vector()
+                        for q in range(C):
+                            c[q] = coefficients[i * C + q, j]
+                        stored = recoverable_of(drift, memory_vector(z[i, j]), c)
+                        output.hysteretic_energy[g, o] = absorbed[i, j] - stored
+                        kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+            if IS_SPLIT:
+                total = together(total, SECTIONS)
+            if SPLIT_ENERGY:
+                kept = together(kept, SECTIONS)
+                energy_in[j] = together(energy_in[j], SECTIONS)
+                energy_viscous[j] = together(energy_viscous[j], SECTIONS)
+            if section == 0:
+                status = ok
+                if TIME:
+                    output.time_of_peak_drift[o] = worst_time[j]
+                if DRIFT:
+                    largest = worst_storey(output, structures, o, samples.structure[sample[j]], STOREYS)
+                    if largest > control.collapse_drift_ratio:
+                        status = collapsed
+                    if largest > blown_up:
+                        status = diverged
+                # Infinities and NaN never leave a sum: a finite one clears the whole state.
+                if not wp.isfinite(total):
                     status = diverged
-            # Infinities and NaN never leave a sum: a finite one clears the whole state.
-            if not wp.isfinite(total):
-                status = diverged
-            if IS_STIFF:
-                # Passed on the way to a state that is not finite too: it tells why.
-                if not astray[j] <= largest_deviation:
-                    status = unstable_step
-            output.status[o] = status
-            if COUNTS_STEPS:
-                output.accepted_steps[o] = accepted[j]
-                output.rejected_steps[o] = rejected[j]
-            if SHEAR:
-                output.peak_base_shear[o] = peak_shear[j]
-            if ENERGY:
-                output.input_energy[o] = energy_in[j]
-                output.viscous_energy[o] = energy_viscous[j]
-                output.energy_balance_error[o] = balance_error(unaccounted, wp.max(supplied[j], initial_energy[j]))
+                if IS_STIFF:
+                    # Passed on the way to a state that is not finite too: it tells why.
+                    if not astray[j] <= largest_deviation:
+                        status = unstable_step
+                output.status[o] = status
+                if COUNTS_STEPS:
+                    output.accepted_steps[o] = accepted[j]
+                    output.rejected_steps[o] = rejected[j]
+                if SHEAR:
+                    output.peak_base_shear[o] = peak_shear[j]
+                if ENERGY:
+                    output.input_energy[o] = energy_in[j]
+                    output.viscous_energy[o] = energy_viscous[j]
+                    unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j] - kept
+                    output.energy_balance_error[o] = balance_error(unaccounted, wp.max(supplied[j], initial_energy[j]))
 
     return integrate_chain

@@ -13,7 +13,7 @@ import warp as wp
 
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs
-from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
+from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
 from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
 from warpdyn.methods import METHODS
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
@@ -40,9 +40,11 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
     MODAL_DAMPING = plan.damping == "modal"
-    DRIFT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
-        name in plan.recorders for name in ("drift", "acceleration", "base_shear", "residual", "energy", "history")
+    DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
+        name in plan.recorders
+        for name in ("drift", "time_of_peak", "acceleration", "base_shear", "residual", "energy", "history")
     )
+    RATIO = TIME or RESIDUAL
     # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
     SOLVES_DRIFT = method.beta > 0
     NEWTON = SOLVES_DRIFT and HAS_MEMORY
@@ -115,7 +117,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         peak_drift = matrix()
         worst_ratio = row()
         worst_time = row()
-        worst_storey = indices()
+        ratio_now = row()
         peak_acceleration = matrix()
         peak_shear = row()
         energy_in = row()
@@ -193,7 +195,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 mass[i, j] = structures.mass[i, s]
                 inverse_mass[i, j] = structures.inverse_mass[i, s]
                 solved_mass[i, j] = mass_share * mass[i, j]
-                if DRIFT or RESIDUAL:
+                if RATIO:
                     inverse_height[i, j] = structures.inverse_height[i, s]
                 if IS_HARMONIC:
                     amplitude[i, j] = loads.amplitude[i] * scale[j]
@@ -226,9 +228,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     drift -= u[i - 1, j]
                 if DRIFT:
                     peak_drift[i, j] = wp.abs(drift)
-                    if peak_drift[i, j] * inverse_height[i, j] > worst_ratio[j]:
-                        worst_ratio[j] = peak_drift[i, j] * inverse_height[i, j]
-                        worst_storey[j] = i
+                if TIME:
+                    worst_ratio[j] = wp.max(worst_ratio[j], wp.abs(drift) * inverse_height[i, j])
                 if ENERGY:
                     last_drift[i, j] = drift
                     absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
@@ -480,11 +481,14 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                             z[i, j] = after[0]
                         if DRIFT:
                             peak_drift[i, j] = wp.max(peak_drift[i, j], wp.abs(drift))
-                            ratio = wp.abs(drift) * inverse_height[i, j]
-                            if ratio > worst_ratio[j]:
-                                worst_ratio[j] = ratio
-                                worst_storey[j] = i
-                                worst_time[j] = dtype(index + 1) * step[j]
+                        if TIME:
+                            ratio_now[j] = wp.max(ratio_now[j], wp.abs(drift) * inverse_height[i, j])
+                if TIME:
+                    for j in range(LANES):
+                        if ratio_now[j] > worst_ratio[j]:
+                            worst_ratio[j] = ratio_now[j]
+                            worst_time[j] = dtype(index + 1) * step[j]
+                        ratio_now[j] = zero
                 if IS_STIFF:
                     for j in range(LANES):
                         grown = deviation_after(deviation[j], settled[j], settling)
@@ -499,14 +503,14 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                             since = index - (live_intervals[j] * substeps - steps)
                             # A lane that repeats the last sample must not add to its mean again.
                             if since >= 0 and since < steps and block * LANES + j < count:
+                                o = samples.output[sample[j]]
+                                weight = weight_in_mean(step[j], since, steps)
                                 for i in range(N):
                                     drift = u[i, j]
                                     if i > 0:
                                         drift -= u[i - 1, j]
                                     ratio = drift * inverse_height[i, j]
-                                    add_to_mean(
-                                        output.residual_drift_ratio, i, samples.output[sample[j]], ratio, since, steps
-                                    )
+                                    add_to_mean(output.residual_drift_ratio, i, o, weight * ratio, since)
 
         for j in range(LANES):
             o = samples.output[sample[j]]
@@ -529,12 +533,13 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     output.hysteretic_energy[i, o] = absorbed[i, j] - stored
                     unaccounted -= absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
             status = ok
-            if DRIFT:
+            if TIME:
                 output.time_of_peak_drift[o] = worst_time[j]
-                output.storey_of_peak_drift[o] = worst_storey[j] + 1
-                if worst_ratio[j] > control.collapse_drift_ratio:
+            if DRIFT:
+                largest = worst_storey(output, structures, o, samples.structure[sample[j]], N)
+                if largest > control.collapse_drift_ratio:
                     status = collapsed
-                if worst_ratio[j] > blown_up:
+                if largest > blown_up:
                     status = diverged
             if ITERATES:
                 if failed[j] > 0:

@@ -14,7 +14,7 @@ import warp as wp
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs
 from warpdyn.kernels.powers import lost_share, supplied_share
-from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
+from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
 from warpdyn.methods import METHODS
 from warpdyn.recorders import COLLAPSED, DIVERGED, OK
 
@@ -31,12 +31,21 @@ def linear_kernel(plan: Plan) -> wp.Kernel:
     IS_IMPLICIT, IS_COUPLED = method.kind == "implicit", plan.damping != "classical"
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_SAMPLED, IS_SHARED, IS_LOADED = load.is_history, IS_BASE or IS_HARMONIC, load.is_history or IS_HARMONIC
-    DRIFT, DISPLACEMENT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
+    DRIFT, TIME, DISPLACEMENT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders
-        for name in ("drift", "displacement", "acceleration", "base_shear", "residual", "energy", "history")
+        for name in (
+            "drift",
+            "time_of_peak",
+            "displacement",
+            "acceleration",
+            "base_shear",
+            "residual",
+            "energy",
+            "history",
+        )
     )
     FEELS = ACCELERATION or HISTORY
-    MOVES, RATIO = DRIFT or DISPLACEMENT or SHEAR or RESIDUAL or HISTORY, DRIFT or RESIDUAL
+    MOVES, RATIO = DRIFT or TIME or DISPLACEMENT or SHEAR or RESIDUAL or HISTORY, TIME or RESIDUAL
     OBSERVES, NEEDS_FORCES = FEELS or ENERGY, FEELS or ENERGY or IS_IMPLICIT
     SEES, SEEN = MOVES or FEELS, 1 if set(plan.recorders) <= {"base_shear", "energy"} else N  # storeys
     PARTNERS = N if IS_COUPLED else 1
@@ -171,7 +180,6 @@ def linear_kernel(plan: Plan) -> wp.Kernel:
         time_of_peak = matrix()
         worst_ratio = row()
         worst_time = row()
-        worst_storey = indices()
         peak_acceleration = matrix()
         peak_shear = row()
         energy_in = row()
@@ -288,9 +296,9 @@ def linear_kernel(plan: Plan) -> wp.Kernel:
                             size = wp.abs(moved[j])
                             if DRIFT:
                                 peak[i, j] = wp.max(peak[i, j], size)
+                            if TIME:
                                 if size * inverse_height[i, j] > worst_ratio[j]:
                                     worst_ratio[j] = size * inverse_height[i, j]
-                                    worst_storey[j] = i
                                     worst_time[j] = dtype(index) * step[j]
                             if DISPLACEMENT:
                                 if size > peak[i, j]:
@@ -317,9 +325,10 @@ def linear_kernel(plan: Plan) -> wp.Kernel:
                             since = index - 1 - (live_intervals[j] * substeps - steps)
                             # A lane that repeats the last sample must not add to its mean again.
                             if since >= 0 and since < steps and block * LANES + j < count:
+                                kept = samples.output[sample[j]]
+                                share = weight_in_mean(step[j], since, steps)
                                 for i in range(N):
-                                    kept = samples.output[sample[j]]
-                                    add_to_mean(output.residual_drift_ratio, i, kept, ratio[i, j], since, steps)
+                                    add_to_mean(output.residual_drift_ratio, i, kept, share * ratio[i, j], since)
                 for r in range(ROWS):
                     for j in range(LANES):
                         total[j] = dtype(0.0)
@@ -379,10 +388,11 @@ def linear_kernel(plan: Plan) -> wp.Kernel:
                     else:
                         output.peak_acceleration[m, o] = peak_acceleration[m, j]
             status = ok
-            if DRIFT:
+            if TIME:
                 output.time_of_peak_drift[o] = worst_time[j]
-                output.storey_of_peak_drift[o] = worst_storey[j] + 1
-                if worst_ratio[j] > control.collapse_drift_ratio:
+            if DRIFT:
+                largest = worst_storey(output, structures, o, pair[j], N)
+                if largest > control.collapse_drift_ratio:
                     status = collapsed
             # Infinities and NaN never leave a sum: a finite one clears the whole state.
             if not wp.isfinite(finite):

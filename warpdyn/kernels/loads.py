@@ -56,3 +56,15 @@ def sampled(loads: Any, motion: int, interval: int, run: int, width: int, column
     if interval == loads.intervals[motion] and interval == run:
         begin = loads.values[(loads.first[motion] + interval) * width + column] * scale
     return begin, change
+
+
+@wp.func
+def at_ends(begin: Any, value: Any, gain: Any, falls_silent: bool):
+    """Return a history at an interval's start and end, and its gain from then on, from the sample at the end.
+
+    `begin` is what it was at the last one's end.
+    """
+    if falls_silent:
+        begin = type(begin)(0.0)
+        gain = type(gain)(0.0)
+    return begin, value * gain, gain

@@ -12,7 +12,9 @@ import warp as wp
 from warpdyn.kernels.springs import POWERS, SPRINGS
 from warpdyn.method_kinds import ExplicitMethod
 from warpdyn.methods import METHODS
+from warpdyn.stability import relaxation_limit
 
+LARGEST_LIMIT = 1e30  # stands for none: a constant of a kernel must be finite
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
 
@@ -32,6 +34,7 @@ class Plan:
         dtype: Row of DTYPES.
         lanes: Samples a thread carries.
         max_unroll: Loops up to this count are unrolled before the compiler sees them.
+        sections: Threads that share a sample's storeys (a GPU's chains of many storeys), a power of 2.
     """
 
     family: str
@@ -42,8 +45,18 @@ class Plan:
     recorders: tuple[str, ...]
     method: str
     dtype: str
-    lanes: int
-    max_unroll: int
+    lanes: int = 1
+    max_unroll: int = 1
+    sections: int = 1
+
+
+# Products and sums fused on a processor too, as a GPU does by itself.
+CPU_FLAGS = f"{wp.config.cpu_compiler_flags} -ffp-contract=fast"
+
+
+def options(plan: Plan) -> dict[str, object]:
+    """Return the options of the module that a plan's kernel is compiled in."""
+    return {"max_unroll": plan.max_unroll, "cpu_compiler_flags": CPU_FLAGS}
 
 
 def row_types(plan: Plan) -> tuple:
@@ -97,6 +110,11 @@ def settling_polynomial(plan: Plan) -> tuple[float, ...]:
     return polynomial + (0.0,) * (POWERS - len(polynomial))
 
 
+def settling_limit(plan: Plan) -> float:
+    """Return the rate times the step up to which no deviation of a memory grows."""
+    return min(relaxation_limit(METHODS[plan.method]), LARGEST_LIMIT)
+
+
 def values_held(plan: Plan) -> dict[str, int]:
     """Return how many values a kernel holds for each sample while it runs: what a scene does not name is not there."""
     n, kind, spring = plan.dofs, METHODS[plan.method].kind, SPRINGS[plan.law]
@@ -117,7 +135,15 @@ def values_held(plan: Plan) -> dict[str, int]:
         working += (states - 1) * n * method.stages if method.keeps_slopes else 0
     elif kind == "implicit" and plan.family == "chain":
         working = 5 * n  # acceleration, its correction, and the factors of a tridiagonal matrix
-    recorders = {"drift": 2 * n + 3, "acceleration": n, "base_shear": 1, "energy": 2 * n + 4, "displacement": 2 * n}
+    recorders = {
+        "drift": n,
+        "time_of_peak": n + 2,
+        "acceleration": n,
+        "base_shear": 1,
+        "residual": 0 if "time_of_peak" in plan.recorders else n,
+        "energy": 2 * n + 4,
+        "displacement": 2 * n,
+    }
     return {
         "state": states * n,
         "structure": structure,

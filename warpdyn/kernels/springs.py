@@ -28,6 +28,7 @@ class Spring:
         is_rate: Whether `evolve` returns a rate.
         relaxation: `(velocity, memory, coefficients) -> rate [1/s]` at which the memory settles, at its fastest. A step
             too long for it goes wrong without ever becoming infinite. None where the memory has no rate of its own.
+        settles_by_velocity: Whether that rate depends on the velocity alone, so that one look a step tells it.
         relaxation_along: `(increment, memory, coefficients) -> the same times the step`, within the step of `advance`.
     """
 
@@ -39,6 +40,7 @@ class Spring:
     advance: Callable | None = None
     is_rate: bool = False
     relaxation: Callable | None = None
+    settles_by_velocity: bool = False
     relaxation_along: Callable | None = None
 
 
@@ -91,7 +93,8 @@ def bilinear_advance(drift: Any, increment: Any, memory: Any, c: Any):
 
 
 # Bouc-Wen: a hardening spring c0 beside a hysteretic force c1 z; uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with
-# 1 / uy = c2, beta = c3, gamma = c4 and n = c5 where it is neither 1 nor 2 (powers are slow; most studies use these).
+# 1 / uy = c2, beta / uy = c3, gamma / uy = c4, and n = c5 where it is neither 1 nor 2: powers are slow, and most use
+# these.
 @wp.func
 def bouc_wen_force(drift: Any, memory: Any, c: Any):
     return c[0] * drift + c[1] * memory[0]
@@ -102,30 +105,29 @@ def bouc_wen_recoverable(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * (c[0] * drift * drift + c[1] / c[2] * memory[0] * memory[0])
 
 
-# Where it is, z settles at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy at the fastest; the last coefficient is the
-# factor of |v| |z|^(n-1). Every stage is looked at: a step too long throws z beyond its bound, where the rate is
-# higher.
+# Where it is, z settles at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy at the fastest. Every stage is looked at if z
+# has a say: a step too long throws z beyond its bound, where the rate is higher.
 @wp.func
 def bouc_wen_1_relaxation(velocity: Any, memory: Any, c: Any):
-    return wp.abs(velocity) * c[5]
+    return wp.abs(velocity) * (c[3] + wp.abs(c[4]))
 
 
 @wp.func
 def bouc_wen_2_relaxation(velocity: Any, memory: Any, c: Any):
-    return wp.abs(velocity * memory[0]) * c[5]
+    return wp.abs(velocity * memory[0]) * (type(velocity)(2.0) * (c[3] + wp.abs(c[4])))
 
 
 @wp.func
 def bouc_wen_relaxation(velocity: Any, memory: Any, c: Any):
     size = wp.max(wp.abs(memory[0]), type(velocity)(1e-6))
-    return wp.abs(velocity) * wp.pow(size, c[5]) / size * c[6]
+    return wp.abs(velocity) * wp.pow(size, c[5]) / size * c[5] * (c[3] + wp.abs(c[4]))
 
 
 @wp.func
 def bouc_wen_1_evolve(velocity: Any, memory: Any, c: Any):
     z = memory[0]
     rate = type(memory)()
-    rate[0] = c[2] * (velocity - (c[3] * wp.abs(velocity) * z + c[4] * velocity * wp.abs(z)))
+    rate[0] = velocity * (c[2] - c[4] * wp.abs(z)) - c[3] * z * wp.abs(velocity)
     return rate
 
 
@@ -133,7 +135,7 @@ def bouc_wen_1_evolve(velocity: Any, memory: Any, c: Any):
 def bouc_wen_2_evolve(velocity: Any, memory: Any, c: Any):
     z = memory[0]
     rate = type(memory)()
-    rate[0] = c[2] * (velocity - wp.abs(z) * (c[3] * wp.abs(velocity) * z + c[4] * velocity * wp.abs(z)))
+    rate[0] = velocity * (c[2] - c[4] * z * z) - c[3] * z * wp.abs(z * velocity)
     return rate
 
 
@@ -142,7 +144,7 @@ def bouc_wen_evolve(velocity: Any, memory: Any, c: Any):
     z = memory[0]
     rate = type(memory)()
     power = wp.pow(wp.abs(z), c[5])
-    rate[0] = c[2] * (velocity - power * (c[3] * wp.abs(velocity) * wp.sign(z) + c[4] * velocity))
+    rate[0] = velocity * (c[2] - c[4] * power) - power * c[3] * wp.abs(velocity) * wp.sign(z)
     return rate
 
 
@@ -212,21 +214,22 @@ SPRINGS = {
         bouc_wen_force,
         bouc_wen_1_evolve,
         bouc_wen_recoverable,
-        coefficients=6,
+        coefficients=5,
+        settles_by_velocity=True,
         **_along_drift(bouc_wen_1_evolve, bouc_wen_1_relaxation),
     ),
     "bouc_wen_2": Spring(
         bouc_wen_force,
         bouc_wen_2_evolve,
         bouc_wen_recoverable,
-        coefficients=6,
+        coefficients=5,
         **_along_drift(bouc_wen_2_evolve, bouc_wen_2_relaxation),
     ),
     "bouc_wen": Spring(
         bouc_wen_force,
         bouc_wen_evolve,
         bouc_wen_recoverable,
-        coefficients=7,
+        coefficients=6,
         **_along_drift(bouc_wen_evolve, bouc_wen_relaxation),
     ),
 }

@@ -1,0 +1,109 @@
+"""What a processor does in one instruction and warp has no word for: maxima, aligned rows, values of other threads."""
+
+import warp as wp
+
+
+# A processor's frame is aligned for its most demanding variable. Without one of a cache line, every row of lanes in it
+# would straddle two, and take twice as long to read.
+@wp.func_native("""
+#if !defined(__CUDA_ARCH__)
+alignas(64) volatile char line[64];
+line[0] = 0;
+#endif
+""")
+def align_rows():
+    """Align the calling kernel's variables to cache lines."""
+
+
+# One instruction each on either device; warp's own maximum takes three on a processor.
+_LARGER = """
+#if defined(__CUDA_ARCH__)
+return fmax(a, b);
+#else
+return b > a ? b : a;
+#endif
+"""
+
+
+@wp.func_native(_LARGER)
+def larger_float32(a: wp.float32, b: wp.float32) -> wp.float32: ...
+
+
+@wp.func_native(_LARGER)
+def larger_float64(a: wp.float64, b: wp.float64) -> wp.float64: ...
+
+
+LARGER = {"float32": larger_float32, "float64": larger_float64}
+
+
+# An element of an array that is whole and of one dimension: no stride to multiply with, no sign to look at.
+@wp.func_native("return values.data[index];")
+def element_float32(values: wp.array(dtype=wp.float32), index: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native("return values.data[index];")
+def element_float64(values: wp.array(dtype=wp.float64), index: wp.int32) -> wp.float64: ...
+
+
+ELEMENT = {"float32": element_float32, "float64": element_float64}
+
+
+def _on_gpu(cuda: str) -> str:
+    return f"#if defined(__CUDA_ARCH__)\n{cuda}\n#else\nreturn value;\n#endif\n"
+
+
+# Values of the other threads that share a sample. All threads of a warp take part, so all must come by.
+_BELOW = _on_gpu("return __shfl_up_sync(0xffffffff, value, 1, threads);")
+_ABOVE = _on_gpu("return __shfl_down_sync(0xffffffff, value, 1, threads);")
+_ACROSS = _on_gpu("""
+for (int distance = 1; distance < threads; distance *= 2)
+    value = fmax(value, __shfl_xor_sync(0xffffffff, value, distance));
+return value;""")
+_TOGETHER = _on_gpu("""
+for (int distance = 1; distance < threads; distance *= 2)
+    value += __shfl_xor_sync(0xffffffff, value, distance);
+return value;""")
+
+
+@wp.func_native(_BELOW)
+def below_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_ABOVE)
+def above_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_ACROSS)
+def across_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_TOGETHER)
+def together_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_BELOW)
+def below_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
+
+
+@wp.func_native(_ABOVE)
+def above_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
+
+
+@wp.func_native(_ACROSS)
+def across_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
+
+
+@wp.func_native(_TOGETHER)
+def together_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
+
+
+@wp.func_native(_on_gpu("return __reduce_max_sync(0xffffffff, value);"))
+def together_int(value: wp.int32) -> wp.int32:
+    """Return the largest of a warp's values."""
+
+
+# dtype -> the value of the section below, of that above, the largest and the sum of all.
+NEIGHBOURS = {
+    "float32": (below_float32, above_float32, across_float32, together_float32),
+    "float64": (below_float64, above_float64, across_float64, together_float64),
+}
