@@ -536,10 +536,10 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
             if TIME:
                 output.time_of_peak_drift[o] = worst_time[j]
             if DRIFT:
-                largest = worst_storey(output, structures, o, samples.structure[sample[j]], N)
-                if largest > control.collapse_drift_ratio:
+                worst = worst_storey(output, structures, o, samples.structure[sample[j]], N)
+                if worst > control.collapse_drift_ratio:
                     status = collapsed
-                if largest > blown_up:
+                if worst > blown_up:
                     status = diverged
             if ITERATES:
                 if failed[j] > 0:
