@@ -1,0 +1,52 @@
+"""What a compiled GPU kernel takes, read from its cubin: an ELF file whose section .nv.info holds it."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+FRAME_SIZE, REGISTER_COUNT = 0x11, 0x2F  # attributes of .nv.info, each of a symbol and a value
+SYMBOL_TABLE = 2  # type of an ELF section
+SIZED = 4  # format of an attribute whose value has a size of its own
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What one kernel takes.
+
+    Args:
+        registers: Registers a thread.
+        local: Local memory a thread [bytes]: what found no room in registers, and tables that are indexed.
+    """
+
+    registers: int
+    local: int
+
+
+def usage(cubin: Path) -> Usage:
+    """Return what the one kernel of a cubin takes."""
+    data = cubin.read_bytes()
+    (first,) = struct.unpack_from("<Q", data, 0x28)
+    size, count, names_at = struct.unpack_from("<HHH", data, 0x3A)
+    sections = [struct.unpack_from("<IIQQQQIIQQ", data, first + i * size) for i in range(count)]
+    found: dict[str, dict[int, int]] = {}
+
+    def text(table: int, offset: int) -> str:
+        begin = sections[table][4] + offset
+        return data[begin : data.index(b"\0", begin)].decode()
+
+    symbols = next(section for section in sections if section[1] == SYMBOL_TABLE)
+    for section in sections:
+        at, end = section[4], section[4] + section[5]
+        if text(names_at, section[0]) != ".nv.info":
+            continue
+        while at < end:
+            form, attribute, length = struct.unpack_from("<BBH", data, at)
+            if form == SIZED and attribute in (FRAME_SIZE, REGISTER_COUNT):
+                symbol, value = struct.unpack_from("<II", data, at + 4)
+                (name_at,) = struct.unpack_from("<I", data, symbols[4] + 24 * symbol)
+                found.setdefault(text(symbols[6], name_at), {})[attribute] = value
+            at += 4 + length if form == SIZED else 4
+    [kernel] = [values for name, values in found.items() if name.endswith("_forward")]
+    return Usage(kernel[REGISTER_COUNT], kernel[FRAME_SIZE])

@@ -1,0 +1,43 @@
+"""The chain's kernels as a GPU runs them hold a whole history in registers: none of it goes to local memory."""
+
+import pytest
+import warp as wp
+from cubin import usage
+
+from warpdyn.kernels import build
+from warpdyn.kernels.plan import Plan
+from warpdyn.recorders import RECORDERS
+
+DRIFT, EVERY = ("drift",), tuple(sorted(RECORDERS["chain"]))
+CASES = [
+    (1, "float32", "bouc_wen_1", "storey", DRIFT),
+    (5, "float32", "bouc_wen_1", "rayleigh", EVERY),
+    (10, "float32", "bouc_wen_1", "rayleigh", EVERY),
+    (20, "float32", "elastic", "storey", DRIFT),
+    (20, "float32", "bilinear", "rayleigh", EVERY),
+    (20, "float32", "bouc_wen_1", "rayleigh", DRIFT),
+    (20, "float32", "bouc_wen_1", "rayleigh", EVERY),
+    (60, "float32", "bouc_wen_1", "rayleigh", EVERY),
+    (5, "float64", "bouc_wen_1", "storey", DRIFT),
+    (8, "float64", "bouc_wen_1", "rayleigh", DRIFT),
+    (8, "float64", "bouc_wen_1", "rayleigh", EVERY),
+    (20, "float64", "bouc_wen_1", "rayleigh", EVERY),
+]
+
+
+@pytest.mark.parametrize(("storeys", "dtype", "law", "damping", "recorders"), CASES)
+def test_a_history_stays_in_registers(storeys, dtype, law, damping, recorders, tmp_path):
+    plan = build.fitted(Plan("chain", storeys, law, damping, "base_acceleration", recorders, "rk4", dtype), is_gpu=True)
+    wp.compile_aot_module(build.build_kernel(plan).module, arch=90, module_dir=tmp_path, use_ptx=False)
+    [binary] = tmp_path.glob("*.sm90.cubin")
+    taken = usage(binary)
+    assert taken.local == 0, (plan, taken)
+    assert 16 < taken.registers <= 255  # what a thread can have
+
+
+def test_local_memory_is_seen(tmp_path):
+    # A thread with more storeys than it has registers for: the reading above can fail.
+    plan = Plan("chain", 30, "bouc_wen_1", "storey", "base_acceleration", DRIFT, "rk4", "float32", 1, 64)
+    wp.compile_aot_module(build.build_kernel(plan).module, arch=90, module_dir=tmp_path, use_ptx=False)
+    [binary] = tmp_path.glob("*.sm90.cubin")
+    assert usage(binary).local > 1000
