@@ -142,6 +142,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         supplied = row()  # the most energy the sample ever held: what the balance error is relative to
         fastest = row()  # rate at which a memory settled in this step
         deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
+        risky = indices()  # whether it has anything to follow
         astray = row()  # the most it ever was
         watched_from = row()  # rate times step at which one begins to grow; less than any while one is followed
         next_value = indices()  # where the value at the first interval's end stands
@@ -682,8 +683,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                     for j in range(LANES):
                         if SPLIT_STIFF:
                             fastest[j] = across(fastest[j], SECTIONS)
-                        if not (fastest[j] * h[j] <= watched_from[j]):
-                            astray_lanes += 1
+                        risky[j] = wp.where(fastest[j] * h[j] <= watched_from[j], 0, 1)
+                    for j in range(LANES):
+                        astray_lanes += risky[j]
                     if astray_lanes > 0:
                         for j in range(LANES):
                             grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
