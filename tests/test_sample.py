@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import warpdyn as wd
-from warpdyn.sample import SAMPLING, check_scatter, correlation_factor, draw
+from warpdyn.sample import SAMPLING, draw
+from warpdyn.scatter import check_scatter, correlation_factor
 
 STOREYS = 3
 BUILDING = wd.ShearBuilding(

@@ -6,7 +6,7 @@ from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
 from warpdyn.results import summary
-from warpdyn.sample import Factor, Listed, Lognormal, Normal, Uniform, Value
+from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
 from warpdyn.simulate import Histories, simulate
 from warpdyn.store import write

@@ -18,7 +18,7 @@ from warpdyn.kernels.build import checked_device
 from warpdyn.kernels.plan import values_held
 from warpdyn.methods import check_fits, fitting_methods
 from warpdyn.prepare import Drawn, prepare
-from warpdyn.sample import Listed
+from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
 from warpdyn.timeline import Vibration
 

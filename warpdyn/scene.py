@@ -14,7 +14,8 @@ from warpdyn.checks import one_of, real_number
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.recorders import RECORDERS
-from warpdyn.sample import SAMPLING, Scatter, central, check_scatter
+from warpdyn.sample import SAMPLING, central
+from warpdyn.scatter import Scatter, check_scatter
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 Excitation = Stripes | Cloud | Individual | HarmonicForce | ForceHistory | FreeVibration
