@@ -9,6 +9,7 @@ from warpdyn.ensemble import Ensemble
 from warpdyn.guard import integrate_guarded
 from warpdyn.methods import METHODS
 from warpdyn.prepare import LEAST_TOLERANCE
+from warpdyn.random_numbers import CHECKED, generator_of
 from warpdyn.recorders import DIVERGED, RECORDERS
 from warpdyn.results import peak_storey_drift_ratio
 
@@ -85,7 +86,7 @@ def estimate_errors(run: Ensemble, outputs: dict[str, np.ndarray], share: float,
     total = outputs["status"].size
     held = np.flatnonzero(outputs["status"] < DIVERGED)
     count = min(held.size, max(FEWEST_SAMPLES, int(np.ceil(share * total))))
-    generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 2])))
+    generator = generator_of(seed, CHECKED)
     chosen = np.sort(generator.choice(held, count, replace=False))
     demands = [
         name for recorder in run.scene.record for name, v in RECORDERS[run.plan.family][recorder].items() if v.is_demand

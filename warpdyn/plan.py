@@ -18,6 +18,7 @@ from warpdyn.kernels.build import checked_device
 from warpdyn.kernels.plan import values_held
 from warpdyn.methods import check_fits, fitting_methods
 from warpdyn.prepare import Drawn, prepare
+from warpdyn.random_numbers import PILOT, generator_of
 from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
 from warpdyn.timeline import Vibration
@@ -153,11 +154,11 @@ class _Pilot:
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
         self.structures = _fixed_structures(scene)
         if self.structures == 0:
-            each = scene.excitation.assign(1, seed).structure.size
+            each = scene.excitation.samples_a_structure
             most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # so that it sees the scatter, too
             self.structures = max(-(-wanted // each), most)
-        total = scene.excitation.assign(self.structures, seed).structure.size
-        generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 3])))
+        total = self.structures * scene.excitation.samples_a_structure
+        generator = generator_of(seed, PILOT)
         self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
         periods = self._prepared("rk4", "float64", None)[1].period
         self.period = float(np.median(periods))
@@ -250,7 +251,7 @@ def carried_by(scene: Scene, run: Ensemble, samples: int, seconds_a_sample: floa
     width = np.dtype(run.dtype).itemsize
     held = values_held(replace(run.plan, recorders=scene.record))
     steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
-    total = scene.excitation.assign(_fixed_structures(scene) or samples, 0).structure.size
+    total = (_fixed_structures(scene) or samples) * scene.excitation.samples_a_structure
     read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
     return {
         **{f"{name} a sample [values]": count for name, count in held.items()},

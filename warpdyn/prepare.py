@@ -8,10 +8,11 @@ import numpy as np
 
 from warpdyn import pack
 from warpdyn.checks import one_of, real_number, whole_number
+from warpdyn.designs import Individual
 from warpdyn.ensemble import Ensemble
 from warpdyn.kernels.build import checked_device
 from warpdyn.methods import METHODS, check_fits
-from warpdyn.sample import draw
+from warpdyn.sample import Sampler
 from warpdyn.scene import Scene
 from warpdyn.timeline import Vibration, build_schedule, build_timeline
 
@@ -60,12 +61,15 @@ def prepare(
     device = checked_device(device)
     known = {} if known is None else known
     if method not in known:
-        drawn = draw(scene.structure, scene.scatter, scene.correlation, scene.sampling, samples, seed)
+        sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, samples, seed)
+        drawn = sampler.draw(np.arange(samples))
         central = pack.vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
         known[method] = drawn, central, pack.vibration_of(scene, drawn, row)
     drawn, central, vibration = known[method]
     timeline = build_timeline(scene, central, step, longest_step, resample)
-    assignment = scene.excitation.assign(samples, seed)
+    if isinstance(scene.excitation, Individual):
+        scene.excitation.check_structures(samples)
+    assignment = scene.excitation.assign(np.arange(samples), seed)
     schedule = build_schedule(scene, timeline, vibration, assignment)
     run = Ensemble(
         scene,
