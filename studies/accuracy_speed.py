@@ -34,7 +34,7 @@ from command_line import read_arguments, save_figures
 from tqdm import tqdm
 
 from warpdyn import store
-from warpdyn.kernels.build import checked_device, device_name
+from warpdyn.kernels.devices import checked_devices, device_names
 from warpdyn.methods import METHODS
 
 DTYPES = ("float32", "float64")
@@ -126,7 +126,7 @@ def build_dataset(scenes: Mapping[str, Charted], settings: Settings) -> xr.Datas
     dataset.attrs |= {
         "Conventions": "CF-1.11",
         "title": "Accuracy against speed of integration methods on ensembles",
-        "device": device_name(checked_device(settings.device)),
+        "device": device_names(checked_devices(settings.device)),
         "samples": settings.samples,
         "seed": settings.seed,
         "seconds_compiling": compiled - started,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-import warnings
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -82,9 +81,7 @@ def make_run(charted: Charted, method: str, dtype: str, step: float, settings: S
         known=charted.known.setdefault(settings.samples, {}),
     )
     asked = run.schedule.substeps
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # that samples are substepped is told by the point
-        guard(run, vibration, "substep")
+    guard(run, vibration, "substep")  # that samples are substepped is told by the point
     return run, float(np.mean(run.schedule.substeps > asked))
 
 
@@ -181,7 +178,7 @@ def compile_kernels(scenes: Iterable[Charted], settings: Settings) -> None:
 
     def load(job: tuple[Charted, str, str]) -> None:
         run, _ = make_run(*job, STEPS[2], small)
-        load_kernel(run.plan, run.device)
+        load_kernel(run.plan, run.queue.device)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(tqdm(pool.map(load, jobs), total=len(jobs), desc="compiling", unit="kernel", disable=None))

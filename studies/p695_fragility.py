@@ -59,7 +59,7 @@ def build_scene() -> wd.Scene:
 
 def loop_sample(scene: wd.Scene) -> int:
     """Return the sample whose hysteresis loop is drawn: the first structure under the first record at 1 g."""
-    first = scene.excitation.assign(structures=1, seed=0)
+    first = scene.excitation.assign(structures=[0], seed=0)
     return int(np.flatnonzero((first.motion == 0) & np.isclose(first.im_level, 1.0))[0])
 
 

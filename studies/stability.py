@@ -25,7 +25,7 @@ from command_line import read_arguments, save_figures
 from seed_frame import Variable, labelled
 
 from warpdyn import store
-from warpdyn.kernels.build import checked_device, device_name
+from warpdyn.kernels.devices import checked_devices, device_names
 from warpdyn.methods import METHODS
 from warpdyn.recorders import STATUS_MEANINGS
 from warpdyn.stability import stability_limit
@@ -234,7 +234,7 @@ def build_dataset(samples: int, device: str | None) -> xr.Dataset:
         "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} studies/stability.py",
         "source": f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
         f"Python {platform.python_version()}",
-        "device": device_name(checked_device(device)),
+        "device": device_names(checked_devices(device)),
         "oscillators_in_each_map": int(np.prod([dataset.sizes[name] for name in ("damping_ratio", "frequency_step")])),
     }
     return dataset

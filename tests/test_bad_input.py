@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.kernels import build
+from warpdyn.kernels import build, devices
 
 WAVE = wd.GroundMotion(np.sin(np.arange(50) * 0.3), 0.02, name="wave")
 SILENCE = wd.GroundMotion(np.zeros(50), 0.02, name="silence")
@@ -21,7 +21,7 @@ def no_kernel(monkeypatch):
     def refuse(*arguments, **named):
         pytest.fail("a kernel was reached")
 
-    monkeypatch.setattr(build, "launch", refuse)
+    monkeypatch.setattr(devices.CpuQueue, "launch", refuse)
     monkeypatch.setattr(build, "build_kernel", refuse)
 
 
@@ -208,10 +208,14 @@ SCENES = {
 }
 RUNS = {
     "no samples": (lambda: run(samples=0), "samples must be a whole number of at least 1, got 0"),
+    "more than can be counted": (lambda: run(samples=2**31), "have more than 2147483647 samples"),
     "half a sample": (lambda: run(samples=1.5), "samples must be a whole number", "1.5"),
     "negative seed": (lambda: run(seed=-1), "seed must be a whole number of at least 0, got -1"),
     "no threads": (lambda: run(threads=0), "threads must be a whole number of at least 1, got 0"),
-    "empty chunk": (lambda: run(samples_per_chunk=0), "samples_per_chunk must be a whole number of at least 1, got 0"),
+    "no memory": (lambda: run(memory=0), "memory [bytes] must be a whole number of at least 1, got 0"),
+    "too little memory": (lambda: run(memory=1000), "memory must be at least", "bytes for this scene, got 1000"),
+    "device twice": (lambda: run(device=["cpu", "cpu"]), "device must be one device, or several GPUs named once each"),
+    "no device at all": (lambda: run(device=[]), "device must be one device, or several GPUs"),
     "unknown method": (lambda: run(method="euler"), "unknown method 'euler'", "'rk4'"),
     "unknown dtype": (lambda: run(dtype="float16"), "unknown dtype 'float16'", "'float32', 'float64'"),
     "unknown device": (lambda: run(device="tpu"), "no device 'tpu' here", "cpu"),
@@ -262,6 +266,7 @@ RUNS = {
     ),
 }
 WRONG_TYPES = {
+    "keep_inputs by name": (lambda: run(keep_inputs="mass"), "keep_inputs must be True or False, got 'mass'"),
     "histories as a list": (lambda: run({}, histories=[0]), "histories must be Histories"),
     "structure for a scene": (lambda: wd.simulate(system()), "takes a Scene", "LinearSystem"),
     "one recorder as text": (lambda: scene(record="drift"), "record must be a tuple", "'drift'"),

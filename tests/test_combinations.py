@@ -25,6 +25,7 @@ from cubin import usage
 
 import warpdyn as wd
 from warpdyn.kernels import build
+from warpdyn.kernels.devices import CpuQueue
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES, Plan
 from warpdyn.kernels.springs import SPRINGS
@@ -202,25 +203,22 @@ def launched(monkeypatch):
     """Collect the plans launched, after checking that their outputs still say nothing."""
     plans, blanks = [], []
 
-    def blank_output(shapes, *rest):
-        output = original_blank(shapes, *rest)
-        blanks.append((output, tuple(shapes)))
-        return output
+    def blank(queue, rows, dtype):
+        blanks.append(rows)
+        return original_blank(queue, rows, dtype)
 
-    def launch(plan, *rest):
-        output, names = blanks.pop()
-        for name in names:
-            values = build.read_array(output, name)
+    def launch(queue, plan, *rest, **options):
+        for name, values in blanks.pop().items():
             if name == "status":
                 assert np.all(values == DIVERGED)
             else:
                 assert np.all(np.isnan(values) if values.dtype.kind == "f" else values == -1), name
         plans.append(plan)
-        original_launch(plan, *rest)
+        original_launch(queue, plan, *rest, **options)
 
-    original_blank, original_launch = build.blank_output, build.launch
-    monkeypatch.setattr(build, "blank_output", blank_output)
-    monkeypatch.setattr(build, "launch", launch)
+    original_blank, original_launch = CpuQueue.blank, CpuQueue.launch
+    monkeypatch.setattr(CpuQueue, "blank", blank)
+    monkeypatch.setattr(CpuQueue, "launch", launch)
     return plans
 
 
@@ -259,6 +257,7 @@ def test_combination(case, compiled, launched, monkeypatch):
 
     kinds = [(None, {"histories": wd.Histories((0, SAMPLES - 1))})] + [((alone,), {})] * is_alone_too(case)
     settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.005, "on_unstable": "raise"}
+    settings["device"] = "cpu"
     runs = [wd.simulate(scene(record), **settings, **kept) for record, kept in kinds]
     assert launched == list(plans_of(case))
     for run in runs:

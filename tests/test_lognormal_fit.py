@@ -56,6 +56,20 @@ def test_fit_of_bakers_data():
     assert abs(dispersion - 0.4292372038323184) < 1e-9
 
 
+def test_the_start_of_the_search_does_not_matter():
+    random = np.random.default_rng(3)
+    levels = np.geomspace(0.1, 3, 9)
+    exceeding = random.binomial(40, norm.cdf(np.log(levels / 0.8) / 0.5), size=(300, 9))
+    median, dispersion, outcome = fit_stripes(levels, exceeding, 40)
+    assert np.all(outcome == 0)
+    # Near, far, absurdly far, and none at all for a part of the rows.
+    for start in ((0.8, 0.5), (5.0, 0.1), (1e-3, 4.0), (1e6, 1e-3), (np.where(np.arange(300) % 2, 0.8, np.nan), 0.5)):
+        found = fit_stripes(levels, exceeding, 40, tuple(np.broadcast_to(value, 300) for value in start))
+        np.testing.assert_allclose(found[0], median, rtol=1e-10)
+        np.testing.assert_allclose(found[1], dispersion, rtol=1e-10)
+        assert np.all(found[2] == 0)
+
+
 @pytest.mark.parametrize(
     ("levels", "exceeding", "total"),
     [

@@ -186,7 +186,7 @@ TOGETHER += [("dense", "storey", "exact"), ("dense", "storey", "wilson_theta")]
 
 
 @pytest.mark.parametrize(("family", "damping", "method"), TOGETHER)
-def test_samples_together_and_alone(family, damping, method):
+def test_samples_together_and_alone(family, damping, method, monkeypatch):
     """Structures, steps and lengths differ within a row of lanes; each sample is what it is alone."""
     structure = {"chain": chain, "dense": dense}[family](damping)
     dampers = "damping" if family == "dense" else "damping_coefficient" if damping == "storey" else "damping_ratio"
@@ -212,7 +212,9 @@ def test_samples_together_and_alone(family, damping, method):
             assert one.status == int(run.peak_storey_drift.max() > 3e-3)
     assert set(together.status.values) == ({0, 1} if family == "chain" else {0})
     # What else is packed, launched or drawn beside a sample changes no bit of it.
-    chunked = wd.simulate(scene, samples=6, dtype="float64", samples_per_chunk=4, **options)
+    monkeypatch.setattr("warpdyn.blocks.CPU_BLOCK", 4)
+    chunked = wd.simulate(scene, samples=6, dtype="float64", **options)
+    monkeypatch.undo()
     fewer = wd.simulate(scene, samples=2, dtype="float64", **options)
     for name in demands:
         np.testing.assert_array_equal(chunked[name], together[name])

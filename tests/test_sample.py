@@ -9,9 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
+from scipy.stats import qmc
 
 import warpdyn as wd
-from warpdyn.sample import SAMPLING, check_scatter, correlation_factor, draw
+from warpdyn.random_numbers import uniform_rows
+from warpdyn.sample import SAMPLING, Sampler
+from warpdyn.scatter import check_scatter, correlation_factor
 
 STOREYS = 3
 BUILDING = wd.ShearBuilding(
@@ -28,7 +31,7 @@ N = 40_000
 
 
 def drawn(scatter, samples=N, seed=1, sampling="monte_carlo", correlation=None, structure=BUILDING):
-    return draw(structure, scatter, correlation or {}, sampling, samples, seed)
+    return Sampler(structure, scatter, correlation or {}, sampling, samples, seed).draw(np.arange(samples))
 
 
 # Each distribution beside scipy's of the same meaning.
@@ -220,6 +223,37 @@ def test_samples_depend_on_seed_and_index_alone(few, more, seed, sampling):
         assert values.tobytes() == longer[name][:few].tobytes()
     other = drawn(SCATTER, few, seed + 1, sampling, pair)
     assert not np.array_equal(other["mass"], first["mass"])
+
+
+@given(
+    count=st.integers(1, 120),
+    seed=st.integers(0, 2**64),
+    sampling=st.sampled_from(SAMPLING),
+    parts=st.lists(st.sets(st.integers(0, 119), min_size=1), min_size=1, max_size=4),
+)
+@settings(max_examples=60, deadline=None)
+def test_any_structures_can_be_drawn_in_any_order(count, seed, sampling, parts):
+    sampler = Sampler(BUILDING, SCATTER, {("stiffness", "mass"): 0.2}, sampling, count, seed)
+    whole = drawn(SCATTER, count, seed, sampling, {("stiffness", "mass"): 0.2})
+    for part in parts:
+        chosen = np.array(sorted({index % count for index in part}))
+        for name, values in sampler.draw(chosen).items():
+            assert values.tobytes() == whole[name][chosen].tobytes()
+
+
+def test_monte_carlo_is_numpy_s_philox_from_the_start():
+    # A table of numbers by row and column is one endless stream, wherever it is begun.
+    stream = np.random.Generator(np.random.Philox(np.random.SeedSequence([7, 0]))).random(3 * 50).reshape(50, 3)
+    for rows in ([0], [1, 2], [5, 6, 17, 18, 49]):
+        np.testing.assert_array_equal(uniform_rows(7, 0, np.array(rows), 3), stream[rows])
+
+
+def test_sobol_points_are_scipy_s():
+    generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([7, 0])))
+    points = qmc.Sobol(1, rng=generator).random_base2(6)[:, 0]
+    scatter = {"mass": wd.Value(wd.Uniform(1, 2))}
+    values = drawn(scatter, samples=50, seed=7, sampling="sobol")["mass"][:, 0] - 1
+    np.testing.assert_allclose(values, points[:50], atol=1e-15)  # to the normal value and back
 
 
 def test_matrices_are_scaled_whole():

@@ -8,8 +8,6 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.kernels import build
-from warpdyn.kernels.plan import Plan
 from warpdyn.store import write
 
 GRAVITY = 9.80665
@@ -63,35 +61,6 @@ def test_one_seed_gives_one_result_also_through_a_file(dtype, tmp_path):
     other = wd.simulate(make_scene(), samples=4, seed=12, dtype=dtype)
     assert not np.array_equal(other["mass"], runs[0]["mass"])
     assert not np.array_equal(other["peak_storey_drift"], runs[0]["peak_storey_drift"])
-
-
-@pytest.mark.parametrize("dtype", ["float32", "float64"])
-def test_chunks_and_threads_change_nothing(dtype, monkeypatch):
-    blanks = []
-    original = build.blank_output
-
-    def counting(shapes, samples, *rest):
-        blanks.append(samples)
-        return original(shapes, samples, *rest)
-
-    monkeypatch.setattr(build, "blank_output", counting)
-    whole = wd.simulate(make_scene(), samples=7, dtype=dtype, threads=1)
-    assert blanks == [42]
-    for settings, sizes in (
-        ({"samples_per_chunk": 6, "threads": 2}, [6] * 7),
-        ({"samples_per_chunk": 17, "threads": 2}, [17, 17, 8]),
-        ({"samples_per_chunk": 42, "threads": 2}, [42]),
-    ):
-        blanks.clear()
-        assert_same_bits(whole, wd.simulate(make_scene(), samples=7, dtype=dtype, **settings))
-        assert blanks == sizes
-    # Without a chunk size, what is free decides it: here so little that a chunk is one row of lanes (one on a GPU).
-    plan = Plan("chain", 2, "elastic", "none", "base_acceleration", ("drift",), "rk4", dtype)
-    lanes = build.fitted(plan, is_gpu=build.checked_device(None) != "cpu").lanes
-    monkeypatch.setattr(build, "free_memory", lambda device: 1)
-    blanks.clear()
-    assert_same_bits(whole, wd.simulate(make_scene(), samples=7, dtype=dtype))
-    assert blanks[:-1] == [lanes] * ((42 - 1) // lanes)
 
 
 def test_more_samples_leave_the_first_as_they_are():

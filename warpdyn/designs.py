@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from warpdyn.checks import real_numbers
 from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
 from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion
+from warpdyn.random_numbers import MOTIONS, uniform_rows
 
 IntensityMeasure = PeakGroundAcceleration | SpectralAcceleration
 
@@ -69,13 +70,20 @@ class Stripes:
         object.__setattr__(self, "levels_in_g", levels)
         object.__setattr__(self, "_intensities", intensities)
 
-    def assign(self, structures: int, seed: int) -> Assignment:
-        """Return structures x motions x levels samples."""
-        shape = (structures, len(self.motions), len(self.levels_in_g))
-        structure, motion, level = (i.ravel() for i in np.indices(shape, dtype=np.int32))
-        im_level = self.levels_in_g[level]
+    @property
+    def samples_a_structure(self) -> int:
+        """Motions x levels."""
+        return len(self.motions) * len(self.levels_in_g)
+
+    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
+        """Return motions x levels samples for each of these structures, given by their indices."""
+        levels = len(self.levels_in_g)
+        motion = np.repeat(np.arange(len(self.motions), dtype=np.int32), levels)
+        im_level = np.tile(self.levels_in_g, len(self.motions))
         scale = im_level * STANDARD_GRAVITY / self._intensities[motion]
-        return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True)
+        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_a_structure)
+        motion, scale, im_level = (np.tile(values, len(structures)) for values in (motion, scale, im_level))
+        return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True, alike=levels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,10 +102,15 @@ class Cloud:
         object.__setattr__(self, "motions", _checked_motions(self.motions))
         object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
 
-    def assign(self, structures: int, seed: int) -> Assignment:
-        """Return structures x motions samples."""
-        shape = (structures, len(self.motions))
-        structure, motion = (i.ravel() for i in np.indices(shape, dtype=np.int32))
+    @property
+    def samples_a_structure(self) -> int:
+        """As many as there are motions."""
+        return len(self.motions)
+
+    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
+        """Return a sample a motion for each of these structures, given by their indices."""
+        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_a_structure)
+        motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion] / STANDARD_GRAVITY
         return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name)
 
@@ -137,16 +150,23 @@ class Individual:
         object.__setattr__(self, "scale", scale)
         object.__setattr__(self, "_intensities", _intensities(motions, self.measure))
 
-    def assign(self, structures: int, seed: int) -> Assignment:
-        """Return one sample a structure."""
+    samples_a_structure = 1
+
+    def check_structures(self, structures: int) -> None:
+        """Raise a ValueError unless what is given a sample is given for so many structures."""
         for name, values in (("motion", self.motion), ("scale", self.scale)):
             if values is not None and np.ndim(values) and np.size(values) != structures:
                 raise ValueError(f"Individual.{name} has {np.size(values)} values for {structures} samples")
-        motion = self.motion
-        if motion is None:
+
+    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
+        """Return one sample for each of these structures, given by their indices."""
+        index = np.asarray(structures, dtype=np.int32)
+        if self.motion is None:
             # A stream of its own, so that the draws of the structures do not depend on the design.
-            random = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 1]))).random(structures)
+            random = uniform_rows(seed, MOTIONS, index, 1)[:, 0]
             motion = (random * len(self.motions)).astype(np.int32)
-        scale = np.broadcast_to(self.scale, structures).astype(np.float64)
+        else:
+            motion = self.motion[index]
+        scale = self.scale[index] if self.scale.ndim else np.full(index.size, float(self.scale))
         im_level = scale * self._intensities[motion] / STANDARD_GRAVITY
-        return Assignment(np.arange(structures, dtype=np.int32), motion, scale, im_level, self.measure.name)
+        return Assignment(index, motion, scale, im_level, self.measure.name)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warpdyn.ensemble import Ensemble
+from warpdyn.ensemble import Ensemble, joined
 from warpdyn.guard import integrate_guarded
 from warpdyn.methods import METHODS
-from warpdyn.prepare import LEAST_TOLERANCE
+from warpdyn.prepare import LEAST_TOLERANCE, in_float64
+from warpdyn.random_numbers import CHECKED, generator_of
 from warpdyn.recorders import DIVERGED, RECORDERS
-from warpdyn.results import peak_storey_drift_ratio
+from warpdyn.results import heights
 
 FEWEST_SAMPLES = 30  # a 95 % quantile of fewer says little
 # Statistics of the error over the samples, as quantiles.
@@ -34,9 +35,9 @@ def relative_errors(run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.nd
     """
     method = METHODS[run.plan.method]
     finer = FINER_EXACT if method.kind == "exact" else FINER
-    schedule = run.schedule.with_substeps(chosen, finer * run.schedule.substeps[chosen])
+    schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if method.is_adaptive else run.tolerance
-    reference = integrate_guarded(run.alike(schedule, "float64", tolerance), chosen, "substep")
+    reference = integrate_guarded(run.alike(in_float64(run.terms, tolerance), schedule), chosen, "substep")
     # What the finer run still errs itself: peaks are seen at steps, so that no method's are of more than order 2.
     order = 1 if method.kind == "explicit" and method.order == 1 else 2
     errors = compare(run, outputs, reference, chosen)
@@ -50,8 +51,7 @@ def compare(
     failed = (outputs["status"] >= DIVERGED) | (reference["status"] >= DIVERGED)
     sizes = dict(reference)
     if "peak_storey_drift" in reference:
-        structure = run.assignment.structure[chosen]
-        sizes["peak_storey_drift_ratio"] = peak_storey_drift_ratio(run.scene, reference, run.drawn, structure)
+        sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / heights(run)[run.row[chosen]].T
     errors = {}
     for recorder in run.scene.record:
         for name, variable in RECORDERS[run.plan.family][recorder].items():
@@ -70,40 +70,67 @@ def _largest(values: np.ndarray) -> np.ndarray:
     return np.abs(values).reshape(-1, values.shape[-1]).max(axis=0)
 
 
-def estimate_errors(run: Ensemble, outputs: dict[str, np.ndarray], share: float, seed: int) -> xr.Dataset:
-    """Return the estimated relative error of every demand, from a share of the samples (at least 30) run again.
+class ErrorEstimate:
+    """Relative errors of the demands of a share of a run's samples (at least 30), gathered block by block.
 
     Args:
-        run: The run.
-        outputs: Its outputs, sample last.
-        share: Share of the samples.
+        samples: Samples of the run.
+        share: Share of them.
         seed: Seed of their choice.
-
-    Returns:
-        `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % and worst).
+        together: Samples that are run again at a time.
     """
-    total = outputs["status"].size
-    held = np.flatnonzero(outputs["status"] < DIVERGED)
-    count = min(held.size, max(FEWEST_SAMPLES, int(np.ceil(share * total))))
-    generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 2])))
-    chosen = np.sort(generator.choice(held, count, replace=False))
-    demands = [
-        name for recorder in run.scene.record for name, v in RECORDERS[run.plan.family][recorder].items() if v.is_demand
-    ]
-    values = np.full((len(demands), len(STATISTICS)), np.nan)
-    if count:
-        errors = relative_errors(run, {name: values[..., chosen] for name, values in outputs.items()}, chosen)
-        # A sample that fails at half the step counts as one of infinite error.
-        ordered = [np.where(np.isnan(errors[name]), np.inf, errors[name]) for name in demands]
-        values = np.quantile(ordered, list(STATISTICS.values()), axis=1, method="higher").T
-    attributes = {
-        "long_name": "estimated relative error of the demand over the samples",
-        "units": "1",
-        "comment": f"of {count} samples, by half the step in float64; relative to the sample's largest value of the "
-        "demand over its storeys, of residual drifts to its peak storey drift ratio if that is recorded, of energies "
-        "to its input energy",
-    }
-    return xr.Dataset(
-        {"estimated_relative_error": (("demand", "error_statistic"), values, attributes)},
-        coords={"demand": demands, "error_statistic": list(STATISTICS)},
-    )
+
+    def __init__(self, samples: int, share: float, seed: int, together: int) -> None:
+        count = min(samples, max(FEWEST_SAMPLES, int(np.ceil(share * samples))))
+        self.chosen = np.sort(generator_of(seed, CHECKED).choice(samples, count, replace=False))
+        self.together = together
+        self._waiting: list[tuple[Ensemble, dict[str, np.ndarray]]] = []
+        self._errors: list[dict[str, np.ndarray]] = []
+
+    def add(self, run: Ensemble, outputs: dict[str, np.ndarray]) -> None:
+        """Take the chosen ones of a block's samples that did not fail.
+
+        Args:
+            run: The block.
+            outputs: Its outputs, sample last.
+        """
+        first, last = np.searchsorted(self.chosen, [run.sample[0], run.sample[-1] + 1])
+        own = self.chosen[first:last] - run.sample[0]
+        own = own[outputs["status"][own] < DIVERGED]
+        if own.size:
+            self._waiting.append((run.take(own), {name: values[..., own] for name, values in outputs.items()}))
+        if sum(part.sample.size for part, _ in self._waiting) >= self.together:
+            self._run_again()
+
+    def _run_again(self) -> None:
+        if not self._waiting:
+            return
+        blocks, outputs = zip(*self._waiting, strict=True)
+        self._waiting.clear()
+        whole = {name: np.concatenate([part[name] for part in outputs], axis=-1) for name in outputs[0]}
+        run = joined(blocks)
+        self._errors.append(relative_errors(run, whole, np.arange(run.sample.size)))
+
+    def result(self, family: str, recorders: tuple[str, ...]) -> xr.Dataset:
+        """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % and worst)."""
+        self._run_again()
+        demands = [name for row in recorders for name, v in RECORDERS[family][row].items() if v.is_demand]
+        values = np.full((len(demands), len(STATISTICS)), np.nan)
+        count = 0
+        if self._errors and demands:
+            errors = [np.concatenate([part[name] for part in self._errors]) for name in demands]
+            count = errors[0].size
+            # A sample that fails at half the step counts as one of infinite error.
+            ordered = np.where(np.isnan(errors), np.inf, errors)
+            values = np.quantile(ordered, list(STATISTICS.values()), axis=1, method="higher").T
+        attributes = {
+            "long_name": "estimated relative error of the demand over the samples",
+            "units": "1",
+            "comment": f"of {count} samples, by half the step in float64; relative to the sample's largest value of "
+            "the demand over its storeys, of residual drifts to its peak storey drift ratio if that is recorded, of "
+            "energies to its input energy",
+        }
+        return xr.Dataset(
+            {"estimated_relative_error": (("demand", "error_statistic"), values, attributes)},
+            coords={"demand": demands, "error_statistic": list(STATISTICS)},
+        )

@@ -69,7 +69,7 @@ def fragility(
     intensity = np.linspace(0.0, counts.levels.max(), _CURVE_POINTS)
     curve = probability(intensity, median[-1, :, None], dispersion[-1, :, None])
 
-    replicate_median, replicate_dispersion = _replicates(counts, bootstrap, seed)
+    replicate_median, replicate_dispersion = _replicates(counts, bootstrap, seed, (median, dispersion))
     fitted = np.isfinite(replicate_median).mean(axis=0) if len(replicate_median) else np.full(median.shape, np.nan)
     trusted = (outcome == FITTED) & (fitted >= LEAST_FITTED_FRACTION)
     _warn(names, counts, outcome, fitted)
@@ -146,8 +146,13 @@ def _with_bounds(
     return parts
 
 
-def _replicates(counts: StripeCounts, bootstrap: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Median and dispersion of the curve of each replicate, shape [replicate, storey + 1, damage_state]."""
+def _replicates(
+    counts: StripeCounts, bootstrap: int, seed: int, fit: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Median and dispersion of the curve of each replicate, shape [replicate, storey + 1, damage_state].
+
+    They are near the fit to all records, from which they are searched.
+    """
     records = len(counts.valid)
     if records == 1:  # every replicate would be the data again
         return (np.empty((0, *counts.exceeding.shape[2:])),) * 2
@@ -157,7 +162,7 @@ def _replicates(counts: StripeCounts, bootstrap: int, seed: int) -> tuple[np.nda
     np.add.at(weights, (np.arange(bootstrap)[:, None], drawn), 1.0)
     exceeding = (weights @ counts.exceeding.reshape(records, -1)).reshape(bootstrap, *counts.exceeding.shape[1:])
     valid = (weights @ counts.valid)[:, None, None, :]
-    median, dispersion, _ = fit_stripes(counts.levels, np.moveaxis(exceeding, 1, -1), valid)
+    median, dispersion, _ = fit_stripes(counts.levels, np.moveaxis(exceeding, 1, -1), valid, fit)
     return median, dispersion
 
 

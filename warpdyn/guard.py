@@ -17,13 +17,103 @@ MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED = 10, 4, 10_000
 LARGEST_ENERGY_ERROR = 0.02  # of the energy supplied; a well-resolved run is a hundred times below it
 
 
-def guard(run: Ensemble, vibration: Vibration, on_unstable: str) -> np.ndarray:
+class Findings:
+    """What was found of a run's stability, block after block, to be told once.
+
+    Args:
+        samples: Samples of the run.
+        method: Integration method.
+    """
+
+    def __init__(self, samples: int, method: str) -> None:
+        self.samples, self.method = samples, method
+        self.beyond = self.unsure = 0
+        self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
+        self.least, self.most = np.inf, 1.0  # step that holds for all [s]; times as many steps as asked for
+        self.first = ""  # of the samples beyond the limit
+        self.never: int | None = None  # a sample for which no step holds
+
+    def add_limits(self, run: Ensemble, vibration: Vibration) -> np.ndarray:
+        """Find which of a block's samples are beyond the limit of their structure, shape [sample]."""
+        self.least = min(self.least, float(vibration.stable_step.min()))
+        longest = vibration.stable_step[run.row]
+        unstable = run.schedule.step > longest
+        if not unstable.any():
+            return unstable
+        if not self.beyond:
+            first = int(unstable.argmax())
+            self.first = (
+                f"sample {run.sample[first]}: first period {vibration.period[run.row[first]]:.4g} s, step "
+                f"{run.schedule.step[first]:.4g} s, of which at most {longest[first]:.4g} s holds"
+            )
+        if self.never is None and (longest == 0).any():
+            self.never = int(run.sample[longest.argmin()])
+        self.beyond += int(np.count_nonzero(unstable))
+        return unstable
+
+    def refuse(self, any_step: bool) -> None:
+        """Raise a ValueError if no step holds for a sample or, with `any_step`, if any step was beyond its limit."""
+        if self.never is not None:
+            raise ValueError(
+                f"method {self.method!r} amplifies sample {self.never} at any step, since a mode of it is (nearly) "
+                "undamped: choose a method with a stability limit, such as 'rk4', or a damping"
+            )
+        if any_step and self.beyond:
+            raise ValueError(
+                f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the first of them "
+                f"{self.first}. A step of at most {self.least:.4g} s holds for all; on_unstable='substep' divides the "
+                "steps of these samples alone"
+            )
+
+    def warn(self, on_unstable: str, stacklevel: int) -> None:
+        """Say what was done about steps beyond the limit, what failed all the same, and what lost its energy."""
+        told = []
+        beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
+        if self.beyond and on_unstable == "flag":
+            holds = f"A step of at most {self.least:.3g} s holds for all" if self.least > 0 else "No step holds for all"
+            told.append(f"{beyond}; their status is unstable_step and their demands are NaN. {holds}")
+        elif self.beyond:
+            told.append(
+                f"{beyond}: each of them takes the fewest steps that hold instead, up to {self.most:.3g} times as many"
+            )
+        reasons = {
+            DIVERGED: "diverged: their state is not finite at the end",
+            UNSTABLE_STEP: "are flagged unstable_step: the step is too long for the memory of their storey law",
+            NOT_CONVERGED: "are flagged not_converged: the method's equations of a step could not be solved",
+        }
+        told += [
+            f"{self.failed[code]} of {self.samples} samples {reason}; their demands are NaN. A shorter step may hold"
+            for code, reason in reasons.items()
+            if self.failed[code]
+        ]
+        if self.unsure:
+            told.append(
+                f"the energy balance of {self.unsure} of {self.samples} samples is off by more than "
+                f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate"
+            )
+        for text in told:
+            warnings.warn(text, stacklevel=stacklevel + 1)
+
+    def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
+        """Take what became of a block's samples whose step was stable."""
+        status = outputs["status"]
+        if status.max() >= DIVERGED:
+            for code in self.failed:
+                self.failed[code] += int(np.count_nonzero((status == code) & stable))
+        if "energy_balance_error" in outputs:
+            off = np.abs(outputs["energy_balance_error"]) > LARGEST_ENERGY_ERROR
+            if off.any():
+                self.unsure += int(np.count_nonzero(stable & (status < DIVERGED) & off))
+
+
+def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findings | None = None) -> np.ndarray:
     """Hold each sample's step within the limit of its own structure, or say which are beyond it.
 
     Args:
-        run: The run; with "substep" its schedule is changed.
-        vibration: Vibration of each drawn structure, with the method's longest stable step.
+        run: The samples; with "substep" their schedule is changed.
+        vibration: Vibration of each of their structures, with the method's longest stable step.
         on_unstable: "substep" (the fewest steps that hold in each interval of the record), "raise" or "flag".
+        findings: Where it is kept what there is to tell of it.
 
     Returns:
         Which samples are beyond the limit all the same, shape [sample].
@@ -31,93 +121,69 @@ def guard(run: Ensemble, vibration: Vibration, on_unstable: str) -> np.ndarray:
     Raises:
         ValueError: If no step holds; with "raise", if a sample's step does not hold.
     """
-    structure = run.assignment.structure if vibration.stable_step.size > 1 else np.zeros_like(run.assignment.structure)
-    longest = vibration.stable_step[structure]
-    unstable = run.schedule.step > longest
-    if not unstable.any():
+    findings = Findings(run.sample.size, run.plan.method) if findings is None else findings
+    unstable = findings.add_limits(run, vibration)
+    if on_unstable != "flag":
+        findings.refuse(any_step=on_unstable == "raise")
+    if on_unstable != "substep" or not unstable.any():
         return unstable
-    first = int(unstable.argmax())
-    if on_unstable != "flag" and (longest == 0).any():
-        raise ValueError(
-            f"method {run.plan.method!r} amplifies sample {int(longest.argmin())} at any step, since a mode of it is "
-            "(nearly) undamped: choose a method with a stability limit, such as 'rk4', or a damping"
-        )
-    if on_unstable == "raise":
-        raise ValueError(
-            f"the step is beyond the stability limit of {unstable.sum()} of {unstable.size} samples, the first of them "
-            f"sample {first}: first period {vibration.period[structure][first]:.4g} s, step "
-            f"{run.schedule.step[first]:.4g} s, of which at most {longest[first]:.4g} s holds. A step of at most "
-            f"{longest.min():.4g} s holds for all; on_unstable='substep' divides the steps of these samples alone"
-        )
-    if on_unstable == "flag":
-        holds = (
-            f"A step of at most {longest.min():.3g} s holds for all" if longest.min() > 0 else "No step holds for all"
-        )
-        warnings.warn(
-            f"the step is beyond the stability limit of {unstable.sum()} of {unstable.size} samples; their status is "
-            f"unstable_step and their demands are NaN. {holds}",
-            stacklevel=3,
-        )
-        return unstable
-    interval = run.schedule.step[unstable] * run.schedule.substeps[unstable]
-    substeps = np.ceil(interval / longest[unstable] * (1 - 1e-12)).astype(np.int64)
-    most = (substeps / run.schedule.substeps[unstable]).max()
-    run.schedule = run.schedule.with_substeps(np.flatnonzero(unstable), substeps)
-    warnings.warn(
-        f"the step is beyond the stability limit of {unstable.sum()} of {unstable.size} samples: each of them "
-        f"takes the fewest steps that hold instead, up to {most:.3g} times as many",
-        stacklevel=3,
-    )
+    longest, before = vibration.stable_step[run.row[unstable]], run.schedule.substeps[unstable]
+    substeps = np.ceil(run.schedule.step[unstable] * before / longest * (1 - 1e-12)).astype(np.int64)
+    findings.most = max(findings.most, float((substeps / before).max()))
+    run.schedule = run.restepped(np.flatnonzero(unstable), substeps)
     return np.zeros_like(unstable)
 
 
-def integrate_guarded(
-    run: Ensemble, samples: np.ndarray, on_unstable: str, samples_per_chunk: int | None = None
-) -> dict[str, np.ndarray]:
-    """Integrate some samples; with "substep" run those that fail again, at shorter and shorter steps.
+class Reruns:
+    """How often the samples that fail are run again, blocks of a run in turn.
 
-    What fails at a step that holds for the linear structure fails for its law: the memory of a Bouc-Wen storey that
-    settles too fast, an iteration that does not converge, a yielding motion that grows.
+    What is afforded for a sample is counted on the samples before it, however they are divided into blocks.
     """
-    outputs = run.integrate(samples, samples_per_chunk)
-    for rerun in range(1, MOST_RERUNS + 1 if on_unstable == "substep" else 0):
-        failed = np.flatnonzero(outputs["status"] >= DIVERGED)
-        if not failed.size or failed.size * 2**rerun > max(MOST_COST * samples.size, ALWAYS_AFFORDED):
-            break
-        again = samples[failed]
-        if (run.schedule.run_intervals[again] * run.schedule.substeps[again].astype(np.float64) * 2 > MOST_STEPS).any():
-            break
-        run.schedule = run.schedule.with_substeps(again, run.schedule.substeps[again] * 2)
-        for name, values in run.integrate(again, samples_per_chunk).items():
-            outputs[name][..., failed] = values
+
+    def __init__(self) -> None:
+        self._seen, self._failed = 0, [0] * (MOST_RERUNS + 1)
+
+    def settle(self, run: Ensemble, samples: np.ndarray, outputs: dict[str, np.ndarray]) -> None:
+        """Run those of some samples that failed again, at shorter and shorter steps.
+
+        What fails at a step that holds for the linear structure fails for its law: the memory of a Bouc-Wen storey that
+        settles too fast, an iteration that does not converge, a yielding motion that grows.
+
+        Args:
+            run: The samples' structures.
+            samples: The samples.
+            outputs: Their outputs, sample last, which are changed.
+        """
+        failed, seen = np.flatnonzero(outputs["status"] >= DIVERGED), self._seen
+        self._seen += samples.size
+        for rerun in range(1, MOST_RERUNS + 1):
+            cost = 2**rerun * (self._failed[rerun] + np.arange(1, failed.size + 1))
+            self._failed[rerun] += failed.size
+            again = samples[failed]
+            steps = 2.0 * run.schedule.run_intervals[again] * run.schedule.substeps[again]
+            chosen = (cost <= np.maximum(MOST_COST * (seen + failed + 1), ALWAYS_AFFORDED)) & (steps <= MOST_STEPS)
+            failed, again = failed[chosen], again[chosen]
+            if not failed.size:
+                return
+            run.schedule = run.restepped(again, run.schedule.substeps[again] * 2)
+            found = run.integrate(again)
+            for name, values in found.items():
+                outputs[name][..., failed] = values
+            failed = failed[found["status"] >= DIVERGED]
+
+
+def integrate_guarded(run: Ensemble, samples: np.ndarray, on_unstable: str) -> dict[str, np.ndarray]:
+    """Integrate some samples; with "substep" run those that fail again, at shorter and shorter steps."""
+    outputs = run.integrate(samples)
+    if on_unstable == "substep":
+        Reruns().settle(run, samples, outputs)
     return outputs
-
-
-def warn_of_failures(outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
-    """Say how many samples of a stable step failed all the same, and how many lost track of their energy."""
-    status = outputs["status"]
-    reasons = {
-        DIVERGED: "diverged: their state is not finite at the end",
-        UNSTABLE_STEP: "are flagged unstable_step: the step is too long for the memory of their storey law",
-        NOT_CONVERGED: "are flagged not_converged: the method's equations of a step could not be solved",
-    }
-    for code, reason in reasons.items():
-        count = np.count_nonzero((status == code) & stable)
-        if count:
-            text = f"{count} of {status.size} samples {reason}; their demands are NaN. A shorter step may hold"
-            warnings.warn(text, stacklevel=3)
-    if "energy_balance_error" in outputs:
-        unsure = stable & (status < DIVERGED) & (np.abs(outputs["energy_balance_error"]) > LARGEST_ENERGY_ERROR)
-        if unsure.any():
-            warnings.warn(
-                f"the energy balance of {np.count_nonzero(unsure)} of {status.size} samples is off by more than "
-                f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate",
-                stacklevel=3,
-            )
 
 
 def blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
     """Blank the demands of failed samples, so that no statistic takes a blow-up for a response."""
+    if not failed.any():
+        return
     for name, values in outputs.items():
-        if name != "status" and failed.any():
+        if name != "status":
             values[..., failed] = np.nan if np.issubdtype(values.dtype, np.floating) else -1

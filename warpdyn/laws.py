@@ -38,13 +38,19 @@ class Parameter:
         above = values >= self.high if self.high_open else values > self.high
         return ~np.isfinite(values) | below | above
 
-    def first_violation(self, name: str, values: np.ndarray, axes: tuple[str, ...]) -> str | None:
-        """Return a sentence on the first value out of bounds, with its place along `axes`, or None."""
+    def first_violation(
+        self, name: str, values: np.ndarray, axes: tuple[str, ...], structures: np.ndarray | None = None
+    ) -> str | None:
+        """Return a sentence on the first value out of bounds, with its place along `axes`, or None.
+
+        Where `structures` is given, it holds the indices of the structures along the first axis.
+        """
         bad = self.violations(values)
         if not bad.any():
             return None
         place = np.argwhere(bad)[0]
-        where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, place, strict=True))
+        index = place if structures is None else [structures[place[0]], *place[1:]]
+        where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
         return f"{name} is {values[tuple(place)]:g}{' at ' if where else ''}{where}; it must be {self.allowed}"
 
     @property

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -77,6 +78,7 @@ class Assignment:
         im_level: Intensity measure of the scaled motion [g], shape [sample], or None where there is none.
         measure: Name of that intensity measure.
         is_striped: Whether `im_level` takes the values of a list of stripes.
+        alike: Samples in a row that have their structure and motion in common, each time.
     """
 
     structure: np.ndarray
@@ -85,11 +87,38 @@ class Assignment:
     im_level: np.ndarray | None = None
     measure: str = ""
     is_striped: bool = False
+    alike: int = 1
+
+    def take(self, samples: np.ndarray) -> Assignment:
+        """Return that of some of the samples."""
+        level = None if self.im_level is None else self.im_level[samples]
+        return replace(
+            self,
+            structure=self.structure[samples],
+            motion=self.motion[samples],
+            scale=self.scale[samples],
+            im_level=level,
+            alike=1,
+        )
+
+    @staticmethod
+    def joined(parts: Sequence[Assignment]) -> Assignment:
+        """Return those of several blocks of samples as one."""
+        names = ("structure", "motion", "scale", "im_level")
+        values = {name: [getattr(part, name) for part in parts] for name in names}
+        whole = {name: None if rows[0] is None else np.concatenate(rows) for name, rows in values.items()}
+        return replace(parts[0], **whole, alike=1)
 
 
-def _assign_one(structures: int) -> Assignment:
-    """Return one sample a structure under the one load there is."""
-    return Assignment(np.arange(structures, dtype=np.int32), np.zeros(structures, dtype=np.int32), np.ones(structures))
+class OneLoad:
+    """A load that every structure runs under once, as it is."""
+
+    samples_a_structure = 1
+
+    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
+        """Return one sample for each of these structures, given by their indices."""
+        index = np.asarray(structures, dtype=np.int32)
+        return Assignment(index, np.zeros(index.size, dtype=np.int32), np.ones(index.size))
 
 
 def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
@@ -100,7 +129,7 @@ def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class HarmonicForce:
+class HarmonicForce(OneLoad):
     """Nodal forces F0 sin(w t + phase) on a structure at rest.
 
     Args:
@@ -121,13 +150,9 @@ class HarmonicForce:
         for name in ("circular_frequency", "phase"):
             object.__setattr__(self, name, real_number(name, getattr(self, name)))
 
-    def assign(self, structures: int, seed: int) -> Assignment:
-        """Return one sample a structure."""
-        return _assign_one(structures)
-
 
 @dataclass(frozen=True, eq=False)
-class ForceHistory:
+class ForceHistory(OneLoad):
     """Nodal forces sampled in time on a structure at rest, linear between samples and zero after the last.
 
     Args:
@@ -150,13 +175,9 @@ class ForceHistory:
         """What is sampled, time first."""
         return self.force
 
-    def assign(self, structures: int, seed: int) -> Assignment:
-        """Return one sample a structure."""
-        return _assign_one(structures)
-
 
 @dataclass(frozen=True, eq=False)
-class FreeVibration:
+class FreeVibration(OneLoad):
     """No load: the structure moves on from an initial state.
 
     Args:
@@ -173,7 +194,3 @@ class FreeVibration:
         object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
         object.__setattr__(self, "displacement", _checked_row("displacement", self.displacement))
         object.__setattr__(self, "velocity", _checked_row("velocity", self.velocity))
-
-    def assign(self, structures: int, seed: int) -> Assignment:
-        """Return one sample a structure."""
-        return _assign_one(structures)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.kernels.build import fitted
 from warpdyn.kernels.plan import Plan
 from warpdyn.laws import LAWS
 from warpdyn.method_kinds import Method
@@ -15,7 +16,7 @@ from warpdyn.modal import (
     rayleigh_coefficients,
 )
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
-from warpdyn.propagators import pack_linear
+from warpdyn.propagators import damping_of, pack_linear
 from warpdyn.scene import Scene
 from warpdyn.stability import (
     highest_damping_rate,
@@ -47,9 +48,9 @@ def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = 
     }
 
 
-def spring_of(scene: Scene, parameters: Arrays) -> str:
-    """Return the row of the kernels' SPRINGS table that holds for all drawn structures."""
-    return LAWS[scene.structure.law].spring(parameters)
+def spring_of(scene: Scene) -> str:
+    """Return the row of the kernels' SPRINGS table that holds for all structures that can be drawn."""
+    return LAWS[scene.structure.law].spring({**scene.structure.parameters, **scene.representative_parameters})
 
 
 def load_of(scene: Scene) -> str:
@@ -99,18 +100,34 @@ def pack_dense(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
     }
 
 
-def pack_structures(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray) -> Arrays:
+def pack_structures(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray | None) -> Arrays:
     """Return what the Structure struct of a plan's kernel holds.
 
     Args:
         scene: The scene.
         parameters: Every parameter of some structures, `structure` first.
         plan: The kernel's plan.
-        step: Integration step of each of them [s]; only propagators depend on it.
+        step: Integration step of each of them [s], where `needs_step`.
     """
     if needs_step(plan):
         return pack_linear(scene, parameters, plan, step)
     return (pack_chain if plan.family == "chain" else pack_dense)(scene, parameters, plan.law)
+
+
+def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
+    """Return the plan of the kernel that integrates a scene."""
+    family, dofs = scene.structure.family, scene.structure.dofs
+    plan = Plan(
+        family=family,
+        dofs=dofs,
+        law=spring_of(scene),
+        damping=damping_of(scene) if METHODS[method].kind == "exact" else scene.structure.damping,
+        load=load_of(scene),
+        recorders=scene.record,
+        method=method,
+        dtype=dtype,
+    )
+    return fitted(plan, is_gpu)
 
 
 def needs_step(plan: Plan) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,11 +14,12 @@ from warpdyn.checks import one_of, real_number, whole_number
 from warpdyn.ensemble import Ensemble
 from warpdyn.error_estimate import compare
 from warpdyn.guard import guard, integrate_guarded
-from warpdyn.kernels.build import checked_device
+from warpdyn.kernels.devices import checked_devices
 from warpdyn.kernels.plan import values_held
 from warpdyn.methods import check_fits, fitting_methods
 from warpdyn.prepare import Drawn, prepare
-from warpdyn.sample import Listed
+from warpdyn.random_numbers import PILOT, generator_of
+from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
 from warpdyn.timeline import Vibration
 
@@ -77,7 +78,7 @@ def plan(
     method: str | None = None,
     dtype: str | None = None,
     seed: int = 0,
-    device: str | None = None,
+    device: str | Sequence[str] | None = None,
     threads: int | None = None,
 ) -> Choice:
     """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
@@ -94,7 +95,7 @@ def plan(
         method: The method, if that is settled; None to try those that are ever the cheapest.
         dtype: "float32" or "float64", if that is settled.
         seed: Seed of the pilot's samples.
-        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
+        device: As `simulate` takes it; the pilot runs on the first of several.
         threads: CPU threads; None for every core this process may use.
 
     Raises:
@@ -109,7 +110,7 @@ def plan(
         check_fits(method, scene.structure.law)
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
-    pilot = _Pilot(scene, error, seed, checked_device(device), threads)
+    pilot = _Pilot(scene, error, seed, checked_devices(device)[0], threads)
     fitting = fitting_methods(scene.structure.law)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
@@ -153,11 +154,11 @@ class _Pilot:
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
         self.structures = _fixed_structures(scene)
         if self.structures == 0:
-            each = scene.excitation.assign(1, seed).structure.size
+            each = scene.excitation.samples_a_structure
             most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # so that it sees the scatter, too
             self.structures = max(-(-wanted // each), most)
-        total = scene.excitation.assign(self.structures, seed).structure.size
-        generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 3])))
+        total = self.structures * scene.excitation.samples_a_structure
+        generator = generator_of(seed, PILOT)
         self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
         periods = self._prepared("rk4", "float64", None)[1].period
         self.period = float(np.median(periods))
@@ -183,9 +184,7 @@ class _Pilot:
         """Return the launches, held stable, and how many times as many steps that makes them take."""
         run, vibration = self._prepared(method, dtype, longest_step)
         asked = run.schedule.substeps[self.chosen].mean()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # that unstable samples take more steps is what is wanted
-            guard(run, vibration, "substep")
+        guard(run, vibration, "substep")
         return run, float(run.schedule.substeps[self.chosen].mean() / asked)
 
     def _error(self, run: Ensemble) -> float:
@@ -247,10 +246,10 @@ def carried_by(scene: Scene, run: Ensemble, samples: int, seconds_a_sample: floa
         samples: Structures of the run that is planned.
         seconds_a_sample: Time a sample of the pilot took [s].
     """
-    width = np.dtype(run.dtype).itemsize
+    width = np.dtype(run.plan.dtype).itemsize
     held = values_held(replace(run.plan, recorders=scene.record))
     steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
-    total = scene.excitation.assign(_fixed_structures(scene) or samples, 0).structure.size
+    total = (_fixed_structures(scene) or samples) * scene.excitation.samples_a_structure
     read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
     return {
         **{f"{name} a sample [values]": count for name, count in held.items()},

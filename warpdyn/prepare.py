@@ -3,44 +3,93 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warpdyn import pack
 from warpdyn.checks import one_of, real_number, whole_number
-from warpdyn.ensemble import Ensemble
-from warpdyn.kernels.build import checked_device
+from warpdyn.designs import Individual
+from warpdyn.ensemble import Ensemble, Terms
+from warpdyn.kernels.devices import Queue, checked_devices, open_queues
 from warpdyn.methods import METHODS, check_fits
-from warpdyn.sample import draw
+from warpdyn.sample import Sampler
 from warpdyn.scene import Scene
 from warpdyn.timeline import Vibration, build_schedule, build_timeline
 
-# Parameters drawn, and the vibration of the central structure and of each that was drawn, at a method's limit.
-Drawn = tuple[dict[str, np.ndarray], Vibration, Vibration]
+# Parameters drawn, and the vibration of each structure at a method's limit.
+Drawn = tuple[dict[str, np.ndarray], Vibration]
 LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # below it rounding is all that a step's estimate tells
 DEFAULT_TOLERANCE = 1e-6  # of an adaptive method
+MOST_SAMPLES = 2**31 - 1  # samples are counted in 32 bits
 
 
-def prepare(
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run whose arguments are checked, of which any structures can be made ready to integrate.
+
+    Args:
+        terms: How all samples are integrated.
+        sampler: What draws the structures.
+        structures: How many there are.
+        seed: Seed of every random draw.
+        devices: Devices that the samples are divided among.
+        threads: CPU threads.
+    """
+
+    terms: Terms
+    sampler: Sampler
+    structures: int
+    seed: int
+    devices: tuple[str, ...]
+    threads: int
+
+    @property
+    def samples(self) -> int:
+        """How many samples there are."""
+        return self.structures * self.terms.scene.excitation.samples_a_structure
+
+    def draw(self, structures: np.ndarray) -> Drawn:
+        """Return the parameters and the vibration of some structures, given by their indices, increasing."""
+        drawn = self.sampler.draw(structures)
+        return drawn, pack.vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method])
+
+    def ensemble(self, structures: np.ndarray, queue: Queue, known: Drawn | None = None) -> tuple[Ensemble, Vibration]:
+        """Return some structures with all their samples, and their vibration.
+
+        Args:
+            structures: Their indices, increasing.
+            queue: Where they are to run.
+            known: What `draw` returned of them, if it was called before.
+        """
+        scene = self.terms.scene
+        drawn, vibration = self.draw(structures) if known is None else known
+        assignment = scene.excitation.assign(structures, self.seed)
+        each = scene.excitation.samples_a_structure
+        row = np.repeat(np.arange(structures.size, dtype=np.int32), each)
+        if not drawn:  # one structure serves all
+            row[:] = 0
+        schedule = build_schedule(scene, self.terms.timeline, vibration, assignment, row)
+        sample = np.add.outer(structures * each, np.arange(each)).astype(np.int32).ravel()
+        return Ensemble(self.terms, structures, drawn, assignment, row, schedule, sample, queue), vibration
+
+
+def lay_out(
     scene: Scene,
     *,
     samples: int,
     method: str,
     dtype: str,
     seed: int = 0,
-    device: str | None = None,
+    device: str | Sequence[str] | None = None,
     threads: int | None = None,
     step: float | None = None,
     longest_step: float | None = None,
     resample: bool = False,
     tolerance: float | None = None,
-    known: dict[str, Drawn] | None = None,
-) -> tuple[Ensemble, Vibration]:
-    """Check a run's arguments (of `simulate`), draw its samples and lay out their steps.
-
-    Whoever prepares many runs of the same samples of one scene passes the same `known` each time, at first empty: what
-    was drawn and found of their vibration is kept there, by method.
-    """
+) -> Run:
+    """Check a run's arguments (of `simulate`) and lay out its time grid; nothing is drawn yet."""
     if not isinstance(scene, Scene):
         raise TypeError(f"a run takes a Scene, got {type(scene).__name__}")
     check_fits(method, scene.structure.law)
@@ -57,29 +106,36 @@ def prepare(
         tolerance = DEFAULT_TOLERANCE
     elif not LEAST_TOLERANCE[dtype] <= real_number("tolerance", tolerance, above=0) <= 1:
         raise ValueError(f"tolerance must be from {LEAST_TOLERANCE[dtype]:g} ({dtype}) to 1, got {tolerance:g}")
-    device = checked_device(device)
-    known = {} if known is None else known
-    if method not in known:
-        drawn = draw(scene.structure, scene.scatter, scene.correlation, scene.sampling, samples, seed)
-        central = pack.vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
-        known[method] = drawn, central, pack.vibration_of(scene, drawn, row)
-    drawn, central, vibration = known[method]
+    devices = checked_devices(device)
+    if samples * scene.excitation.samples_a_structure > MOST_SAMPLES:
+        raise ValueError(f"{samples} structures have more than {MOST_SAMPLES} samples: divide them into several runs")
+    sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, samples, seed)
+    if isinstance(scene.excitation, Individual):
+        scene.excitation.check_structures(samples)
+    sampler.draw(np.arange(1))  # the first error of a scatter out of bounds is of what it draws, not of its middle
+    central = pack.vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
     timeline = build_timeline(scene, central, step, longest_step, resample)
-    assignment = scene.excitation.assign(samples, seed)
-    schedule = build_schedule(scene, timeline, vibration, assignment)
-    run = Ensemble(
-        scene,
-        drawn,
-        assignment,
-        timeline,
-        schedule,
-        method=method,
-        tolerance=tolerance,
-        dtype=dtype,
-        device=device,
-        threads=threads,
-    )
-    return run, vibration
+    terms = Terms(scene, timeline, pack.plan_of(scene, method, dtype, devices[0] != "cpu"), tolerance)
+    return Run(terms, sampler, samples, seed, devices, threads)
+
+
+def prepare(scene: Scene, *, known: dict[str, Drawn] | None = None, **arguments: object) -> tuple[Ensemble, Vibration]:
+    """Make all samples of a run ready at once, on the first of its devices; arguments as of `lay_out`.
+
+    Whoever prepares many runs of the same samples of one scene passes the same `known` each time, at first empty: what
+    was drawn and found of their vibration is kept there, by method.
+    """
+    run = lay_out(scene, **arguments)
+    everything = np.arange(run.structures)
+    method, known = run.terms.plan.method, {} if known is None else known
+    if method not in known:
+        known[method] = run.draw(everything)
+    return run.ensemble(everything, open_queues(run.devices[:1], run.threads)[0], known[method])
+
+
+def in_float64(terms: Terms, tolerance: float) -> Terms:
+    """Return terms in double precision, with another tolerance."""
+    return replace(terms, plan=replace(terms.plan, dtype="float64"), tolerance=tolerance)
 
 
 def _cores() -> int:

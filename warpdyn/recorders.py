@@ -101,3 +101,9 @@ HISTORY = {
     "acceleration": Variable(("dof",), "m s-2", "absolute acceleration"),
     "storey_force": Variable(("storey",), "N", "storey restoring force"),
 }
+
+
+def recorded(family: str, recorders: tuple[str, ...], is_adaptive: bool) -> dict[str, Variable]:
+    """Return what some recorders keep of each sample, by name, and what an adaptive method adds to it."""
+    variables = {name: variable for row in recorders for name, variable in RECORDERS[family][row].items()}
+    return variables | (ADAPTIVE if is_adaptive else {})

@@ -5,131 +5,190 @@ from __future__ import annotations
 import datetime
 import platform
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 
 import numpy as np
 import xarray as xr
 
-from warpdyn.motions import IN_G, Assignment
-from warpdyn.recorders import ADAPTIVE, HISTORY, RECORDERS, STATUS_MEANINGS, STRIPED
+from warpdyn.ensemble import Ensemble, Terms
+from warpdyn.kernels.devices import output_dtype
+from warpdyn.methods import METHODS
+from warpdyn.motions import IN_G
+from warpdyn.recorders import HISTORY, STATUS_MEANINGS, STRIPED, recorded
 from warpdyn.scene import Scene
-from warpdyn.timeline import Schedule, motions_of
+from warpdyn.timeline import motions_of
+
+Arrays = dict[str, np.ndarray]
 
 
-def label(
-    scene: Scene,
-    outputs: dict[str, np.ndarray],
-    drawn: dict[str, np.ndarray],
-    assignment: Assignment,
-    schedule: Schedule,
-) -> xr.Dataset:
-    """Return the dataset of a run.
+@dataclass(frozen=True)
+class Column:
+    """A variable of a run's dataset that has one value (or one row of values) a sample.
 
     Args:
-        scene: The scene.
-        outputs: Recorded variables, sample last.
-        drawn: Scattered parameters, structure first.
-        assignment: Which structure and motion each sample had.
-        schedule: How each sample was stepped.
+        dims: Its dimension beside `sample`, if it has one: ("storey",), ("floor",), ("dof",) or ().
+        dtype: Number type.
+        attributes: What the dataset says of it.
+        is_coordinate: Whether it is a coordinate.
     """
-    variables: dict[str, tuple] = {}
-    dtype = next((v.dtype for v in outputs.values() if np.issubdtype(v.dtype, np.floating)), np.dtype("float64"))
-    for recorder in scene.record:
-        for name, variable in RECORDERS[scene.structure.family][recorder].items():
-            attributes = {"long_name": variable.long_name, "units": variable.units}
-            variables[name] = (("sample", *variable.dims), outputs[name].T, attributes)
-    if "peak_storey_drift" in variables:
-        values = peak_storey_drift_ratio(scene, outputs, drawn, assignment.structure).T.astype(dtype)
+
+    dims: tuple[str, ...]
+    dtype: np.dtype
+    attributes: dict[str, object]
+    is_coordinate: bool = False
+
+
+def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
+    """Return what a run's dataset holds of each sample, by name."""
+    scene, plan = terms.scene, terms.plan
+    real, integer, double = np.dtype(plan.dtype), np.dtype("int32"), np.dtype("float64")
+    columns: dict[str, Column] = {}
+    for name, variable in recorded(plan.family, plan.recorders, METHODS[plan.method].is_adaptive).items():
+        attributes = {"long_name": variable.long_name, "units": variable.units}
+        columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes)
+    if "peak_storey_drift" in columns:
         attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
-        variables["peak_storey_drift_ratio"] = (("sample", "storey"), values, attributes)
-    for name in ADAPTIVE.keys() & outputs.keys():
-        attributes = {"long_name": ADAPTIVE[name].long_name, "units": ADAPTIVE[name].units}
-        variables[name] = ("sample", outputs[name], attributes)
-    variables["integration_step"] = ("sample", schedule.step, {"long_name": "integration step", "units": "s"})
+        columns["peak_storey_drift_ratio"] = Column(("storey",), real, attributes)
+    attributes = {"long_name": "integration step", "units": "s"}
+    columns["integration_step"] = Column((), double, attributes)
     status = {
         "long_name": "outcome of the sample",
         "units": "1",
         "flag_values": np.arange(len(STATUS_MEANINGS), dtype=np.int8),
         "flag_meanings": " ".join(STATUS_MEANINGS),
     }
-    variables["status"] = ("sample", outputs["status"].astype(np.int8), status)
-    for name, values in drawn.items():
+    columns["status"] = Column((), np.dtype("int8"), status)
+    for name in scene.scatter if keep_inputs else ():
         parameter = scene.structure.parameter_table[name]
         attributes = {"long_name": parameter.long_name, "units": parameter.units}
-        name = name if scene.structure.family == "chain" else f"{name}_factor"
-        dims = ("sample", "storey")[: values.ndim]
-        variables[name] = (dims, values.astype(dtype)[assignment.structure], attributes)
-    dataset = xr.Dataset(variables, coords=_coordinates(scene, assignment))
-    dataset = dataset.merge(_motion_table(scene))
-    dataset.attrs = {
+        is_chain = plan.family == "chain"
+        dims = ("storey",) if is_chain and scene.structure.parameters[name].ndim else ()
+        columns[name if is_chain else f"{name}_factor"] = Column(dims, real, attributes)
+    sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
+    coordinates = {
+        "sample": (integer, sample),
+        "structure": (integer, {"long_name": "index of the drawn structure", "units": "1"}),
+    }
+    if motions_of(scene):
+        coordinates["record"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
+        scale = {"long_name": "factor on the recorded motion", "units": "1"}
+        coordinates["scale_factor_of_motion"] = (double, scale)
+    level = scene.excitation.assign([], 0)
+    if level.im_level is not None:
+        striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
+        name = f"{level.measure} of the scaled motion"
+        coordinates["im_level"] = (double, {"long_name": name, "units": "g", "comment": IN_G, "design": striped})
+    for name, (dtype, attributes) in coordinates.items():
+        columns[name] = Column((), dtype, attributes, is_coordinate=True)
+    return columns
+
+
+def fill_inputs(run: Ensemble, rows: Arrays) -> None:
+    """Write what is known of a block's samples before they are integrated, into rows by name."""
+    of_sample = {
+        "sample": run.sample,
+        "structure": run.assignment.structure,
+        "record": run.assignment.motion,
+        "scale_factor_of_motion": run.assignment.scale,
+        "im_level": run.assignment.im_level,
+    }
+    for name in of_sample.keys() & rows.keys():
+        rows[name][...] = of_sample[name]
+    for name, values in run.drawn.items():
+        name = name if run.plan.family == "chain" else f"{name}_factor"
+        if name in rows:
+            _spread(values.astype(rows[name].dtype), rows[name])
+
+
+def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
+    """Write what follows from what a block's samples recorded, into the rows that hold it."""
+    rows["integration_step"][...] = run.schedule.step
+    if "peak_storey_drift" not in rows:
+        return
+    drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
+    height = heights(run) if "height" in run.drawn else heights(run)[:1]
+    # Inner loops over a few storeys are slow: all samples of a structure make one row.
+    shape = len(run.structures), -1
+    each = len(drift) // len(run.structures)
+    wide = np.tile(height.astype(ratio.dtype), (1, each))
+    np.divide(drift.reshape(shape), wide, out=ratio.reshape(shape))
+
+
+def heights(run: Ensemble) -> np.ndarray:
+    """Return the storey heights of each structure [m], shape [structure, storey]."""
+    nominal = run.scene.structure.parameters["height"]
+    return run.drawn.get("height", np.broadcast_to(nominal, (len(run.structures), nominal.size)))
+
+
+def _spread(values: np.ndarray, rows: np.ndarray) -> None:
+    """Write each structure's values into the rows of all its samples, which are next to each other."""
+    each = len(rows) // len(values)
+    by_structure = rows.reshape(len(values), each, -1)
+    by_structure[:, 0] = values.reshape(len(values), -1)
+    done = 1
+    while done < each:  # copies of twice as much each time: inner loops over a few storeys are slow
+        more = min(done, each - done)
+        by_structure[:, done : done + more] = by_structure[:, :more]
+        done += more
+
+
+def labelled(terms: Terms, columns: dict[str, Column], rows: Arrays) -> xr.Dataset:
+    """Return the dataset of a run, or of its first samples.
+
+    Args:
+        terms: How it was integrated.
+        columns: What it holds of each sample.
+        rows: The values, sample first.
+    """
+    scene = terms.scene
+    variables = {
+        name: xr.Variable(("sample", *column.dims), rows[name], column.attributes) for name, column in columns.items()
+    }
+    coordinates = {name: variables.pop(name) for name, column in columns.items() if column.is_coordinate}
+    attributes = {
         "Conventions": "CF-1.11",
         "title": scene.title,
         "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} warpdyn.simulate",
-        "source": f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
-        f"Python {platform.python_version()}",
+        "source": _versions(),
         "scene": scene.to_json(),
     }
-    return dataset
+    return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
 
 
-def peak_storey_drift_ratio(
-    scene: Scene, outputs: dict[str, np.ndarray], drawn: dict[str, np.ndarray], structure: np.ndarray
-) -> np.ndarray:
-    """Return the peak drifts over the storey heights, shape [storey, sample], where `structure` is each sample's."""
-    height = drawn["height"][structure].T if "height" in drawn else scene.structure.parameters["height"][:, None]
-    return outputs["peak_storey_drift"] / height
+@cache
+def _versions() -> str:
+    return (
+        f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
+        f"Python {platform.python_version()}"
+    )
 
 
-def _coordinates(scene: Scene, assignment: Assignment) -> dict[str, tuple]:
-    count = assignment.structure.size
-    coordinates: dict[str, tuple] = {
-        "sample": (
-            "sample",
-            np.arange(count, dtype=np.int32),
-            {"standard_name": "realization", "long_name": "sample", "units": "1"},
-        ),
-        "structure": ("sample", assignment.structure, {"long_name": "index of the drawn structure", "units": "1"}),
-    }
-    if scene.structure.family == "chain":
-        numbers = np.arange(1, scene.structure.storeys + 1, dtype=np.int32)
-        coordinates["storey"] = ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})
-        if "acceleration" in scene.record:
-            coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
-    else:
-        numbers = np.arange(1, scene.structure.dofs + 1, dtype=np.int32)
-        coordinates["dof"] = ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})
-    if motions_of(scene):
-        record = {"long_name": "index along the dimension motion", "units": "1"}
-        coordinates["record"] = ("sample", assignment.motion, record)
-        coordinates["scale_factor_of_motion"] = (
-            "sample",
-            assignment.scale,
-            {"long_name": "factor on the recorded motion", "units": "1"},
-        )
-    if assignment.im_level is not None:
-        name = f"{assignment.measure} of the scaled motion"
-        striped = STRIPED if assignment.is_striped else "of a design where every motion has a level of its own"
-        attributes = {"long_name": name, "units": "g", "comment": IN_G, "design": striped}
-        coordinates["im_level"] = ("sample", assignment.im_level, attributes)
+def _numbered(scene: Scene) -> dict[str, tuple]:
+    """Return the coordinates along the dimensions beside `sample`."""
+    numbers = np.arange(1, scene.structure.dofs + 1, dtype=np.int32)
+    if scene.structure.family == "dense":
+        return {"dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})}
+    coordinates = {"storey": ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})}
+    if "acceleration" in scene.record:
+        coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
     return coordinates
 
 
-def _motion_table(scene: Scene) -> xr.Dataset:
+def _motion_table(scene: Scene) -> dict[str, tuple]:
     """Return what is known of each motion, along `motion`."""
     motions = motions_of(scene)
     if not motions:
-        return xr.Dataset()
+        return {}
     names = [getattr(motion, "name", "force history") for motion in motions]
     columns = {
         "motion_name": (np.array(names, dtype=str), "name of the motion", "1"),
         "motion_step": (np.array([motion.step for motion in motions]), "sampling step of the motion", "s"),
     }
-    return xr.Dataset(
-        {
-            name: ("motion", column, {"long_name": text, "units": units})
-            for name, (column, text, units) in columns.items()
-        }
-    )
+    return {
+        name: ("motion", column, {"long_name": text, "units": units}) for name, (column, text, units) in columns.items()
+    }
 
 
 def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:

@@ -1,292 +1,148 @@
-"""Scatter: random parameters of the structures, drawn once and kept with the results."""
+"""Random parameters of the structures, drawn by index and kept with the results."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from numbers import Real
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri
 from scipy.stats import qmc
 
-from warpdyn.checks import finite_numbers, one_of, real_number
 from warpdyn.laws import LAWS
-from warpdyn.structures import BUILDING_PARAMETERS, LinearSystem, ShearBuilding
+from warpdyn.random_numbers import SCATTER, consecutive, generator_of, uniform_rows
+from warpdyn.scatter import Factor, Listed, Scatter, Value, correlation_factor
+from warpdyn.structures import LinearSystem, ShearBuilding
 
 SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
 
-@dataclass(frozen=True)
-class Normal:
-    """A normal distribution.
+class Sampler:
+    """Draws the scattered parameters of structures, any of them at a time.
+
+    What is drawn of a structure depends on the seed and the structure's index alone; of a Latin hypercube also on how
+    many structures there are, and all its points are held.
 
     Args:
-        mean: Mean.
-        standard_deviation: Standard deviation, at least 0.
-    """
-
-    mean: float
-    standard_deviation: float
-
-    def __post_init__(self) -> None:
-        real_number("Normal.mean", self.mean)
-        real_number("Normal.standard_deviation", self.standard_deviation, least=0)
-
-    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
-        return self.mean + self.standard_deviation * z
-
-
-@dataclass(frozen=True)
-class Lognormal:
-    """A lognormal distribution, by its median and dispersion.
-
-    Args:
-        median: Median, above 0.
-        dispersion: Standard deviation of the natural logarithm, at least 0.
-    """
-
-    median: float
-    dispersion: float
-
-    def __post_init__(self) -> None:
-        real_number("Lognormal.median", self.median, above=0)
-        real_number("Lognormal.dispersion", self.dispersion, least=0)
-
-    @classmethod
-    def from_mean(cls, mean: float, cov: float) -> Lognormal:
-        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean)."""
-        real_number("mean", mean, above=0)
-        real_number("cov", cov, least=0)
-        return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
-
-    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
-        return self.median * np.exp(self.dispersion * z)
-
-
-@dataclass(frozen=True)
-class Uniform:
-    """A uniform distribution between two bounds.
-
-    Args:
-        low: Lower bound.
-        high: Upper bound, above the lower.
-    """
-
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        real_number("Uniform.high", self.high, above=real_number("Uniform.low", self.low))
-
-    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
-        return self.low + (self.high - self.low) * ndtr(z)
-
-
-Distribution = Normal | Lognormal | Uniform
-
-
-@dataclass(frozen=True)
-class Factor:
-    """Scatter that multiplies the nominal value of a parameter.
-
-    Args:
-        distribution: Distribution of the factor.
-        per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+        structure: The nominal structure.
+        scatter: What is random of it.
+        correlation: Correlation of pairs of scattered parameters.
+        sampling: Row of SAMPLING.
+        samples: Structures there are.
+        seed: Seed.
 
     Raises:
-        ValueError: If `per` is unknown or the correlation is out of range or has no storeys to join.
+        ValueError: If a scatter lists values of another number of structures.
     """
 
-    distribution: Distribution
-    per: str = "building"
-    storey_correlation: float = 0.0
+    def __init__(
+        self,
+        structure: ShearBuilding | LinearSystem,
+        scatter: Scatter,
+        correlation: Mapping[tuple[str, str], float],
+        sampling: str,
+        samples: int,
+        seed: int,
+    ) -> None:
+        for name, spread in scatter.items():
+            if isinstance(spread, Listed) and len(spread.values) != samples:
+                raise ValueError(
+                    f"scatter[{name!r}] lists {len(spread.values)} structures, and samples={samples} are asked for: "
+                    "they must agree"
+                )
+        self.structure, self.scatter, self.seed = structure, scatter, seed
+        self.variables, self.factor = correlation_factor(structure, scatter, correlation)
+        self._points: np.ndarray | None = None
+        self._sobol: qmc.Sobol | None = None
+        if self.variables and sampling == "latin_hypercube":
+            generator = generator_of(seed, SCATTER)
+            self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(samples)
+        elif self.variables and sampling == "sobol":
+            self._sobol = qmc.Sobol(len(self.variables), rng=generator_of(seed, SCATTER))
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.distribution, Distribution):
-            raise TypeError(f"distribution must be Normal, Lognormal or Uniform, got {self.distribution!r}")
-        one_of("per", self.per, ("building", "storey"))
-        if real_number("storey_correlation", self.storey_correlation, least=0) > 1:
-            raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
-        if self.storey_correlation and self.per == "building":
-            raise ValueError("storey_correlation needs per='storey': one draw for the building is common to all")
+    def draw(self, structures: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
 
+        Of a LinearSystem they are the factors on its matrices.
 
-@dataclass(frozen=True)
-class Value(Factor):
-    """Scatter that replaces the nominal value of a parameter; arguments as for Factor."""
+        Args:
+            structures: Their indices, increasing.
 
-
-@dataclass(frozen=True, eq=False)
-class Listed:
-    """Values that are given, one a structure, in place of random ones: a design of experiments, or one's own samples.
-
-    Args:
-        values: The parameter's values in its units, shape [structure] or, if it has one a storey, [structure, storey];
-            of a LinearSystem the factors on its matrix, shape [structure].
-
-    Raises:
-        ValueError: If a value is not finite or the shape is another.
-    """
-
-    values: ArrayLike
-
-    def __post_init__(self) -> None:
-        values = finite_numbers("Listed.values", self.values)
-        if values.ndim not in (1, 2) or not values.size:
-            raise ValueError(f"Listed.values must have shape [structure] or [structure, storey], got {values.shape}")
-        values.flags.writeable = False
-        object.__setattr__(self, "values", values)
-
-
-Scatter = Mapping[str, Factor | Value | Listed | float]
-
-
-def check_scatter(
-    structure: ShearBuilding | LinearSystem, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
-) -> None:
-    """Raise an error that names the entry of a scatter or correlation that does not fit the structure."""
-    for what, given in (("scatter", scatter), ("correlation", correlation)):
-        if not isinstance(given, Mapping):
-            raise TypeError(f"{what} must map names to values, got {given!r}")
-    allowed = ", ".join(structure.parameter_table)
-    for name, spread in scatter.items():
-        if name not in structure.parameter_table:
-            raise ValueError(f"scatter names unknown parameter {name!r}; {structure!r} has {allowed}")
-        if isinstance(spread, Real) and not isinstance(spread, bool):
-            problem = structure.parameter_table[name].first_violation(f"scatter[{name!r}]", np.array(float(spread)), ())
+        Raises:
+            ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the
+                place.
+        """
+        z = self._standard_normals(structures) if self.variables else np.empty((structures.size, 0))
+        # A sum in a fixed order, column by column: a matrix product's rounding depends on the number of rows.
+        columns: dict[str, list[np.ndarray]] = {name: [] for name in self.scatter}
+        for row, (name, _) in enumerate(self.variables):
+            correlated = np.zeros(structures.size)
+            for k in np.flatnonzero(self.factor[row]):
+                correlated += self.factor[row, k] * z[:, k]
+            columns[name].append(self.scatter[name].distribution.from_standard_normal(correlated))
+        drawn = {
+            name: _combined(self.structure, name, spread, columns[name], structures)
+            for name, spread in self.scatter.items()
+        }
+        axes = ("structure", "storey")
+        for name, values in drawn.items():
+            parameter = self.structure.parameter_table[name]
+            problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures)
             if problem:
-                raise ValueError(problem)
-        elif isinstance(spread, Listed):
-            by_storey = structure.family == "chain" and name not in BUILDING_PARAMETERS
-            if spread.values.ndim == 2 and (not by_storey or spread.values.shape[1] != structure.dofs):
-                wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
-                raise ValueError(f"scatter[{name!r}] lists values of shape {spread.values.shape}; it must be {wanted}")
-            continue
-        elif not isinstance(spread, Factor):
-            raise TypeError(f"scatter[{name!r}] must be a Factor, a Value, Listed or a number, got {spread!r}")
-        elif spread.per == "storey" and (structure.family != "chain" or name in BUILDING_PARAMETERS):
-            raise ValueError(f"scatter[{name!r}]: {name} has no values by storey; use per='building'")
-        if structure.family == "dense" and type(spread) is not Factor:
-            raise ValueError(f"scatter[{name!r}]: a matrix can only be scaled, by a Factor")
-    for pair, value in correlation.items():
-        if (
-            not isinstance(pair, tuple)
-            or len(pair) != 2
-            or pair[0] == pair[1]
-            or any(not isinstance(scatter.get(name), Factor) for name in pair)
-        ):
-            raise ValueError(f"correlation names {pair}: it must be two different parameters with random scatter")
-        if not abs(real_number(f"correlation of {pair}", value)) <= 1:
-            raise ValueError(f"correlation of {pair} must be from -1 to 1, got {value}")
-        if (pair[1], pair[0]) in correlation:
-            raise ValueError(f"correlation of {pair} is given twice")
-    correlation_factor(structure, scatter, correlation)
-
-
-def correlation_factor(
-    structure: ShearBuilding | LinearSystem, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
-) -> tuple[list[tuple[str, int]], np.ndarray]:
-    """Return the random variables as (parameter, storey) and the lower factor L of their correlation matrix L L^T.
-
-    Two parameters have their correlation at the same storey; at different storeys it is times the geometric mean of
-    their storey correlations. A parameter drawn once for the building has it with every storey.
-    """
-    variables: list[tuple[str, int]] = []
-    for name, spread in scatter.items():
-        if isinstance(spread, Factor):
-            variables += [(name, i) for i in range(structure.dofs if spread.per == "storey" else 1)]
-    matrix = np.eye(len(variables))
-    for row, (p, i) in enumerate(variables):
-        for column, (q, j) in enumerate(variables[:row]):
-            value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))
-            if i != j and scatter[p].per == scatter[q].per == "storey":
-                value *= np.sqrt(scatter[p].storey_correlation * scatter[q].storey_correlation)
-            matrix[row, column] = matrix[column, row] = value
-    if not variables:
-        return variables, matrix
-    eigenvalues, vectors = np.linalg.eigh(matrix)
-    if eigenvalues[0] < -1e-10:
-        raise ValueError(
-            f"the correlations contradict each other: their matrix has eigenvalue {eigenvalues[0]:.3g}; "
-            "lower a correlation between parameters, or raise a storey_correlation"
-        )
-    # QR of the symmetric root gives a triangular factor where Cholesky would fail: at correlations of exactly 1.
-    factor = np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r").T
-    factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
-    factor[np.abs(factor) < 1e-14] = 0.0
-    return variables, factor
-
-
-def _standard_normals(sampling: str, samples: int, dimensions: int, seed: int) -> np.ndarray:
-    """Return independent standard normal values [sample, dimension]; Monte Carlo rows depend on seed and row alone."""
-    generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 0])))
-    if sampling == "monte_carlo":
-        uniform = generator.random((samples, dimensions))
-    elif sampling == "latin_hypercube":
-        uniform = qmc.LatinHypercube(dimensions, rng=generator).random(samples)
-    else:
-        engine = qmc.Sobol(dimensions, rng=generator)
-        uniform = engine.random_base2(max(0, int(samples - 1).bit_length()))[:samples]
-    return ndtri(np.clip(uniform, 2.0**-54, 1 - 2.0**-53))  # the normal value of exactly 0 would be infinite
-
-
-def draw(
-    structure: ShearBuilding | LinearSystem,
-    scatter: Scatter,
-    correlation: Mapping[tuple[str, str], float],
-    sampling: str,
-    samples: int,
-    seed: int,
-) -> dict[str, np.ndarray]:
-    """Return the scattered parameters, one entry a structure, of shape [structure, storey] or [structure].
-
-    Of a LinearSystem they are the factors on its matrices.
-
-    Raises:
-        ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the place.
-    """
-    for name, spread in scatter.items():
-        if isinstance(spread, Listed) and len(spread.values) != samples:
-            raise ValueError(
-                f"scatter[{name!r}] lists {len(spread.values)} structures, and samples={samples} are asked for: "
-                "they must agree"
-            )
-    variables, factor = correlation_factor(structure, scatter, correlation)
-    z = _standard_normals(sampling, samples, len(variables), seed) if variables else np.empty((samples, 0))
-    # A sum in a fixed order, column by column: a matrix product's rounding depends on the number of rows.
-    columns: dict[str, list[np.ndarray]] = {name: [] for name in scatter}
-    for row, (name, _) in enumerate(variables):
-        correlated = np.zeros(samples)
-        for k in np.flatnonzero(factor[row]):
-            correlated += factor[row, k] * z[:, k]
-        columns[name].append(scatter[name].distribution.from_standard_normal(correlated))
-    drawn = {name: _combined(structure, name, scatter[name], columns[name], samples) for name in scatter}
-    axes = ("structure", "storey")
-    for name, values in drawn.items():
-        parameter = structure.parameter_table[name]
-        problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim])
+                raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
+        problem = LAWS[self.structure.law].problem({**self.structure.parameters, **drawn})
         if problem:
-            raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
-    problem = LAWS[structure.law].problem({**structure.parameters, **drawn})
-    if problem:
-        raise ValueError(f"drawn: {problem}")
-    return drawn
+            counted = f", counted from structure {structures[0]}" if structures[0] else ""
+            raise ValueError(f"drawn{counted}: {problem}")
+        return drawn
+
+    def _standard_normals(self, structures: np.ndarray) -> np.ndarray:
+        """Return independent standard normal values, shape [structure, variable]."""
+        if self._points is not None:
+            uniform = self._points[structures]
+        elif self._sobol is not None:
+            uniform = np.concatenate([self._sobol_rows(structures[part]) for part in consecutive(structures)])
+        else:
+            uniform = uniform_rows(self.seed, SCATTER, structures, len(self.variables))
+        # The normal value of exactly 0 would be infinite.
+        return ndtri(np.clip(uniform, 2.0**-54, 1 - 2.0**-53, out=uniform), out=uniform)
+
+    def _sobol_rows(self, structures: np.ndarray) -> np.ndarray:
+        """Return Sobol points of consecutive indices; those before them are skipped, which takes 5 ns each."""
+        first, count = int(structures[0]), structures.size
+        if first < self._sobol.num_generated:
+            self._sobol.reset()
+        if first > self._sobol.num_generated:
+            self._sobol.fast_forward(first - self._sobol.num_generated)
+        if first == 0 and count > 1:  # the first alone: scipy warns of a first part that is no power of 2 long
+            return np.concatenate([self._sobol.random(1), self._sobol.random(count - 1)])
+        return self._sobol.random(count)
 
 
 def central(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
     """Return the scattered parameters at the middle of their distributions, of shape [storey] or []."""
+    middle = _at(structure, scatter, np.zeros(1))
+    return {
+        name: np.median(values, axis=0) if isinstance(scatter[name], Listed) else values[0]
+        for name, values in middle.items()
+    }
+
+
+def representative(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
+    """Return values of the scattered parameters that are all alike only where all that can be drawn are.
+
+    They are those at two places of each distribution, or all that are listed, of shape [value, storey] or [value].
+    """
+    return _at(structure, scatter, np.array([0.0, 1.0]))
+
+
+def _at(structure: ShearBuilding | LinearSystem, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the scattered parameters at some standard normal values of their distributions; all of those listed."""
     values = {}
     for name, spread in scatter.items():
         count = structure.dofs if isinstance(spread, Factor) and spread.per == "storey" else 1
-        middle = [spread.distribution.from_standard_normal(np.zeros(1))] * count if isinstance(spread, Factor) else []
-        combined = _combined(structure, name, spread, middle, 1)
-        values[name] = np.median(combined, axis=0) if isinstance(spread, Listed) else combined[0]
+        columns = [spread.distribution.from_standard_normal(z)] * count if isinstance(spread, Factor) else []
+        rows = np.arange(len(spread.values) if isinstance(spread, Listed) else z.size)
+        values[name] = _combined(structure, name, spread, columns, rows)
     return values
 
 
@@ -295,16 +151,17 @@ def _combined(
     name: str,
     spread: Factor | Value | Listed | float,
     columns: list[np.ndarray],
-    samples: int,
+    structures: np.ndarray,
 ) -> np.ndarray:
     """Return a parameter's values [structure] or [structure, storey] from the draws of its distribution."""
     nominal = structure.parameters[name] if structure.family == "chain" else np.array(1.0)
     if isinstance(spread, Listed):
-        values = spread.values.reshape(len(spread.values), -1) if nominal.ndim else spread.values
-        return np.array(np.broadcast_to(values, (len(values), *nominal.shape)))
+        listed = spread.values[structures]
+        values = listed.reshape(structures.size, -1) if nominal.ndim else listed
+        return np.array(np.broadcast_to(values, (structures.size, *nominal.shape)))
     if not isinstance(spread, Factor):
-        return np.full((samples, *nominal.shape), float(spread))
+        return np.full((structures.size, *nominal.shape), float(spread))
     values = np.stack(columns, axis=1) if spread.per == "storey" else columns[0].reshape(-1, *(1,) * nominal.ndim)
     if type(spread) is Factor:
         return nominal * values
-    return np.ascontiguousarray(np.broadcast_to(values, (samples, *nominal.shape)))
+    return np.ascontiguousarray(np.broadcast_to(values, (structures.size, *nominal.shape)))

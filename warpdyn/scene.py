@@ -14,7 +14,8 @@ from warpdyn.checks import one_of, real_number
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.recorders import RECORDERS
-from warpdyn.sample import SAMPLING, Scatter, central, check_scatter
+from warpdyn.sample import SAMPLING, central, representative
+from warpdyn.scatter import Scatter, check_scatter
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 Excitation = Stripes | Cloud | Individual | HarmonicForce | ForceHistory | FreeVibration
@@ -105,6 +106,11 @@ class Scene:
     def central_parameters(self) -> dict[str, np.ndarray]:
         """The scattered parameters at the middle of their distributions, of shape [storey] or []."""
         return central(self.structure, self.scatter)
+
+    @property
+    def representative_parameters(self) -> dict[str, np.ndarray]:
+        """Values of the scattered parameters that are all alike only where all that can be drawn are."""
+        return representative(self.structure, self.scatter)
 
     def to_json(self) -> str:
         """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset."""

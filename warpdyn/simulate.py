@@ -1,49 +1,32 @@
-"""The run: a scene is drawn, packed, integrated in chunks on a device, and returned as a labelled dataset."""
+"""The run: block by block a scene is drawn, packed, integrated on its devices, and labelled as a dataset."""
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import xarray as xr
+from tqdm import tqdm
 
+from warpdyn.blocks import divide
 from warpdyn.checks import one_of, real_number, whole_number
+from warpdyn.collect import InFile, InMemory
 from warpdyn.ensemble import Ensemble
-from warpdyn.error_estimate import estimate_errors
-from warpdyn.guard import ON_UNSTABLE, blank_failed, guard, integrate_guarded, warn_of_failures
-from warpdyn.kernels.build import device_name
+from warpdyn.error_estimate import ErrorEstimate
+from warpdyn.guard import ON_UNSTABLE, Findings, Reruns, blank_failed, guard
+from warpdyn.histories import Histories, KeptHistories
+from warpdyn.kernels.devices import Queue, device_names, open_queues, seconds_in_kernels
 from warpdyn.methods import METHODS
 from warpdyn.plan import plan
-from warpdyn.prepare import prepare
+from warpdyn.prepare import Run, lay_out
 from warpdyn.recorders import DIVERGED, UNSTABLE_STEP
-from warpdyn.results import history_variables, label
+from warpdyn.results import Arrays, columns_of, fill_inputs, fill_outcomes
 from warpdyn.scene import Scene
-
-
-@dataclass(frozen=True)
-class Histories:
-    """Samples whose whole histories are kept.
-
-    Args:
-        samples: Indices along the dimension `sample`, at least one.
-        every: Keep every so many steps, the first included.
-
-    Raises:
-        ValueError: If a number is not whole or negative, or there is no sample.
-    """
-
-    samples: Sequence[int] = (0,)
-    every: int = 1
-
-    def __post_init__(self) -> None:
-        samples = np.atleast_1d(np.asarray(self.samples))
-        if samples.ndim != 1 or samples.size == 0:
-            raise ValueError(f"histories.samples must be a row of at least one sample, got {self.samples!r}")
-        whole = tuple(whole_number("histories.samples", sample, 0) for sample in samples.tolist())
-        object.__setattr__(self, "samples", whole)
-        object.__setattr__(self, "every", whole_number("histories.every", self.every, 1))
+from warpdyn.store import GrowingFile
+from warpdyn.timeline import warn_of_short_tail
 
 
 def simulate(
@@ -59,13 +42,18 @@ def simulate(
     error: float | None = None,
     check: float | None = None,
     on_unstable: str = "substep",
-    device: str | None = None,
+    device: str | Sequence[str] | None = None,
     seed: int = 0,
     histories: Histories | None = None,
+    keep_inputs: bool = True,
     threads: int | None = None,
-    samples_per_chunk: int | None = None,
+    memory: int | None = None,
+    path: str | os.PathLike | None = None,
 ) -> xr.Dataset:
     """Integrate every sample of a scene and return what it records.
+
+    The samples go block by block, each of consecutive structures. A sample's values depend on the seed and its own
+    index alone, so that no division among blocks, threads and devices changes a bit of them.
 
     Args:
         scene: The scene.
@@ -82,19 +70,28 @@ def simulate(
         check: Share of the samples (at least 30) that are run again at half the step and in float64, to estimate the
             relative error of every demand; None for none.
         on_unstable: What is done where the step is beyond a structure's stability limit: "substep" (the fewest steps of
-            the record's interval that hold, for these samples alone), "raise", or "flag" (status unstable_step).
-        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
+            the record's interval that hold, for these samples alone), "raise" (before any sample runs), or "flag"
+            (status unstable_step).
+        device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
+            samples; None for the first GPU, or the CPU where there is none.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
         histories: Samples whose whole histories are kept; None for none.
+        keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
         threads: CPU threads; None for every core this process may use.
-        samples_per_chunk: Samples integrated at a time; None to fit the memory at hand. It changes no result.
+        memory: Bytes that the blocks under way may take, on the host and on each device; None for a share of what is
+            free. A dataset that is returned in memory comes on top.
+        path: NetCDF file that the samples are written to as they come; it is there once the run has finished, and what
+            stood there before stays until then. The dataset that is returned reads it as it is asked for values: close
+            it when done. None to return the dataset in memory.
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,
         unstable_step, not_converged). Demands of the last three are NaN.
 
     Raises:
-        ValueError: If an argument is out of its range or a name is unknown; nothing has been run then.
+        ValueError: If an argument is out of its range or a name is unknown; nothing has been run then. If a value is
+            drawn that its parameter may not take; blocks before it have been run in vain then.
+        OSError: If the file cannot be written.
     """
     started = time.perf_counter()
     one_of("on_unstable", on_unstable, ON_UNSTABLE)
@@ -102,19 +99,21 @@ def simulate(
         raise ValueError(f"check must be a share of the samples, above 0 and at most 1, got {check}")
     if check is not None and resample:
         raise ValueError("check sees nothing of what resample cuts off a motion: leave out one of them")
-    if samples_per_chunk is not None:
-        samples_per_chunk = whole_number("samples_per_chunk", samples_per_chunk, 1)
+    if not isinstance(keep_inputs, bool):
+        raise TypeError(f"keep_inputs must be True or False, got {keep_inputs!r}")
+    if memory is not None:
+        memory = whole_number("memory [bytes]", memory, 1)
     if error is not None:
         if step is not None or longest_step is not None or tolerance is not None:
             raise ValueError("error chooses the step: give simulate() no step, longest_step or tolerance beside it")
         chosen_by = {"seed": seed, "device": device, "threads": threads}
         # What is wrong is said before the pilot runs.
         given = {"method": "rk4" if method is None else method, "dtype": "float32" if dtype is None else dtype}
-        prepare(scene, samples=samples, resample=resample, **given, **chosen_by)
+        lay_out(scene, samples=samples, resample=resample, **given, **chosen_by)
         choice = plan(scene, error, samples=samples, method=method, dtype=dtype, **chosen_by)
         method, dtype, longest_step = choice.method, choice.dtype, choice.longest_step
     method, dtype = "rk4" if method is None else method, "float32" if dtype is None else dtype
-    run, vibration = prepare(
+    run = lay_out(
         scene,
         samples=samples,
         step=step,
@@ -127,48 +126,115 @@ def simulate(
         seed=seed,
         threads=threads,
     )
-    unstable = guard(run, vibration, on_unstable)
-    common_step = None if histories is None else _common_step(histories, run)
-    sampled = time.perf_counter()
-    outputs = integrate_guarded(run, np.arange(unstable.size), on_unstable, samples_per_chunk)
-    integrated = time.perf_counter()
-    warn_of_failures(outputs, ~unstable)
-    outputs["status"][unstable] = UNSTABLE_STEP
-    failed = outputs["status"] >= DIVERGED
-    blank_failed(outputs, failed)
-    dataset = label(scene, outputs, run.drawn, run.assignment, run.schedule)
-    if histories is not None:
-        time_grid, values = run.integrate_histories(histories.samples, histories.every, common_step)
-        for array in values.values():
-            array[failed[list(histories.samples)]] = np.nan
-        dataset = dataset.merge(history_variables(histories.samples, time_grid, values))
+    columns = columns_of(run.terms, keep_inputs)
+    blocks = divide(run, columns, memory)
+    queues = open_queues(run.devices, run.threads)
+    findings = Findings(run.samples, method)
+    if on_unstable == "raise":
+        for structures in blocks:
+            findings.add_limits(*run.ensemble(structures, queues[0]))
+        findings.refuse(any_step=True)
+    kept = None if histories is None else KeptHistories(histories, run, queues[0], on_unstable)
+    estimate = None
     if check is not None:
-        dataset = dataset.merge(estimate_errors(run, outputs, check, seed))
-    steps = np.unique(run.timeline.interval / run.timeline.substeps)
-    dataset.attrs |= {
-        "seed": seed,
-        "method": method,
-        "step": steps if steps.size > 1 else float(steps[0]),
-        "on_unstable": on_unstable,
-        "dtype": dtype,
-        "device": device_name(run.device),
-        "kernel": run.kernel_name,
-        "seconds_sampling": sampled - started,
-        "seconds_integrating": integrated - sampled,
-    }
-    given = {"longest_step": longest_step, "target_error": error, "resampled": "yes" if resample else None}
-    dataset.attrs |= {name: value for name, value in given.items() if value is not None}
-    if METHODS[method].is_adaptive:
-        dataset.attrs["tolerance"] = run.tolerance
-    return dataset
+        estimate = ErrorEstimate(run.samples, check, run.seed, len(blocks[0]) * run.samples // run.structures)
+    if path is None:
+        table = InMemory(run.terms, columns, run.samples)
+    else:
+        table = InFile(run.terms, columns, GrowingFile(path, run.samples))
+    with table, tqdm(total=run.samples, unit="history", unit_scale=True, disable=None) as progress:
+        course = _Course(run, on_unstable, findings, table, kept, estimate, progress.update)
+        course.seconds_sampling += time.perf_counter() - started
+        under_way = deque()
+        for number, structures in enumerate(blocks):
+            if len(under_way) == len(queues):
+                course.finish(*under_way.popleft())
+            under_way.append(course.begin(structures, queues[number % len(queues)]))
+        while under_way:
+            course.finish(*under_way.popleft())
+        progress.close()
+        findings.warn(on_unstable, stacklevel=2)
+        warn_of_short_tail(scene, course.longest_period, stacklevel=2)
+        rest = xr.Dataset() if kept is None else kept.result()
+        if estimate is not None:
+            rest = rest.merge(estimate.result(scene.structure.family, scene.record))
+        steps = np.unique(run.terms.timeline.interval / run.terms.timeline.substeps)
+        rest.attrs = {
+            "seed": seed,
+            "method": method,
+            "step": steps if steps.size > 1 else float(steps[0]),
+            "on_unstable": on_unstable,
+            "dtype": dtype,
+            "device": device_names(run.devices),
+            "kernel": run.terms.kernel_name,
+            "seconds_sampling": course.seconds_sampling,
+            "seconds_integrating": course.seconds_integrating,
+            "seconds_in_kernels": seconds_in_kernels(queues),
+        }
+        given = {"longest_step": longest_step, "target_error": error, "resampled": "yes" if resample else None}
+        rest.attrs |= {name: value for name, value in given.items() if value is not None}
+        if METHODS[method].is_adaptive:
+            rest.attrs["tolerance"] = run.terms.tolerance
+        return table.finish(rest)
 
 
-def _common_step(histories: Histories, run: Ensemble) -> float:
-    """Return the step [s] that all histories asked for are kept at, after checking that they can be."""
-    if not isinstance(histories, Histories):
-        raise TypeError(f"histories must be Histories(samples, every), got {histories!r}")
-    total = run.assignment.structure.size
-    for sample in histories.samples:
-        if sample >= total:
-            raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {total - 1}")
-    return run.common_step(histories.samples)
+class _Course:
+    """What happens to each block of a run, in two parts: while a device integrates it, others begin or finish.
+
+    Args:
+        run: The run.
+        on_unstable: What is done about steps beyond the stability limit.
+        findings: Where it is kept what there is to tell of the run's stability.
+        table: Where the samples go.
+        kept: Samples whose histories are kept.
+        estimate: What is run again to estimate errors.
+        advance: Called with the number of samples done since its last call.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        on_unstable: str,
+        findings: Findings,
+        table: InMemory | InFile,
+        kept: KeptHistories | None,
+        estimate: ErrorEstimate | None,
+        advance: Callable[[int], object],
+    ) -> None:
+        self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
+        self.kept, self.estimate, self.advance = kept, estimate, advance
+        self.reruns = Reruns()
+        self.longest_period = 0.0
+        self.seconds_sampling = self.seconds_integrating = 0.0
+
+    def begin(self, structures: np.ndarray, queue: Queue) -> tuple[Ensemble, np.ndarray, Arrays]:
+        """Draw a block, guard its steps and start it; return its samples, which are unstable, and their rows."""
+        began = time.perf_counter()
+        block, vibration = self.run.ensemble(structures, queue)
+        unstable = guard(block, vibration, self.on_unstable, self.findings)
+        self.longest_period = max(self.longest_period, float(vibration.period.max()))
+        rows = self.table.rows_for(block.sample.size)
+        drawn = time.perf_counter()
+        block.start(rows, self.advance)
+        fill_inputs(block, rows)  # while a GPU works
+        self.seconds_sampling += drawn - began
+        self.seconds_integrating += time.perf_counter() - drawn
+        return block, unstable, rows
+
+    def finish(self, block: Ensemble, unstable: np.ndarray, rows: Arrays) -> None:
+        """Wait for a block, and complete and hand over its rows; blocks come in the order in which they began."""
+        began = time.perf_counter()
+        block.finish(rows)
+        outputs = {name: rows[name].T for name in self.run.terms.shapes}
+        if self.on_unstable == "substep":
+            self.reruns.settle(block, np.arange(block.sample.size), outputs)
+        self.seconds_integrating += time.perf_counter() - began
+        self.findings.add_outcomes(outputs, ~unstable)
+        outputs["status"][unstable] = UNSTABLE_STEP
+        blank_failed(outputs, outputs["status"] >= DIVERGED)
+        fill_outcomes(block, rows)
+        if self.kept is not None:
+            self.kept.add(block, outputs["status"])
+        if self.estimate is not None:
+            self.estimate.add(block, outputs)
+        self.table.add(rows)

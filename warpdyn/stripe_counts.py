@@ -49,17 +49,20 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
     Raises:
         ValueError: If the dataset is not such a run, or more than 1 % of its samples failed (diverged and the like).
     """
-    drift, status, record, level = _checked_inputs(dataset)
+    drift, status, record, level, labels, record_index, levels, stripe = _checked_inputs(dataset)
     excluded = {name: int((status == _STATUS.index(name)).sum()) for name in _STATUS[DIVERGED:]}
     kept = status <= _STATUS.index("collapsed")
     if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
         raise ValueError(_refusal(excluded, record[~kept], level[~kept], status.size))
 
-    levels, stripe = np.unique(level, return_inverse=True)
-    drift, stripe, collapsed = drift[kept], stripe[kept], status[kept] == _STATUS.index("collapsed")
-    labels, record = np.unique(record[kept], return_inverse=True)
-    records, storeys, states = labels.size, drift.shape[1], limit.size
-    cell = record * levels.size + stripe
+    if not kept.all():
+        drift, stripe, record_index, status = drift[kept], stripe[kept], record_index[kept], status[kept]
+    collapsed = status == _STATUS.index("collapsed")
+    # Records all of whose samples are kept out are not counted with.
+    has_samples = np.bincount(record_index, minlength=labels.size) > 0
+    record_index = (np.cumsum(has_samples) - 1)[record_index]
+    records, storeys, states = int(has_samples.sum()), drift.shape[1], limit.size
+    cell = record_index * levels.size + stripe
     valid = np.bincount(cell, minlength=records * levels.size)
 
     if collapsed.any():
@@ -104,8 +107,11 @@ def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, sa
     )
 
 
-def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Drift ratio, status as an index into `_STATUS`, record and level of every sample."""
+def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
+    """Drift ratio, status as an index into `_STATUS`, record and level of every sample.
+
+    With them the records and, for every sample, which of them it has; and the same of the levels.
+    """
     if "im_level" not in dataset:
         raise ValueError(f"the dataset has no 'im_level': {_NEEDS_STRIPES}")
     needed = {
@@ -131,12 +137,11 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
     bad = np.flatnonzero(~(np.isfinite(level) & (level > 0)))
     if bad.size:
         raise ValueError(f"'im_level' of sample {bad[0]} is {level[bad[0]]}; every level must be finite and above 0 g")
-    records, record_index = np.unique(record, return_inverse=True)
-    levels, stripe = np.unique(level, return_inverse=True)
+    (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
         raise ValueError(f"all samples are on the stripe of {level[0]} g; a curve needs at least 2 stripes")
     # Records that share no level are no stripes, though every sample has a level.
-    pairs = np.unique(record_index * levels.size + stripe).size
+    pairs = np.count_nonzero(np.bincount(record_index * levels.size + stripe, minlength=1))
     if pairs < 2 * levels.size and records.size > 1:
         raise ValueError(f"'im_level' has {levels.size} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
     status = _decoded_status(dataset["status"])
@@ -148,7 +153,13 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
             f"peak_storey_drift_ratio is {drift[bad[0]].tolist()}; it must be finite and not negative "
             f"({bad.size} of {level.size} samples)"
         )
-    return drift, status, record, level
+    return drift, status, record, level, records, record_index, levels, stripe
+
+
+def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distinct values, sorted, and which of them each is; they are few, so that no sort of all is needed."""
+    distinct = np.unique(values)
+    return distinct, np.searchsorted(distinct, values)
 
 
 def _decoded_status(status: xr.DataArray) -> np.ndarray:

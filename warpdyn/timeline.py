@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,26 +50,31 @@ class Schedule:
         substeps: Integration steps in one interval.
         step: Integration step [s].
         residual_steps: Steps at the end over which the residual drift is averaged.
+        alike: Samples in a row that have a structure and a motion, and all of this, in common, each time.
     """
 
     run_intervals: np.ndarray
     substeps: np.ndarray
     step: np.ndarray
     residual_steps: np.ndarray
+    alike: int = 1
+
+    @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """What there is of each sample."""
+        return self.run_intervals, self.substeps, self.step, self.residual_steps
+
+    def take(self, samples: np.ndarray) -> Schedule:
+        """Return that of some of the samples."""
+        return Schedule(*(column[samples] for column in self.columns))
+
+    @staticmethod
+    def joined(parts: Sequence[Schedule]) -> Schedule:
+        """Return those of several blocks of samples as one."""
+        return Schedule(*(np.concatenate(columns) for columns in zip(*(part.columns for part in parts), strict=True)))
 
     def with_substeps(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
-        """Return the schedule with other steps an interval for some samples, which run as long as before.
-
-        Raises:
-            ValueError: If a sample would take more steps than can be counted.
-        """
-        steps = self.run_intervals[samples] * np.asarray(substeps, dtype=np.float64)
-        if (steps > MOST_STEPS).any():
-            first = int(steps.argmax())
-            raise ValueError(
-                f"sample {np.arange(self.step.size)[samples][first]} would take {steps[first]:.3g} steps, and "
-                f"{MOST_STEPS} can be counted: choose another method or a shorter run"
-            )
+        """Return the schedule with other steps an interval for some samples, which run as long as before."""
         every, step, residual = self.substeps.copy(), self.step.copy(), self.residual_steps.copy()
         finer = substeps / self.substeps[samples]
         every[samples] = substeps
@@ -193,7 +199,20 @@ def build_timeline(
     return Timeline(motions, np.array([motion.step for motion in motions]), np.array(substeps), intervals)
 
 
-def build_schedule(scene: Scene, timeline: Timeline, vibration: Vibration, assignment: Assignment) -> Schedule:
+def warn_of_short_tail(scene: Scene, longest_period: float, stacklevel: int) -> None:
+    """Say so if a scene's tail is too short for a residual drift to be read of its slowest structure."""
+    if scene.tail is None or "residual" not in scene.record or not motions_of(scene) or scene.tail >= longest_period:
+        return
+    warnings.warn(
+        f"a tail of {scene.tail:g} s is shorter than the first period, {longest_period:.3g} s: what is recorded as "
+        "residual drift is none; leave `tail` out, or 'residual' out of `record`",
+        stacklevel=stacklevel + 1,
+    )
+
+
+def build_schedule(
+    scene: Scene, timeline: Timeline, vibration: Vibration, assignment: Assignment, row: np.ndarray
+) -> Schedule:
     """Return how each sample is stepped, how long it runs and its residual drift is averaged.
 
     Args:
@@ -201,25 +220,20 @@ def build_schedule(scene: Scene, timeline: Timeline, vibration: Vibration, assig
         timeline: Time grid of each motion.
         vibration: Vibration of each drawn structure.
         assignment: Which structure and motion each sample has.
+        row: Place of each sample's structure in `vibration`, shape [sample].
 
     Raises:
         ValueError: If a sample would take more steps than can be counted.
     """
-    structure = assignment.structure if vibration.period.size > 1 else np.zeros_like(assignment.structure)
-    period, motion = vibration.period[structure], assignment.motion
+    # Once for all samples in a row that have structure and motion in common.
+    structure, motion = row[:: assignment.alike], assignment.motion[:: assignment.alike]
+    period = vibration.period[structure]
     interval, substeps = timeline.interval[motion], timeline.substeps[motion]
     window = RESIDUAL_PERIODS * period
     if not timeline.motions:
         tail = np.zeros_like(period)
     elif scene.tail is not None:
         tail = np.full_like(period, scene.tail)
-        short = "residual" in scene.record and (tail < period).any()
-        if short:
-            warnings.warn(
-                f"a tail of {scene.tail:g} s is shorter than the first period, {period.max():.3g} s: what is recorded "
-                "as residual drift is none; leave `tail` out, or 'residual' out of `record`",
-                stacklevel=4,
-            )
         window = np.minimum(window, np.maximum(tail, period))
     elif "residual" in scene.record:
         with np.errstate(divide="ignore"):
@@ -235,4 +249,5 @@ def build_schedule(scene: Scene, timeline: Timeline, vibration: Vibration, assig
         )
     step = interval / substeps
     residual_steps = np.clip(np.round(window / step), 1, run * substeps)
-    return Schedule(run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32))
+    values = run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32)
+    return Schedule(*(np.repeat(each, assignment.alike) for each in values), assignment.alike)

@@ -1,0 +1,272 @@
+"""A run in blocks: how it is divided among blocks, devices and threads changes nothing; its memory stays bounded."""
+
+import os
+import re
+import subprocess
+import sys
+import threading
+import warnings
+
+import numpy as np
+import pytest
+import warp as wp
+from test_simulate import MOTIONS, SEEDED, assert_same_bits, make_scene
+
+import warpdyn as wd
+from warpdyn import blocks, guard
+from warpdyn.kernels import devices
+from warpdyn.prepare import lay_out
+from warpdyn.results import columns_of
+
+TWO = ("cpu", "cpu")  # stand for two GPUs: the division does not know what its devices are
+
+
+@pytest.fixture
+def divided(monkeypatch):
+    """Divide runs into blocks of at most so many samples, among so many devices; tell the blocks there were."""
+    found = []
+
+    def divide(*arguments):
+        found[:] = original(*arguments)
+        return found
+
+    def into(samples, on=("cpu",)):
+        monkeypatch.setattr(blocks, "CPU_BLOCK", samples)
+        monkeypatch.setattr("warpdyn.prepare.checked_devices", lambda device: on)
+        return found
+
+    original = blocks.divide
+    monkeypatch.setattr(sys.modules["warpdyn.simulate"], "divide", divide)
+    return into
+
+
+DESIGNS = {
+    "stripes": {},
+    "sobol": {"sampling": "sobol"},
+    "latin hypercube": {"sampling": "latin_hypercube"},
+    "cloud": {"excitation": wd.Cloud(MOTIONS)},
+    "motion drawn": {"excitation": wd.Individual(MOTIONS)},
+    "motion given": {"excitation": wd.Individual(MOTIONS, motion=[0, 2, 1, 1, 0, 2, 2], scale=np.linspace(0.5, 2, 7))},
+    "listed": {"scatter": {"mass": wd.Listed(np.linspace(1e3, 2e3, 7))}},
+    "no scatter": {"scatter": {}},
+}
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_no_division_changes_a_bit(design, dtype, divided):
+    scene, settings = make_scene(**DESIGNS[design]), {"samples": 7, "seed": 5, "dtype": dtype, "device": "cpu"}
+    each = scene.excitation.samples_a_structure
+    found = divided(2**20)
+    whole = wd.simulate(scene, threads=1, **settings)
+    assert [len(block) for block in found] == [7]
+    for size, on, sizes in ((each, ["cpu"], [1] * 7), (3 * each, ["cpu"], [3, 2, 2]), (4 * each, TWO, [4, 3])):
+        found = divided(size, on)
+        assert_same_bits(whole, wd.simulate(scene, threads=2, **settings))
+        assert [len(block) for block in found] == sizes
+
+
+def test_a_block_each_for_every_device(divided):
+    found = divided(2**20, ("cpu",) * 3)
+    wd.simulate(make_scene(), samples=7, device="cpu")
+    assert [block.tolist() for block in found] == [[0, 1, 2], [3, 4], [5, 6]]
+
+
+def test_what_is_run_again_or_kept_does_not_depend_on_the_division(divided):
+    settings = {"samples": 9, "check": 0.6, "histories": wd.Histories((50, 3, 26), 2), "device": "cpu"}
+    scene = make_scene()
+    divided(2**20)
+    whole = wd.simulate(scene, **settings)
+    assert "of 33 samples" in whole["estimated_relative_error"].attrs["comment"]
+    for size, on in ((6, ["cpu"]), (20, TWO)):
+        divided(size, on)
+        assert_same_bits(whole, wd.simulate(scene, **settings))
+
+
+def test_how_often_failures_are_run_again_does_not_depend_on_the_division(divided, monkeypatch):
+    # Bouc-Wen storeys that need a 4th to a 64th of the step, and a budget that does not serve them all.
+    monkeypatch.setattr(guard, "ALWAYS_AFFORDED", 40)
+    building = wd.ShearBuilding(
+        1e9, 1e3, 1.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=2.0, damping="none"
+    )
+    scatter = {"yield_force": wd.Factor(wd.Lognormal(1, 1.2))}
+    scene = wd.Scene(building, wd.FreeVibration(4.0, velocity=1.0), scatter=scatter)
+    settings = {"samples": 60, "step": 0.05, "dtype": "float64", "device": "cpu"}
+    divided(2**20)
+    with pytest.warns(UserWarning, match="of 60 samples are flagged unstable_step"):
+        whole = wd.simulate(scene, **settings)
+    assert 0 < np.count_nonzero(whole["status"]) < 60
+    assert len(np.unique(whole["integration_step"])) >= 4
+    for size, on in ((1, ["cpu"]), (17, TWO)):
+        divided(size, on)
+        with pytest.warns(UserWarning, match="of 60 samples are flagged unstable_step"):
+            assert_same_bits(whole, wd.simulate(scene, **settings))
+
+
+def test_a_run_warns_once_whatever_its_blocks(divided):
+    building = wd.ShearBuilding([2e3, 1e3], [6e5, 4e5], [3.5, 3.0])
+    scene = wd.Scene(building, wd.Cloud(MOTIONS), {"mass": wd.Factor(wd.Lognormal(0.02, 0.5))}, tail=0.01)
+    told = []
+    for size in (2**20, 3):
+        divided(size)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            wd.simulate(scene, samples=8, step=0.01, resample=True, on_unstable="flag", device="cpu")
+        told.append([str(warning.message) for warning in caught])
+        assert {warning.filename for warning in caught} == {__file__}
+    assert told[0] == told[1]
+    kinds = ("stability limit of .* of 24 samples", "energy balance of .* of 24 samples", "tail of 0.01 s is shorter")
+    for kind in kinds:
+        assert sum(bool(re.search(kind, text)) for text in told[0]) == 1, told[0]
+
+
+def test_an_unstable_sample_is_refused_before_any_block_runs(divided, monkeypatch):
+    def refuse(*arguments, **named):
+        pytest.fail("a kernel was reached")
+
+    divided(1)
+    monkeypatch.setattr(devices.CpuQueue, "launch", refuse)
+    oscillators = {"mass": wd.Listed([1.0, 1.0, 1e-6, 1.0, 1e-7])}
+    scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(4.0, velocity=1.0), oscillators)
+    with pytest.raises(ValueError, match=r"limit of 2 of 5 samples, the first of them sample 2: first period 0\.00628"):
+        wd.simulate(scene, samples=5, step=0.5, on_unstable="raise", device="cpu")
+
+
+def test_what_is_wrong_in_a_later_block_is_told_by_the_run_s_own_numbers(divided):
+    divided(2)
+    scatter = {"mass": wd.Listed([[1.0], [1.0], [1.0], [-1.0]])}
+    scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(1.0, velocity=1.0), scatter)
+    with pytest.raises(ValueError, match="drawn mass is -1 at structure 3, storey 1"):
+        wd.simulate(scene, samples=4, device="cpu")
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_threads_are_as_many_as_asked_for(threads, monkeypatch):
+    working, most, everyone = set(), [], set()
+
+    def launch(*arguments, **options):
+        working.add(threading.get_ident())
+        most.append(len(working))
+        everyone.add(threading.get_ident())
+        original(*arguments, **options)
+        working.discard(threading.get_ident())
+
+    original = wp.launch
+    monkeypatch.setattr(wp, "launch", launch)
+    wd.simulate(make_scene(), samples=200, device="cpu", threads=threads)
+    assert max(most) <= threads
+    assert len(everyone) <= threads
+    assert threading.get_ident() not in everyone
+
+
+def test_slices_hold_all_rows_of_lanes_once_and_equal_work():
+    random = np.random.default_rng(0)
+    steps = [np.sort(random.integers(100, 10_000, count))[::-1] for count in (5000, 37, 1)]
+    launches = [devices.Launch(None, None, each) for each in steps]
+    lanes, threads = 16, 4
+    parts = devices.slices(launches, lanes, threads)
+    covered = {id(launch.steps): [] for launch in launches}
+    work = []
+    for launch, first, last in parts:
+        covered[id(launch.steps)] += range(first, last)
+        work.append(launch.steps[first * lanes : last * lanes : lanes].sum())
+    for launch in launches:
+        assert sorted(covered[id(launch.steps)]) == list(range(-(-launch.steps.size // lanes)))
+    assert len(parts) >= threads * devices.SLICES_A_THREAD
+    # No slice of the large launch has much more work than its share; they are divided at whole rows.
+    share = sum(each[::lanes].sum() for each in steps) / (threads * devices.SLICES_A_THREAD)
+    assert max(work) < share + 10_000
+    longest = [launch.steps[first * lanes] for launch, first, _ in parts]
+    assert longest == sorted(longest, reverse=True)
+
+
+def test_time_in_kernels_counts_what_overlaps_once():
+    assert devices.seconds_covered([(5.0, 6.0), (0.0, 2.0), (1.0, 3.0), (1.5, 1.75), (6.0, 6.5)]) == 4.5
+    queues = [devices.CpuQueue(1) for _ in range(3)]
+    for queue, device, spans in zip(queues, "aba", ([(0, 1)], [(0, 3)], [(0.5, 2)]), strict=True):
+        queue.device, queue.spans = device, spans
+    assert devices.seconds_in_kernels(queues) == 3
+    run = wd.simulate(make_scene(), samples=50, device="cpu")
+    assert 0 < run.attrs["seconds_in_kernels"] <= run.attrs["seconds_integrating"]
+
+
+def test_devices_by_name(monkeypatch):
+    monkeypatch.setattr(wp, "get_cuda_device_count", lambda: 3)
+    assert devices.checked_devices(None) == ("cuda:0",)
+    assert devices.checked_devices("cuda") == ("cuda:0", "cuda:1", "cuda:2")
+    assert devices.checked_devices("cuda:2") == ("cuda:2",)
+    assert devices.checked_devices(["cuda:1", "cuda:0"]) == ("cuda:1", "cuda:0")
+    assert devices.checked_devices(("cpu",)) == ("cpu",)
+    for wrong in (["cuda:0", "cuda:0"], ["cpu", "cuda:0"], []):
+        with pytest.raises(ValueError, match="several GPUs named once each"):
+            devices.checked_devices(wrong)
+    with pytest.raises(ValueError, match="no device 'cuda:3' here; available: cpu, cuda:0, cuda:1, cuda:2"):
+        devices.checked_devices("cuda:3")
+    monkeypatch.setattr(wp, "get_cuda_device_count", lambda: 0)
+    assert devices.checked_devices(None) == ("cpu",)
+    with pytest.raises(ValueError, match="no device 'cuda' here; available: cpu"):
+        devices.checked_devices("cuda")
+
+
+def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
+    monkeypatch.setattr("warpdyn.prepare.checked_devices", lambda device: ("cuda:0", "cuda:1"))
+    monkeypatch.setattr(blocks, "free_memory", lambda device: 2**40)
+
+    def sizes(samples, memory=None):
+        run = lay_out(make_scene(), samples=samples, method="rk4", dtype="float32")
+        return [6 * len(block) for block in blocks.divide(run, columns_of(run.terms, True), memory)]
+
+    assert sizes(100) == [300, 300]
+    assert len(sizes(200_000)) == 10  # 1.2 million samples in blocks of at most 2^17, as many on each device
+    assert len(sizes(50_000)) == 8  # four on each device, to hide the work on the host
+    few = sizes(200_000, memory=10**8)
+    assert len(few) > 10
+    assert max(few) - min(few) <= 6
+
+
+def test_inputs_are_left_out_if_asked():
+    scene = make_scene(scatter=SEEDED | {"height": wd.Factor(wd.Lognormal(1, 0.1))})
+    kept, bare = (wd.simulate(scene, samples=2, keep_inputs=keep) for keep in (True, False))
+    assert set(kept.variables) - set(bare.variables) == {"mass", "yield_force", "height"}
+    assert_same_bits(kept.drop_vars(["mass", "yield_force", "height"]), bare)  # the ratios know their heights
+
+
+PEAK = """
+import resource, sys
+import numpy as np
+import warpdyn as wd
+
+def peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+motion = wd.GroundMotion(np.sin(np.arange(20.0)), 0.02)
+building = wd.ShearBuilding([1e5] * 5, 1e8, 3.0, law="bouc_wen", yield_force=1e6, hardening_ratio=0.1,
+                            damping="rayleigh", damping_ratio=0.05)
+scatter = {name: wd.Factor(wd.Lognormal(1, 0.1), per="storey") for name in ("mass", "stiffness")}
+design = {
+    "individual": lambda: wd.Individual([motion]),
+    "stripes": lambda: wd.Stripes([motion], np.linspace(0.1, 1, 500), wd.PeakGroundAcceleration()),
+}[sys.argv[1]]()
+scene = wd.Scene(building, design, scatter, tail=0.0)
+settings = {"path": sys.argv[2], "device": "cpu", "step": 0.02, "check": 0.01}
+wd.simulate(scene, samples=1, **settings).close()
+base = peak()
+for memory in (int(sys.argv[4]), None):
+    wd.simulate(scene, samples=int(sys.argv[3]), memory=memory, **settings).close()
+    print(peak() - base)
+"""
+
+
+@pytest.mark.parametrize(("design", "structures"), [("individual", 300_000), ("stripes", 3000)])
+def test_memory_stays_below_its_limit(design, structures, tmp_path):
+    limit = 120 * 10**6
+
+    def peaks(structures):
+        arguments = [sys.executable, "-c", PEAK, design, str(tmp_path / "run.nc"), str(structures), str(limit)]
+        done = subprocess.run(arguments, capture_output=True, text=True, check=True, env=os.environ.copy())
+        return map(int, done.stdout.split()[-2:])
+
+    peaks(1)  # what compiling takes must not hide what running takes
+    limited, unlimited = peaks(structures)
+    assert limited < limit
+    assert unlimited > 1.5 * limit  # so much it takes if nothing holds it

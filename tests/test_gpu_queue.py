@@ -1,0 +1,225 @@
+"""What is queued on GPUs, played on the CPU: streams whose work is done only when somebody waits for it.
+
+Nothing here needs a GPU. A wait that is missing shows, since what it should have waited for has then not been done, and
+so does memory that is used again too early. In a second play the streams beside a queue's first do their work at once
+instead, as far as they need not wait.
+"""
+
+import time
+from collections import deque
+from contextlib import contextmanager
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import warp as wp
+from test_simulate import assert_same_bits, make_scene
+
+import warpdyn as wd
+from warpdyn import blocks
+from warpdyn.kernels import build, devices
+
+
+class Event:
+    def __init__(self, device=None, enable_timing=False):
+        self.stream, self.time = None, None
+
+
+class Wait:
+    def __init__(self, event):
+        self.event = event
+
+
+class Stream:
+    """Work in its order, put off as long as can be or, if it hurries, done as soon as can be."""
+
+    def __init__(self, hurries=False):
+        self.work, self.hurries = deque(), hurries
+
+    def add(self, work):
+        self.work.append(work)
+        while self.hurries and self.work and not self.must_wait():
+            self.go_on()
+
+    def must_wait(self):
+        return isinstance(self.work[0], Wait) and self.work[0].event.time is None
+
+    def record_event(self, event=None):
+        event = Event() if event is None else event
+        event.stream, event.time = self, None
+        self.add(event)
+        return event
+
+    def wait_event(self, event):
+        self.add(Wait(event))
+
+    def go_on(self):
+        work = self.work.popleft()
+        if isinstance(work, Wait):
+            reach(work.event)
+        elif isinstance(work, Event):
+            work.time = time.perf_counter()
+        else:
+            work()
+
+
+def reach(event):
+    """Do what was queued before an event."""
+    while event.time is None:
+        event.stream.go_on()
+
+
+class Pretended:
+    """Warp with GPUs whose memory is the processor's."""
+
+    Event = Event
+    current = None
+
+    def __init__(self, count, hurries):
+        self.count, self.hurries, self.streams, self.launches = count, hurries, 0, []
+
+    def Stream(self, device):
+        self.streams += 1
+        return Stream(self.hurries and self.streams % devices.STREAMS_OF_A_BLOCK != 1)
+
+    def __getattr__(self, name):
+        return getattr(wp, name)
+
+    def get_cuda_device_count(self):
+        return self.count
+
+    def get_device(self, device):
+        return SimpleNamespace(name=f"pretended {device}", is_cuda=True)
+
+    def get_stream(self, device):
+        return Stream()
+
+    @contextmanager
+    def ScopedStream(self, stream):
+        Pretended.current, before = stream, Pretended.current
+        yield
+        Pretended.current = before
+
+    def array(self, values, device, **options):
+        return wp.array(values, device="cpu", **options)
+
+    def empty(self, size, dtype, device, pinned=False):
+        array = wp.empty(size, dtype=dtype, device="cpu")
+        array.numpy().fill(0)  # a kernel that comes too early shall go wrong, not crash
+        return array
+
+    def copy(self, there, here, stream=None):
+        if Pretended.current is None:
+            # To the device, from memory that is not pinned: it is read at once.
+            queued = wp.array(here.numpy().copy(), dtype=here.dtype, device="cpu")
+            stream.add(lambda: wp.copy(there, queued))
+        else:
+            Pretended.current.add(lambda: wp.copy(there, here))
+
+    def launch(self, kernel, dim, inputs, device="cpu", stream=None, block_dim=1):
+        if stream is None:
+            wp.launch(kernel, dim=dim, inputs=inputs, device=device)
+            return
+        self.launches.append((stream, dim))
+        stream.add(lambda: wp.launch(kernel, dim=dim, inputs=inputs, device="cpu"))
+
+    def synchronize_event(self, event):
+        reach(event)
+
+    def synchronize_stream(self, stream):
+        while stream.work:
+            stream.go_on()
+
+    def synchronize_device(self, device):
+        pass
+
+    def get_event_elapsed_time(self, start, end, synchronize):
+        assert end.time is not None
+        reach(start)
+        return 1e3 * (end.time - start.time)
+
+
+@pytest.fixture(params=["late", "early"])
+def pretended(request, monkeypatch):
+    """Pretend that there are two GPUs."""
+    shim = Pretended(2, hurries=request.param == "early")
+    fill = wp.array.fill_
+
+    def fill_(array, value):
+        if Pretended.current is None:
+            fill(array, value)
+        else:
+            Pretended.current.add(lambda: fill(array, value))
+
+    monkeypatch.setattr(devices, "wp", shim)
+    monkeypatch.setattr(wp.array, "fill_", fill_)
+    monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
+    monkeypatch.setattr(blocks, "free_memory", lambda device: 2**34)
+    return shim
+
+
+def assert_close(first, second):
+    """Check that two runs agree but for the order of roundings, which differs between kernels of other lanes."""
+    assert set(first.variables) == set(second.variables)
+    for name in first.variables:
+        if first[name].dtype.kind == "f":
+            np.testing.assert_allclose(first[name], second[name], rtol=1e-9, atol=1e-9, err_msg=name)
+        else:
+            np.testing.assert_array_equal(first[name], second[name], err_msg=name)
+
+
+SETTINGS = {"samples": 23, "seed": 2, "dtype": "float64", "check": 0.3, "histories": wd.Histories((7, 1, 133))}
+
+
+def test_gpus_give_what_the_processor_gives(pretended, monkeypatch, tmp_path):
+    scene = make_scene()
+    whole = wd.simulate(scene, device="cpu", **SETTINGS)
+    one = wd.simulate(scene, device="cuda:0", **SETTINGS)
+    assert_close(one, whole)
+    # More blocks than can be under way: memory is used again and again, by blocks of other sizes, too.
+    monkeypatch.setattr(blocks, "GPU_BLOCK", 12)
+    for device in ("cuda:1", "cuda", ["cuda:1", "cuda:0"]):
+        pretended.launches.clear()
+        divided = wd.simulate(scene, device=device, **SETTINGS)
+        assert_same_bits(one, divided)
+        assert divided.attrs["seconds_in_kernels"] > 0
+        assert len(pretended.launches) > 12 * 3  # motions of three kinds of steps in each block
+    assert divided.attrs["device"] == "cuda:1 (pretended cuda:1), cuda:0 (pretended cuda:0)"
+    with wd.simulate(scene, device="cuda", path=tmp_path / "run.nc", **SETTINGS) as read:
+        assert_same_bits(one, read.load())
+
+
+def test_failures_are_run_again_beside_other_blocks(pretended, monkeypatch):
+    building = wd.ShearBuilding(
+        1e9, 1e3, 1.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=2.0, damping="none"
+    )
+    scatter = {"yield_force": wd.Factor(wd.Lognormal(1, 1.2))}
+    scene = wd.Scene(building, wd.FreeVibration(4.0, velocity=1.0), scatter=scatter)
+    settings = {"samples": 40, "step": 0.05, "dtype": "float64"}
+    whole = wd.simulate(scene, device="cpu", **settings)
+    assert len(np.unique(whole["integration_step"])) >= 4
+    monkeypatch.setattr(blocks, "GPU_BLOCK", 7)
+    assert_close(wd.simulate(scene, device="cuda", **settings), whole)
+
+
+def test_blocks_are_queued_before_the_first_is_waited_for(pretended, monkeypatch):
+    monkeypatch.setattr(blocks, "GPU_BLOCK", 30)
+    order = []
+
+    def spy(name):
+        original = getattr(devices.CudaQueue, name)
+
+        def told(*arguments, **options):
+            order.append(name)
+            return original(*arguments, **options)
+
+        monkeypatch.setattr(devices.CudaQueue, name, told)
+
+    spy("launch")
+    spy("read_into")
+    wd.simulate(make_scene(), samples=50, device="cuda:0")
+    blocks_there = order.count("launch")
+    assert blocks_there == 10
+    ahead = devices.BLOCKS_ON_A_GPU
+    steady = ["read_into", "launch"] * (blocks_there - ahead)
+    assert order == ["launch"] * ahead + steady + ["read_into"] * ahead

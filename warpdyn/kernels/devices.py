@@ -1,0 +1,339 @@
+"""Where kernels run: a processor's threads or a GPU's streams, each behind the same few calls."""
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from functools import partial
+from itertools import cycle, pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpdyn.kernels.build import THREADS_OF_A_BLOCK, load_kernel
+from warpdyn.kernels.plan import Plan, structs
+from warpdyn.recorders import DIVERGED
+
+SLICES_A_THREAD = 8  # short last slices keep all threads busy to the end
+# Blocks under way on a GPU at a time: while one is waited for, the others keep it busy. Samples of one number of steps
+# in an interval are a launch of their own; the launches of a block run side by side on so many streams.
+BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
+
+
+class Launch(NamedTuple):
+    """One launch of a kernel over some of the samples that were handed to the device.
+
+    Args:
+        control: The launch's scalars.
+        samples: Its samples, as the kernels' struct.
+        steps: Steps of each of them, falling, shape [sample].
+    """
+
+    control: object
+    samples: object
+    steps: np.ndarray
+
+
+def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
+    """Return the devices asked for: one or several names, "cuda" for every GPU, None for the first or else the CPU.
+
+    Raises:
+        ValueError: If there is no such device, one is named twice, or the CPU is named beside a GPU; the message lists
+            those there are.
+    """
+    gpus = [f"cuda:{i}" for i in range(wp.get_cuda_device_count())]
+    if device is None:
+        return (gpus[0] if gpus else "cpu",)
+    given = [device] if isinstance(device, str) else device
+    names = tuple(gpus) if list(given) == ["cuda"] and gpus else tuple(given)
+    for name in names:
+        if name not in ("cpu", *gpus):
+            raise ValueError(f"no device {name!r} here; available: {', '.join(['cpu', *gpus])}")
+    if not names or len(set(names)) < len(names) or ("cpu" in names and len(names) > 1):
+        raise ValueError(f"device must be one device, or several GPUs named once each, got {device!r}")
+    return names
+
+
+def device_names(devices: Sequence[str]) -> str:
+    """Return the devices and their makers' names, as the dataset tells them."""
+    return ", ".join(f"{device} ({wp.get_device(device).name})" for device in devices)
+
+
+def free_memory(device: str) -> int:
+    """Return the memory that is free on a device [bytes]."""
+    if device != "cpu":
+        return wp.get_device(device).free_memory
+    try:
+        with open("/proc/meminfo") as lines:  # with what the system would give back of its file cache
+            return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
+    except (OSError, StopIteration):  # systems that do not tell: a modest guess
+        return 2**30
+
+
+def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
+    """Return the time that is within any of some spans of time, which may overlap [s]."""
+    covered, reached = 0.0, -np.inf
+    for start, end in sorted(spans):
+        covered += max(0.0, end - max(start, reached))
+        reached = max(reached, end)
+    return covered
+
+
+class CpuQueue:
+    """The processor: arrays are used where they are, and a launch returns when it is done."""
+
+    device = "cpu"
+
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
+        self.spans: list[tuple[float, float]] = []
+
+    def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
+        """Return a struct of `structs` with these arrays, each as the type its field has."""
+        struct = getattr(structs(dtype), kind)
+        instance = struct()
+        for name, values in arrays.items():
+            setattr(instance, name, _wrapped(struct, name, _as_field(struct, name, values)))
+        return instance
+
+    def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
+        """Return outputs that say nothing yet, to be written into these arrays, sample first."""
+        struct = structs(dtype).Output
+        instance = struct()
+        for name, values in into.items():
+            values.fill(_blank_value(struct, name))
+            setattr(instance, name, _wrapped(struct, name, values.T))
+        return instance
+
+    def launch(
+        self, plan: Plan, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
+    ) -> None:
+        """Launch a plan's kernel, in slices over the threads, and wait.
+
+        Args:
+            plan: The plan.
+            launches: What to launch.
+            arguments: The kernel's arguments after the samples.
+            advance: Called with the number of samples done since its last call.
+        """
+        kernel = load_kernel(plan, self.device)  # before the threads, which would each compile it
+
+        def run(launch: Launch, first: int, last: int) -> int:
+            inputs = [first, launch.control, launch.samples, *arguments]
+            wp.launch(kernel, dim=last - first, inputs=inputs, device=self.device)
+            return min(last * plan.lanes, launch.steps.size) - first * plan.lanes
+
+        started = time.perf_counter()
+        pool = ThreadPoolExecutor(self.threads)
+        try:
+            tasks = [pool.submit(run, *part) for part in slices(launches, plan.lanes, self.threads)]
+            for done in as_completed(tasks):
+                advance(done.result())
+        finally:
+            pool.shutdown(cancel_futures=True)
+            self.spans.append((started, time.perf_counter()))
+
+    def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]]) -> None:
+        """Begin to bring outputs back: they are back."""
+
+    def read_into(self, rows: dict[str, np.ndarray]) -> None:
+        """Wait for the outputs: they were written into these rows."""
+
+    def read(self, array: Any) -> np.ndarray:
+        """Return one of a struct's arrays."""
+        return array.numpy()
+
+
+class CudaQueue:
+    """A place on a GPU where one block of samples at a time is under way, on streams of its own.
+
+    Its memory is kept from one block to the next: to free memory, the device would wait for all that is queued on it.
+
+    Args:
+        device: The GPU.
+        origin: Event that was recorded on it before, from which time is counted.
+    """
+
+    def __init__(self, device: str, origin: wp.Event) -> None:
+        self.device, self.origin = device, origin
+        self.streams = [wp.Stream(device) for _ in range(STREAMS_OF_A_BLOCK)]
+        self.stream = self.streams[0]  # of all but some launches
+        self.spans: list[tuple[float, float]] = []
+        self._held: dict[tuple[str, str], wp.array] = {}
+        self._kept_alive: list[object] = []
+        self._timed: list[tuple[wp.Event, wp.Event]] = []
+        self._arriving: dict[str, np.ndarray] = {}
+        self._arrived: wp.Event | None = None
+        self._advance: Callable[[], object] = lambda: None
+
+    def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
+        """Return a struct of `structs` with these arrays copied to the device, each as the type its field has."""
+        struct = getattr(structs(dtype), kind)
+        instance = struct()
+        for name, values in arrays.items():
+            here = _wrapped(struct, name, _as_field(struct, name, values))
+            there = self._array((kind, name), here.shape, here.dtype)
+            wp.copy(there, here, stream=self.stream)
+            self._kept_alive.append(here)
+            setattr(instance, name, there)
+        return instance
+
+    def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
+        """Return outputs that say nothing yet, of the shapes of these arrays but sample last."""
+        struct = structs(dtype).Output
+        instance = struct()
+        with wp.ScopedStream(self.stream):
+            for name, values in into.items():
+                array = self._array(("Output", name), values.T.shape, struct.vars[name].type.dtype)
+                array.fill_(_blank_value(struct, name))
+                setattr(instance, name, array)
+        return instance
+
+    def launch(
+        self, plan: Plan, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
+    ) -> None:
+        """Queue a plan's kernel, its launches side by side; what is queued afterwards waits for them."""
+        kernel = load_kernel(plan, self.device)
+        ready = self.stream.record_event()
+        for stream in self.streams[1:]:
+            stream.wait_event(ready)
+        for stream, launch in zip(cycle(self.streams), launches):
+            start = stream.record_event(wp.Event(self.device, enable_timing=True))
+            inputs = [0, launch.control, launch.samples, *arguments]
+            # Whole thread blocks, since threads that share a sample exchange values by warps; the rest repeat the last.
+            threads = -(-launch.steps.size // plan.lanes) * plan.sections
+            dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
+            wp.launch(kernel, dim=dim, inputs=inputs, stream=stream, block_dim=THREADS_OF_A_BLOCK)
+            self._timed.append((start, stream.record_event(wp.Event(self.device, enable_timing=True))))
+        for _, end in self._timed:
+            self.stream.wait_event(end)
+        self._kept_alive += [launches, arguments]
+        self._advance = partial(advance, sum(launch.steps.size for launch in launches))
+
+    def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]]) -> None:
+        """Queue the outputs' way back: samples come first before they leave the device."""
+        self._arriving = {}
+        with wp.ScopedStream(self.stream):
+            for name, shape in shapes.items():
+                array = getattr(output, name)
+                if len(shape) > 1:
+                    turned = self._array(("turned", name), shape, array.dtype)
+                    wp.copy(turned, array.transpose((1, 0)))
+                    array = turned
+                here = self._array(("here", name), shape, array.dtype, pinned=True)
+                wp.copy(here, array, stream=self.stream)
+                self._arriving[name] = here.numpy()
+            self._arrived = self.stream.record_event()
+
+    def read_into(self, rows: dict[str, np.ndarray]) -> None:
+        """Wait for the outputs that were asked for last and copy them into these rows."""
+        wp.synchronize_event(self._arrived)
+        for name, values in self._arriving.items():
+            rows[name][...] = values
+        self._settle()
+        self._advance()
+
+    def read(self, array: Any) -> np.ndarray:
+        """Wait for all that is queued and return one of a struct's arrays."""
+        wp.synchronize_stream(self.stream)
+        self._settle()
+        return array.numpy()
+
+    def _settle(self) -> None:
+        """Take the times of what is done, and let go of what it needed."""
+        self._kept_alive.clear()
+        while self._timed:
+            start, end = self._timed.pop()
+            self.spans.append(
+                tuple(1e-3 * wp.get_event_elapsed_time(self.origin, event, synchronize=False) for event in (start, end))
+            )
+
+    def _array(self, place: tuple[str, str], shape: tuple[int, ...], dtype: Any, pinned: bool = False) -> wp.array:
+        """Return an array in the memory held for a place, which grows if it is too small."""
+        size = int(np.prod(shape))
+        held = self._held.get(place)
+        if held is None or held.size < size or held.dtype is not dtype:
+            with wp.ScopedStream(self.stream):
+                held = wp.empty(size, dtype=dtype, device="cpu" if pinned else self.device, pinned=pinned)
+            self._held[place] = held
+        return held[:size].reshape(shape)
+
+
+Queue = CpuQueue | CudaQueue
+
+
+def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
+    """Return the places where blocks can be under way side by side, in the order in which they are to be used."""
+    if devices[0] == "cpu":
+        return [CpuQueue(threads) for _ in devices]
+    origins = {device: wp.get_stream(device).record_event(wp.Event(device, enable_timing=True)) for device in devices}
+    return [CudaQueue(device, origins[device]) for _ in range(BLOCKS_ON_A_GPU) for device in devices]
+
+
+def seconds_in_kernels(queues: Sequence[Queue]) -> float:
+    """Return the time that kernels ran, of the device where they ran longest [s]."""
+    spans: dict[str, list[tuple[float, float]]] = {}
+    for queue in queues:
+        spans.setdefault(queue.device, []).extend(queue.spans)
+    return max(seconds_covered(each) for each in spans.values())
+
+
+def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
+    """Divide launches into slices of rows of lanes that take about as long each; the longest samples' come first."""
+    costs = [np.cumsum(launch.steps[::lanes], dtype=np.float64) for launch in launches]  # a row is as long as its first
+    share = sum(cost[-1] for cost in costs) / (threads * SLICES_A_THREAD)
+    parts = []
+    for launch, cost in zip(launches, costs, strict=True):
+        count = max(1, round(cost[-1] / share))
+        edges = np.searchsorted(cost, np.linspace(0, cost[-1], count + 1)[1:-1])
+        edges = np.unique([0, *(edges + 1), cost.size])
+        parts += [(launch, int(a), int(b)) for a, b in pairwise(edges)]
+    return sorted(parts, key=lambda part: -part[0].steps[part[1] * lanes])
+
+
+def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -> Any:
+    """Return a struct of `structs` with these arrays on a device, ready for whatever is queued there."""
+    struct = getattr(structs(dtype), kind)
+    instance = struct()
+    for name, values in arrays.items():
+        setattr(instance, name, wp.array(_as_field(struct, name, values), device=device))
+    wp.synchronize_device(device)
+    return instance
+
+
+def part_of(instance: Any, kind: str, names: Iterable[str], dtype: str, first: int, last: int) -> Any:
+    """Return a struct of the same arrays' parts from `first` to before `last`."""
+    part = getattr(structs(dtype), kind)()
+    for name in names:
+        setattr(part, name, getattr(instance, name)[first:last])
+    return part
+
+
+def control(dtype: str, **values: float) -> Any:
+    """Return the scalars of a launch as the kernels take them."""
+    instance = structs(dtype).Control()
+    for name, value in values.items():
+        setattr(instance, name, value)
+    return instance
+
+
+def output_dtype(name: str, dtype: str) -> np.dtype:
+    """Return the NumPy type of an output."""
+    return np.dtype(wp.dtype_to_numpy(structs(dtype).Output.vars[name].type.dtype))
+
+
+def _blank_value(struct: Any, name: str) -> float:
+    """Return what an output is before it is written: NaN, -1, and the status diverged: a sample never run shows."""
+    if name == "status":
+        return DIVERGED
+    return -1 if struct.vars[name].type.dtype is wp.int32 else float("nan")
+
+
+def _as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
+    """Return values as a struct's array has them: of its type, and the last index next to next in memory."""
+    return np.ascontiguousarray(values, dtype=wp.dtype_to_numpy(struct.vars[name].type.dtype))
+
+
+def _wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
+    """Return values as an array of a struct, where they are."""
+    return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)
