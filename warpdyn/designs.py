@@ -10,19 +10,9 @@ from numpy.typing import ArrayLike
 
 from warpdyn.checks import real_numbers
 from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
-from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion
+from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion, checked_motions
 
 IntensityMeasure = PeakGroundAcceleration | SpectralAcceleration
-
-
-def _checked_motions(motions: Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    motions = (motions,) if isinstance(motions, GroundMotion) else tuple(motions)
-    if not motions:
-        raise ValueError("motions is empty: give at least one GroundMotion")
-    for index, motion in enumerate(motions):
-        if not isinstance(motion, GroundMotion):
-            raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
-    return motions
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
@@ -52,7 +42,7 @@ class Stripes:
     measure: IntensityMeasure
 
     def __post_init__(self) -> None:
-        motions = _checked_motions(self.motions)
+        motions = checked_motions(self.motions)
         levels = np.atleast_1d(real_numbers("levels_in_g", self.levels_in_g))
         if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
             raise ValueError(f"levels_in_g must be a row of finite values above 0 g, got {self.levels_in_g}")
@@ -91,7 +81,7 @@ class Cloud:
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "motions", _checked_motions(self.motions))
+        object.__setattr__(self, "motions", checked_motions(self.motions))
         object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
 
     def assign(self, structures: int, seed: int) -> Assignment:
@@ -122,7 +112,7 @@ class Individual:
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
-        motions = _checked_motions(self.motions)
+        motions = checked_motions(self.motions)
         scale = real_numbers("scale", self.scale)
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
             raise ValueError("scale must be one factor, or one a sample, each finite and above 0")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -64,6 +65,23 @@ class GroundMotion:
     def peak_ground_acceleration(self) -> float:
         """Largest absolute acceleration [m/s2]."""
         return float(np.abs(self.acceleration).max())
+
+
+def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
+    """Return ground motions, or one, as a tuple; raise an error unless there is one and all are ground motions."""
+    motions = (motions,) if isinstance(motions, GroundMotion) else tuple(motions)
+    if not motions:
+        raise ValueError("motions is empty: give at least one GroundMotion")
+    for index, motion in enumerate(motions):
+        if not isinstance(motion, GroundMotion):
+            raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
+    return motions
+
+
+def motion_names(motions: Sequence[GroundMotion | ForceHistory]) -> tuple:
+    """Return the variable `motion_name` of datasets."""
+    names = [getattr(motion, "name", "force history") for motion in motions]
+    return "motion", np.array(names, dtype=str), {"long_name": "name of the motion", "units": "1"}
 
 
 @dataclass(frozen=True, eq=False)

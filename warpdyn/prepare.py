@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 
 from warpdyn import pack
 from warpdyn.checks import one_of, real_number, whole_number
 from warpdyn.ensemble import Ensemble
-from warpdyn.kernels.build import checked_device
+from warpdyn.kernels.build import checked_device, cores
 from warpdyn.methods import METHODS, check_fits
 from warpdyn.sample import draw
 from warpdyn.scene import Scene
@@ -47,7 +45,7 @@ def prepare(
     row = METHODS[method]
     one_of("dtype", dtype, ("float32", "float64"))
     samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
-    threads = _cores() if threads is None else whole_number("threads", threads, 1)
+    threads = cores() if threads is None else whole_number("threads", threads, 1)
     if tolerance is not None and not row.is_adaptive:
         adaptive = [name for name, other in METHODS.items() if other.is_adaptive]
         raise ValueError(f"method {method!r} takes no tolerance; these do: {', '.join(adaptive)}")
@@ -80,7 +78,3 @@ def prepare(
         threads=threads,
     )
     return run, vibration
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import datetime
-import platform
 from collections.abc import Sequence
-from importlib.metadata import version
 
 import numpy as np
 import xarray as xr
 
-from warpdyn.motions import IN_G, Assignment
+from warpdyn.motions import IN_G, Assignment, motion_names
 from warpdyn.recorders import ADAPTIVE, HISTORY, RECORDERS, STATUS_MEANINGS, STRIPED
 from warpdyn.scene import Scene
+from warpdyn.store import trace
 from warpdyn.timeline import Schedule, motions_of
 
 
@@ -61,14 +59,7 @@ def label(
         variables[name] = (dims, values.astype(dtype)[assignment.structure], attributes)
     dataset = xr.Dataset(variables, coords=_coordinates(scene, assignment))
     dataset = dataset.merge(_motion_table(scene))
-    dataset.attrs = {
-        "Conventions": "CF-1.11",
-        "title": scene.title,
-        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} warpdyn.simulate",
-        "source": f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
-        f"Python {platform.python_version()}",
-        "scene": scene.to_json(),
-    }
+    dataset.attrs = trace(scene.title, "simulate") | {"scene": scene.to_json()}
     return dataset
 
 
@@ -119,15 +110,11 @@ def _motion_table(scene: Scene) -> xr.Dataset:
     motions = motions_of(scene)
     if not motions:
         return xr.Dataset()
-    names = [getattr(motion, "name", "force history") for motion in motions]
-    columns = {
-        "motion_name": (np.array(names, dtype=str), "name of the motion", "1"),
-        "motion_step": (np.array([motion.step for motion in motions]), "sampling step of the motion", "s"),
-    }
+    steps = np.array([motion.step for motion in motions])
     return xr.Dataset(
         {
-            name: ("motion", column, {"long_name": text, "units": units})
-            for name, (column, text, units) in columns.items()
+            "motion_name": motion_names(motions),
+            "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
         }
     )
 

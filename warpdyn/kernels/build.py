@@ -85,6 +85,11 @@ def checked_device(device: str | None) -> str:
     return device
 
 
+def cores() -> int:
+    """Return the number of processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def device_name(device: str) -> str:
     """Return the device and its maker's name, as the dataset tells them."""
     return f"{device} ({wp.get_device(device).name})"
