@@ -5,6 +5,7 @@ from warpdyn.fragility import fragility
 from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
+from warpdyn.response_spectra import response_spectra
 from warpdyn.results import summary
 from warpdyn.sample import Factor, Listed, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
@@ -35,6 +36,7 @@ __all__ = [
     "Value",
     "fragility",
     "plan",
+    "response_spectra",
     "simulate",
     "summary",
     "write",

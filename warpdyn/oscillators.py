@@ -12,11 +12,12 @@ from math import factorial
 
 import numpy as np
 
-HIGHEST_POWER = 14  # of series at a norm within 1/2: the first term left out is at most 0.5^15 / 16! = 1e-18
+LARGEST_NORM = 0.5  # of (1 + 2 zeta) omega h, up to which a step is summed up as a series
+HIGHEST_POWER = 14  # of these series: the first term left out is at most 0.5^15 / 16! = 1e-18
 
 
 def halvings_of(norm: np.ndarray) -> np.ndarray:
-    """Return how often steps are halved until what is summed up has a norm within 1/2."""
+    """Return how often steps are halved until what is summed up has a norm within `LARGEST_NORM`."""
     return np.maximum(np.frexp(norm)[1] + 1, 0)
 
 
