@@ -1,10 +1,31 @@
-"""Intensity measures: their values, their names, and what they refuse."""
+"""Intensity measures: what they are called, what designs make of them, and what they refuse."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import gmean
 
-from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration, spectral_acceleration
+import warpdyn as wd
+import warpdyn.plots
+from warpdyn.intensity import (
+    AriasIntensity,
+    AverageSpectralAcceleration,
+    IntensityMeasure,
+    PeakGroundAcceleration,
+    PeakGroundVelocity,
+    SignificantDuration,
+    SpectralAcceleration,
+    spectral_acceleration,
+)
 from warpdyn.motions import GroundMotion
+
+G = 9.80665
+MOTIONS = [GroundMotion(np.random.default_rng(i).normal(size=30 + 10 * i), 0.1, f"motion {i}") for i in range(3)]
 
 
 def test_shapes():
@@ -15,6 +36,8 @@ def test_shapes():
     assert result[1, 0] == spectral_acceleration(motion, 2.0)
     assert isinstance(spectral_acceleration(motion, 1), float)
     assert spectral_acceleration(motion, []).shape == (0,)
+    spectra = wd.response_spectra(motion, periods.ravel(), device="cpu")["pseudo_spectral_acceleration"]
+    np.testing.assert_array_equal(spectra.values.ravel(), result.ravel())
 
 
 def test_measures():
@@ -26,12 +49,73 @@ def test_measures():
     assert SpectralAcceleration(2, damping_ratio=0.025).name == "Sa(2 s, 2.5 %)"
     assert measure.of(motion) == spectral_acceleration(motion, 0.75, 0.05)
     assert measure == SpectralAcceleration(0.75, 0.05)
+    assert SignificantDuration(0.05, 0.75).name == "D5-75"
     with pytest.raises(AttributeError):
         measure.period = 1.0
 
 
+def test_average_spectral_acceleration():
+    periods = np.arange(0.15, 2.25, 0.01)
+    measure = AverageSpectralAcceleration(periods, 0.02)
+    assert measure.name == "Sa_avg(0.15 to 2.24 s, 210 periods, 2 %)"
+    assert measure == AverageSpectralAcceleration(list(periods), 0.02)
+    for motion, value in zip(MOTIONS, measure.of_all(MOTIONS), strict=True):
+        assert value == pytest.approx(gmean(spectral_acceleration(motion, periods, 0.02)), rel=1e-13)
+        assert value == measure.of(motion)
+    single = AverageSpectralAcceleration([0.7])
+    np.testing.assert_allclose(single.of_all(MOTIONS), SpectralAcceleration(0.7).of_all(MOTIONS), rtol=1e-15)
+
+
+@pytest.mark.parametrize("measure", [SpectralAcceleration(0.6), AverageSpectralAcceleration([0.2, 0.6, 1.8])])
+def test_stripes_are_scaled_to_their_level(measure):
+    stripes = wd.Stripes(MOTIONS, [0.3, 1.2], measure)
+    assignment = stripes.assign(structures=1, seed=0)
+    assert assignment.units == "g"
+    assert assignment.measure == measure.name
+    for motion, scale, level in zip(assignment.motion, assignment.scale, assignment.im_level, strict=True):
+        scaled = GroundMotion(scale * MOTIONS[motion].acceleration, MOTIONS[motion].step)
+        assert measure.of(scaled) == pytest.approx(level * G, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("measure", "units"), [(PeakGroundVelocity(), "m s-1"), (AriasIntensity(), "m s-1"), (SignificantDuration(), "s")]
+)
+def test_other_measures_label_what_runs_at_any_scale(measure, units):
+    cloud = wd.Cloud(MOTIONS, measure).assign(structures=2, seed=0)
+    assert cloud.units == units
+    np.testing.assert_allclose(cloud.im_level, np.tile(measure.of_all(MOTIONS), 2), rtol=1e-15)
+    individual = wd.Individual(MOTIONS, motion=[2, 0], scale=[0.5, 3.0], measure=measure).assign(2, 0)
+    scaled = [GroundMotion(0.5 * MOTIONS[2].acceleration, 0.1), GroundMotion(3.0 * MOTIONS[0].acceleration, 0.1)]
+    np.testing.assert_allclose(individual.im_level, measure.of_all(scaled), rtol=1e-12)
+    with pytest.raises(ValueError, match=r"levels_in_g are of an acceleration: .*, got .*"):
+        wd.Stripes(MOTIONS, [0.1, 0.2], measure)
+
+
+def test_units_reach_the_dataset():
+    structure = wd.ShearBuilding(mass=1.0, stiffness=[100.0], height=3.0)
+    run = wd.simulate(wd.Scene(structure, wd.Cloud(MOTIONS, PeakGroundVelocity())), device="cpu")
+    assert run["im_level"].attrs["units"] == "m s-1"
+    assert run["im_level"].attrs["long_name"] == "PGV of the scaled motion"
+    assert "comment" not in run["im_level"].attrs
+    assert wd.plots.drift_against_intensity(run).axes[0].get_xlabel() == "PGV [m s-1]"
+    run = wd.simulate(wd.Scene(structure, wd.Cloud(MOTIONS)), device="cpu")
+    assert run["im_level"].attrs["units"] == "g"
+    assert "standard gravity" in run["im_level"].attrs["comment"]
+
+
+def test_every_measure_is_in_si_units_and_named():
+    for measure in IntensityMeasure.__subclasses__():
+        arguments = {"SpectralAcceleration": (1.0,), "AverageSpectralAcceleration": ([1.0, 2.0],)}
+        instance = measure(*arguments.get(measure.__name__, ()))
+        assert instance.units in ("m s-2", "m s-1", "m", "s")
+        assert instance.name
+        assert instance.of_all(MOTIONS).shape == (3,)
+        assert instance.of_all(MOTIONS)[1] == instance.of(MOTIONS[1])
+
+
 def test_silence_has_no_intensity():
     motion = GroundMotion(np.zeros(5), 0.1)
+    assert AverageSpectralAcceleration([0.5, 1.0]).of(motion) == 0.0
     assert SpectralAcceleration(1.0).of(motion) == 0.0
     assert PeakGroundAcceleration().of(motion) == 0.0
 
@@ -55,3 +139,32 @@ def test_bad_damping_ratio(damping_ratio):
         SpectralAcceleration(1.0, damping_ratio)
     with pytest.raises(ValueError, match="damping_ratio must be a number from 0"):
         spectral_acceleration(GroundMotion([0.0, 1.0], 0.1), 1.0, damping_ratio)
+
+
+@pytest.mark.parametrize(("start", "end"), [(0.0, 0.95), (0.05, 1.0), (0.75, 0.05), (0.5, 0.5), (-0.1, 0.5)])
+def test_bad_duration(start, end):
+    with pytest.raises(ValueError, match="start"):
+        SignificantDuration(start, end)
+
+
+@pytest.mark.parametrize("periods", [[], 1.0, [[1.0, 2.0]], [1.0, 0.0], [np.nan], "T", [1.0, None]])
+def test_bad_periods_of_an_average(periods):
+    with pytest.raises(ValueError, match="periods must be"):
+        AverageSpectralAcceleration(periods)
+
+
+def test_bad_motions_of_intensity_measures():
+    with pytest.raises(ValueError, match="motions is empty"):
+        wd.intensity_measures([])
+    with pytest.raises(TypeError, match=r"motions\[0\] is a str"):
+        wd.intensity_measures(["a.AT2"])
+
+
+def test_scenes_and_designs_do_not_import_warp():
+    """They are data: only a measure that needs oscillators does, when it is computed."""
+    program = (
+        "import sys, types; package = types.ModuleType('warpdyn'); package.__path__ = [sys.argv[1]];"
+        "sys.modules['warpdyn'] = package; import warpdyn.scene; assert 'warp' not in sys.modules"
+    )
+    path = Path(wd.__file__).parent
+    subprocess.run([sys.executable, "-c", program, str(path)], check=True)

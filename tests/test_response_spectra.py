@@ -180,9 +180,10 @@ def test_peak_after_the_end(period):
 def test_long_period_gives_the_peak_ground_displacement():
     """A weight on a soft spring stays where it is; from zero velocity and displacement to zero velocity."""
     motion = wd.GroundMotion([0.0, 1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0, 0.0], 0.5)
-    expected = 0.5  # two triangles of speed 0.5 for 1 s and back: 0.25 + 0.25 m
+    expected = 0.5  # two triangles of speed 0.5 for 1 s and back: 0.25 + 0.25 m, see test_motion_integrals
     # What the spring and the damper do in the 4 s of the record.
     assert displacements(motion, 1e6, 0.05).item() == pytest.approx(expected, rel=1e-5)
+    assert wd.PeakGroundDisplacement().of(motion) == pytest.approx(expected, rel=1e-14)
 
 
 def test_short_period_gives_the_peak_ground_acceleration(el_centro):

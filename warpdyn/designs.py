@@ -9,16 +9,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.checks import real_numbers
-from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
+from warpdyn.intensity import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion, checked_motions
-
-IntensityMeasure = PeakGroundAcceleration | SpectralAcceleration
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+    """Return the measure of every motion, in g where it is an acceleration."""
     if not isinstance(measure, IntensityMeasure):
-        raise TypeError(f"measure must be PeakGroundAcceleration() or SpectralAcceleration(period), got {measure!r}")
-    return np.array([measure.of(motion) for motion in motions])
+        raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
+    return measure.of_all(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
+
+
+def _is_acceleration(measure: IntensityMeasure) -> bool:
+    return measure.units == "m s-2"
+
+
+def _units(measure: IntensityMeasure) -> str:
+    return "g" if _is_acceleration(measure) else measure.units
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +37,12 @@ class Stripes:
     Args:
         motions: Ground motions.
         levels_in_g: Levels of the intensity measure [g], increasing, shape [im_level].
-        measure: The intensity measure: PeakGroundAcceleration() or SpectralAcceleration(period).
+        measure: The intensity measure, an acceleration: PeakGroundAcceleration(), SpectralAcceleration(period) or
+            AverageSpectralAcceleration(periods).
 
     Raises:
-        ValueError: If there is no motion or no level, a level is not positive or they do not increase, or a motion
-            has no intensity to scale (its values are all zero).
+        ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure is
+            not an acceleration, or a motion has no intensity to scale (its values are all zero).
     """
 
     motions: Sequence[GroundMotion]
@@ -48,11 +56,16 @@ class Stripes:
             raise ValueError(f"levels_in_g must be a row of finite values above 0 g, got {self.levels_in_g}")
         if np.any(np.diff(levels) <= 0):
             raise ValueError(f"levels_in_g must increase, got {levels.tolist()}")
+        if isinstance(self.measure, IntensityMeasure) and not _is_acceleration(self.measure):
+            raise ValueError(
+                f"levels_in_g are of an acceleration: measure must be PeakGroundAcceleration, SpectralAcceleration or "
+                f"AverageSpectralAcceleration, got {self.measure.name} [{self.measure.units}]"
+            )
         intensities = _intensities(motions, self.measure)
         for index, (motion, intensity) in enumerate(zip(motions, intensities, strict=True)):
             if not intensity > 0:
                 raise ValueError(
-                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} m/s2: "
+                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} g: "
                     "an all-zero record cannot be scaled to a stripe; leave it out"
                 )
         object.__setattr__(self, "motions", motions)
@@ -64,7 +77,7 @@ class Stripes:
         shape = (structures, len(self.motions), len(self.levels_in_g))
         structure, motion, level = (i.ravel() for i in np.indices(shape, dtype=np.int32))
         im_level = self.levels_in_g[level]
-        scale = im_level * STANDARD_GRAVITY / self._intensities[motion]
+        scale = im_level / self._intensities[motion]
         return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True)
 
 
@@ -74,7 +87,7 @@ class Cloud:
 
     Args:
         motions: Ground motions.
-        measure: The intensity measure that the samples are labelled with.
+        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
     """
 
     motions: Sequence[GroundMotion]
@@ -88,8 +101,8 @@ class Cloud:
         """Return structures x motions samples."""
         shape = (structures, len(self.motions))
         structure, motion = (i.ravel() for i in np.indices(shape, dtype=np.int32))
-        im_level = self._intensities[motion] / STANDARD_GRAVITY
-        return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name)
+        im_level = self._intensities[motion]
+        return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name, _units(self.measure))
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +113,7 @@ class Individual:
         motions: Ground motions.
         motion: Index into `motions` for each sample, shape [sample]; None draws one for each from the seed.
         scale: Factor on the motion: one for all, or one a sample, shape [sample].
-        measure: The intensity measure that the samples are labelled with.
+        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
 
     Raises:
         ValueError: If an index is out of range or a scale is not finite and positive.
@@ -138,5 +151,6 @@ class Individual:
             random = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, 1]))).random(structures)
             motion = (random * len(self.motions)).astype(np.int32)
         scale = np.broadcast_to(self.scale, structures).astype(np.float64)
-        im_level = scale * self._intensities[motion] / STANDARD_GRAVITY
-        return Assignment(np.arange(structures, dtype=np.int32), motion, scale, im_level, self.measure.name)
+        im_level = scale**self.measure.power * self._intensities[motion]
+        structure = np.arange(structures, dtype=np.int32)
+        return Assignment(structure, motion, scale, im_level, self.measure.name, _units(self.measure))

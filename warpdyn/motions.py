@@ -92,8 +92,9 @@ class Assignment:
         structure: Index of the drawn structure, shape [sample].
         motion: Index of the motion, shape [sample].
         scale: Factor on the motion, shape [sample].
-        im_level: Intensity measure of the scaled motion [g], shape [sample], or None where there is none.
+        im_level: Intensity measure of the scaled motion, shape [sample], or None where there is none.
         measure: Name of that intensity measure.
+        units: Its units: "g" for accelerations, SI for others.
         is_striped: Whether `im_level` takes the values of a list of stripes.
     """
 
@@ -102,6 +103,7 @@ class Assignment:
     scale: np.ndarray
     im_level: np.ndarray | None = None
     measure: str = ""
+    units: str = "g"
     is_striped: bool = False
 
 

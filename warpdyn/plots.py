@@ -151,7 +151,7 @@ def drift_against_intensity(dataset: xr.Dataset) -> Figure:
     axes.set(
         xscale="log",
         yscale="log",
-        xlabel=f"{_measure(dataset)} [g]",
+        xlabel=f"{_measure(dataset)} [{dataset['im_level'].attrs.get('units', 'g')}]",
         ylabel="Largest peak storey drift ratio [%]",
     )
     for axis in (axes.xaxis, axes.yaxis):
@@ -225,6 +225,6 @@ def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
     if "record" in at.coords:
         title += f": {dataset['motion_name'].values[int(at['record'])]}"
     if "im_level" in at.coords:
-        title += f", {_measure(dataset)} = {float(at['im_level']):.3g} g"
+        title += f", {_measure(dataset)} = {float(at['im_level']):.3g} {at['im_level'].attrs.get('units', 'g')}"
     figure.suptitle(title, fontsize=10)
     return figure

@@ -100,7 +100,9 @@ def _coordinates(scene: Scene, assignment: Assignment) -> dict[str, tuple]:
     if assignment.im_level is not None:
         name = f"{assignment.measure} of the scaled motion"
         striped = STRIPED if assignment.is_striped else "of a design where every motion has a level of its own"
-        attributes = {"long_name": name, "units": "g", "comment": IN_G, "design": striped}
+        attributes = {"long_name": name, "units": assignment.units, "design": striped}
+        if assignment.units == "g":
+            attributes["comment"] = IN_G
         coordinates["im_level"] = ("sample", assignment.im_level, attributes)
     return coordinates
 
