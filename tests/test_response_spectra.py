@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib import image
-from oscillator_peaks import largest_displacement
-from scipy.integrate import solve_ivp
+from oscillator_peaks import integrated_displacement, largest_displacement
 
 import warpdyn as wd
 from warpdyn import plots
@@ -143,28 +142,9 @@ def test_against_integration():
     # Starts and ends away from zero, so that both jumps count.
     motion = wd.GroundMotion(np.random.default_rng(7).normal(size=16), 0.11)
     for period, damping_ratio in ((0.04, 0.05), (0.4, 0.0), (0.4, 0.7), (3.0, 0.05)):
-        expected = integrated(motion, period, damping_ratio)
+        expected = integrated_displacement(motion, period, damping_ratio)
         # What the integration, at 1e-11 a step, may be off by after a few hundred steps.
         assert displacements(motion, period, damping_ratio).item() == pytest.approx(expected, rel=1e-9)
-
-
-def integrated(motion: wd.GroundMotion, period: float, damping_ratio: float) -> float:
-    frequency, last = 2 * np.pi / period, motion.acceleration.size - 1
-    state, peak = np.zeros(2), 0.0
-    for i in range(last + 1):
-        ends = motion.acceleration[i : i + 2] if i < last else np.zeros(2)
-        span = motion.step if i < last else period
-
-        def rate(t, y, ends=ends, span=span):
-            ground = ends[0] + (ends[1] - ends[0]) * t / span
-            return [y[1], -ground - 2 * damping_ratio * frequency * y[1] - frequency**2 * y[0]]
-
-        run = solve_ivp(
-            rate, (0, span), state, "DOP853", rtol=1e-11, atol=1e-14, events=lambda t, y: y[1], max_step=period / 20
-        )
-        peak = max(peak, *np.abs([*(y[0] for y in run.y_events[0]), *run.y[0]]))
-        state = run.y[:, -1]
-    return peak
 
 
 # The peak, at 0.25 s: on a sample; within the first step; just before a sample.
