@@ -3,9 +3,20 @@
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.fragility import fragility
 from warpdyn.histories import Histories
-from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
+from warpdyn.intensity import (
+    AriasIntensity,
+    AverageSpectralAcceleration,
+    CumulativeAbsoluteVelocity,
+    PeakGroundAcceleration,
+    PeakGroundDisplacement,
+    PeakGroundVelocity,
+    SignificantDuration,
+    SpectralAcceleration,
+    intensity_measures,
+)
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
+from warpdyn.response_spectra import response_spectra
 from warpdyn.results import summary
 from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
@@ -14,8 +25,11 @@ from warpdyn.store import write
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 __all__ = [
+    "AriasIntensity",
+    "AverageSpectralAcceleration",
     "Choice",
     "Cloud",
+    "CumulativeAbsoluteVelocity",
     "Factor",
     "ForceHistory",
     "FreeVibration",
@@ -28,14 +42,19 @@ __all__ = [
     "Lognormal",
     "Normal",
     "PeakGroundAcceleration",
+    "PeakGroundDisplacement",
+    "PeakGroundVelocity",
     "Scene",
     "ShearBuilding",
+    "SignificantDuration",
     "SpectralAcceleration",
     "Stripes",
     "Uniform",
     "Value",
     "fragility",
+    "intensity_measures",
     "plan",
+    "response_spectra",
     "simulate",
     "summary",
     "write",

@@ -9,27 +9,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.checks import real_numbers
-from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
-from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion
+from warpdyn.intensity import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion, checked_motions
 from warpdyn.random_numbers import MOTIONS, uniform_rows
-
-IntensityMeasure = PeakGroundAcceleration | SpectralAcceleration
-
-
-def _checked_motions(motions: Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    motions = (motions,) if isinstance(motions, GroundMotion) else tuple(motions)
-    if not motions:
-        raise ValueError("motions is empty: give at least one GroundMotion")
-    for index, motion in enumerate(motions):
-        if not isinstance(motion, GroundMotion):
-            raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
-    return motions
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+    """Return the measure of every motion, in g where it is an acceleration."""
     if not isinstance(measure, IntensityMeasure):
-        raise TypeError(f"measure must be PeakGroundAcceleration() or SpectralAcceleration(period), got {measure!r}")
-    return np.array([measure.of(motion) for motion in motions])
+        raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
+    return measure.of_all(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
+
+
+def _is_acceleration(measure: IntensityMeasure) -> bool:
+    return measure.units == "m s-2"
+
+
+def _units(measure: IntensityMeasure) -> str:
+    return "g" if _is_acceleration(measure) else measure.units
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +38,12 @@ class Stripes:
     Args:
         motions: Ground motions.
         levels_in_g: Levels of the intensity measure [g], increasing, shape [im_level].
-        measure: The intensity measure: PeakGroundAcceleration() or SpectralAcceleration(period).
+        measure: The intensity measure, an acceleration: PeakGroundAcceleration(), SpectralAcceleration(period) or
+            AverageSpectralAcceleration(periods).
 
     Raises:
-        ValueError: If there is no motion or no level, a level is not positive or they do not increase, or a motion
-            has no intensity to scale (its values are all zero).
+        ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure is
+            not an acceleration, or a motion has no intensity to scale (its values are all zero).
     """
 
     motions: Sequence[GroundMotion]
@@ -53,17 +51,22 @@ class Stripes:
     measure: IntensityMeasure
 
     def __post_init__(self) -> None:
-        motions = _checked_motions(self.motions)
+        motions = checked_motions(self.motions)
         levels = np.atleast_1d(real_numbers("levels_in_g", self.levels_in_g))
         if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
             raise ValueError(f"levels_in_g must be a row of finite values above 0 g, got {self.levels_in_g}")
         if np.any(np.diff(levels) <= 0):
             raise ValueError(f"levels_in_g must increase, got {levels.tolist()}")
+        if isinstance(self.measure, IntensityMeasure) and not _is_acceleration(self.measure):
+            raise ValueError(
+                f"levels_in_g are of an acceleration: measure must be PeakGroundAcceleration, SpectralAcceleration or "
+                f"AverageSpectralAcceleration, got {self.measure.name} [{self.measure.units}]"
+            )
         intensities = _intensities(motions, self.measure)
         for index, (motion, intensity) in enumerate(zip(motions, intensities, strict=True)):
             if not intensity > 0:
                 raise ValueError(
-                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} m/s2: "
+                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} g: "
                     "an all-zero record cannot be scaled to a stripe; leave it out"
                 )
         object.__setattr__(self, "motions", motions)
@@ -80,7 +83,7 @@ class Stripes:
         levels = len(self.levels_in_g)
         motion = np.repeat(np.arange(len(self.motions), dtype=np.int32), levels)
         im_level = np.tile(self.levels_in_g, len(self.motions))
-        scale = im_level * STANDARD_GRAVITY / self._intensities[motion]
+        scale = im_level / self._intensities[motion]
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_a_structure)
         motion, scale, im_level = (np.tile(values, len(structures)) for values in (motion, scale, im_level))
         return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True, alike=levels)
@@ -92,14 +95,14 @@ class Cloud:
 
     Args:
         motions: Ground motions.
-        measure: The intensity measure that the samples are labelled with.
+        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
     """
 
     motions: Sequence[GroundMotion]
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "motions", _checked_motions(self.motions))
+        object.__setattr__(self, "motions", checked_motions(self.motions))
         object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
 
     @property
@@ -111,8 +114,8 @@ class Cloud:
         """Return a sample a motion for each of these structures, given by their indices."""
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_a_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
-        im_level = self._intensities[motion] / STANDARD_GRAVITY
-        return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name)
+        im_level = self._intensities[motion]
+        return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name, _units(self.measure))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +126,7 @@ class Individual:
         motions: Ground motions.
         motion: Index into `motions` for each sample, shape [sample]; None draws one for each from the seed.
         scale: Factor on the motion: one for all, or one a sample, shape [sample].
-        measure: The intensity measure that the samples are labelled with.
+        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
 
     Raises:
         ValueError: If an index is out of range or a scale is not finite and positive.
@@ -135,7 +138,7 @@ class Individual:
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
-        motions = _checked_motions(self.motions)
+        motions = checked_motions(self.motions)
         scale = real_numbers("scale", self.scale)
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
             raise ValueError("scale must be one factor, or one a sample, each finite and above 0")
@@ -168,5 +171,5 @@ class Individual:
         else:
             motion = self.motion[index]
         scale = self.scale[index] if self.scale.ndim else np.full(index.size, float(self.scale))
-        im_level = scale * self._intensities[motion] / STANDARD_GRAVITY
-        return Assignment(index, motion, scale, im_level, self.measure.name)
+        im_level = scale**self.measure.power * self._intensities[motion]
+        return Assignment(index, motion, scale, im_level, self.measure.name, _units(self.measure))

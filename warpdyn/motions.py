@@ -67,6 +67,23 @@ class GroundMotion:
         return float(np.abs(self.acceleration).max())
 
 
+def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
+    """Return ground motions, or one, as a tuple; raise an error unless there is one and all are ground motions."""
+    motions = (motions,) if isinstance(motions, GroundMotion) else tuple(motions)
+    if not motions:
+        raise ValueError("motions is empty: give at least one GroundMotion")
+    for index, motion in enumerate(motions):
+        if not isinstance(motion, GroundMotion):
+            raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
+    return motions
+
+
+def motion_names(motions: Sequence[GroundMotion | ForceHistory]) -> tuple:
+    """Return the variable `motion_name` of datasets."""
+    names = [getattr(motion, "name", "force history") for motion in motions]
+    return "motion", np.array(names, dtype=str), {"long_name": "name of the motion", "units": "1"}
+
+
 @dataclass(frozen=True, eq=False)
 class Assignment:
     """Which structure runs under which motion at which scale, one value a sample.
@@ -75,8 +92,9 @@ class Assignment:
         structure: Index of the drawn structure, shape [sample].
         motion: Index of the motion, shape [sample].
         scale: Factor on the motion, shape [sample].
-        im_level: Intensity measure of the scaled motion [g], shape [sample], or None where there is none.
+        im_level: Intensity measure of the scaled motion, shape [sample], or None where there is none.
         measure: Name of that intensity measure.
+        units: Its units: "g" for accelerations, SI for others.
         is_striped: Whether `im_level` takes the values of a list of stripes.
         alike: Samples in a row that have their structure and motion in common, each time.
     """
@@ -86,6 +104,7 @@ class Assignment:
     scale: np.ndarray
     im_level: np.ndarray | None = None
     measure: str = ""
+    units: str = "g"
     is_striped: bool = False
     alike: int = 1
 

@@ -7,8 +7,10 @@ from itertools import cycle
 import numpy as np
 import xarray as xr
 from matplotlib import ticker
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from warpdyn.motions import STANDARD_GRAVITY
 from warpdyn.recorders import STRIPED
 
 # Okabe and Ito's colours: told apart with any colour vision, from the lightest damage state to the heaviest.
@@ -149,13 +151,44 @@ def drift_against_intensity(dataset: xr.Dataset) -> Figure:
     axes.set(
         xscale="log",
         yscale="log",
-        xlabel=f"{_measure(dataset)} [g]",
+        xlabel=f"{_measure(dataset)} [{dataset['im_level'].attrs.get('units', 'g')}]",
         ylabel="Largest peak storey drift ratio [%]",
     )
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
     axes.grid(alpha=0.3, which="both", lw=0.4)
     axes.legend(fontsize=8, loc="lower right")
+    return figure
+
+
+def response_spectra(dataset: xr.Dataset) -> Figure:
+    """Draw the pseudo-spectral acceleration of every motion, the median and the 16 to 84 % range, by damping ratio.
+
+    Args:
+        dataset: What `response_spectra` returned.
+
+    Raises:
+        ValueError: If the dataset has no spectra.
+    """
+    _require(dataset, "pseudo_spectral_acceleration", remedy="draw what response_spectra(motions, periods) returned")
+    spectra = dataset["pseudo_spectral_acceleration"].transpose("damping_ratio", "motion", "period") / STANDARD_GRAVITY
+    period, panels = dataset["period"].values, dataset.sizes["damping_ratio"]
+    figure = _figure(6.4 if panels == 1 else 1.0 + 3.4 * panels, 4.6)
+    for axes, panel in zip(figure.subplots(1, panels, sharey=True, squeeze=False)[0], spectra, strict=True):
+        lines = [np.column_stack([period, values]) for values in panel.values]
+        axes.add_collection(LineCollection(lines, colors="0.6", linewidths=0.5, alpha=0.6, label="motions"))
+        low, median, high = np.quantile(panel.values, (0.16, 0.5, 0.84), axis=0)
+        axes.fill_between(period, low, high, color=COLOURS[0], alpha=0.25, lw=0, label="16 to 84 %")
+        axes.plot(period, median, color=COLOURS[0], lw=1.8, label="median")
+        axes.set(xscale="log", yscale="log", xlabel="Period [s]", xlim=(period.min(), period.max()))
+        axes.set_title(f"{100 * float(panel['damping_ratio']):.3g} % damping", fontsize=9)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(ticker.LogLocator(subs=(1, 3)))
+            axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+            axis.set_minor_formatter(ticker.NullFormatter())
+        axes.grid(alpha=0.3, which="both", lw=0.4)
+    figure.axes[0].set_ylabel("Pseudo-spectral acceleration [g]")
+    figure.axes[0].legend(fontsize=8, loc="lower left")
     return figure
 
 
@@ -192,6 +225,6 @@ def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
     if "record" in at.coords:
         title += f": {dataset['motion_name'].values[int(at['record'])]}"
     if "im_level" in at.coords:
-        title += f", {_measure(dataset)} = {float(at['im_level']):.3g} g"
+        title += f", {_measure(dataset)} = {float(at['im_level']):.3g} {at['im_level'].attrs.get('units', 'g')}"
     figure.suptitle(title, fontsize=10)
     return figure

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -12,6 +11,7 @@ from warpdyn import pack
 from warpdyn.checks import one_of, real_number, whole_number
 from warpdyn.designs import Individual
 from warpdyn.ensemble import Ensemble, Terms
+from warpdyn.kernels.build import cores
 from warpdyn.kernels.devices import Queue, checked_devices, open_queues
 from warpdyn.methods import METHODS, check_fits
 from warpdyn.sample import Sampler
@@ -96,7 +96,7 @@ def lay_out(
     row = METHODS[method]
     one_of("dtype", dtype, ("float32", "float64"))
     samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
-    threads = _cores() if threads is None else whole_number("threads", threads, 1)
+    threads = cores() if threads is None else whole_number("threads", threads, 1)
     if tolerance is not None and not row.is_adaptive:
         adaptive = [name for name, other in METHODS.items() if other.is_adaptive]
         raise ValueError(f"method {method!r} takes no tolerance; these do: {', '.join(adaptive)}")
@@ -136,7 +136,3 @@ def prepare(scene: Scene, *, known: dict[str, Drawn] | None = None, **arguments:
 def in_float64(terms: Terms, tolerance: float) -> Terms:
     """Return terms in double precision, with another tolerance."""
     return replace(terms, plan=replace(terms.plan, dtype="float64"), tolerance=tolerance)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -16,10 +16,10 @@ from warpdyn.kernels.plan import Plan
 from warpdyn.methods import METHODS, ImplicitMethod, Method
 from warpdyn.modal import chain_stiffness_matrix, rayleigh_coefficients
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.oscillators import HIGHEST_POWER, halvings_of, oscillator_increments
 from warpdyn.scene import Scene
 
 Arrays = dict[str, np.ndarray]
-HIGHEST_POWER = 14  # of series at a norm within 1/2: the first term left out is at most 0.5^15 / 16! = 1e-18
 DIAGONAL_TOLERANCE = 1e-12  # what rounding leaves beside a diagonal, over its largest entry
 DOUBLES_AT_A_TIME = 2**20  # in one of the matrices of coupled modes
 
@@ -100,11 +100,11 @@ def pack_linear(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray) 
 
 
 def _halvings(modes: Modes, step: np.ndarray, frequency: float) -> np.ndarray:
-    """Return how often each step is halved until what is summed up has a norm within 1/2, shape [pair]."""
+    """Return how often each step is halved, shape [pair]."""
     damping = np.abs(modes.damping)
     rates = np.sqrt(modes.stiffness) + (damping if damping.ndim == 2 else damping.sum(axis=2))
     norm = step * np.maximum(rates.max(axis=1), abs(frequency))
-    return np.maximum(np.frexp(norm)[1] + 1, 0)
+    return halvings_of(norm)
 
 
 def _increments(
@@ -134,7 +134,7 @@ def _increments(
     stiffness, damping, load = modes.stiffness[chosen], modes.damping[chosen], modes.load[chosen]
     number = stiffness.shape[1]
     if damping.ndim == 2:
-        increments, response = _oscillators(stiffness, damping, step[:, None], frequency, halvings)
+        increments, response = oscillator_increments(stiffness, damping, step[:, None], frequency, halvings)
         return increments, response if by_force else response * load[:, None, :, None]
     loads = np.broadcast_to(np.eye(number), damping.shape) if by_force else load[:, :, None]
     if isinstance(method, ImplicitMethod):
@@ -193,46 +193,6 @@ def _loads(scene: Scene, shape: np.ndarray, momentum: np.ndarray, influence: np.
         state = [np.broadcast_to(part, shape.shape[1]) for part in (excitation.displacement, excitation.velocity)]
         start = np.array([part @ momentum for part in state])
     return -influence @ momentum, start
-
-
-def _oscillators(
-    stiffness: np.ndarray, damping: np.ndarray, h: np.ndarray, frequency: float | None, halvings: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the increments of modes that do not couple, by their state and by a load of 1.
-
-    Every function needed of a mode's 2 x 2 matrix is a polynomial of degree 1 in it. In units of the step, with
-    w = (omega h)^2 and d = 2 zeta omega h, a constant load leads from rest to (q, q') = (g1, g0), and one that rises
-    from 0 to 1 to (g2, g1). They are summed up over a fraction of the step, where series need few terms, and doubled
-    until they reach it. No digit is lost to small, equal or imaginary roots.
-    """
-    w, d = np.ldexp(stiffness * h**2, -2 * halvings), np.ldexp(damping * h, -halvings)
-    turn = 1j * np.ldexp((frequency or 0.0) * h, -halvings)
-    g1, g2 = np.zeros_like(w), np.zeros_like(w)
-    driven_q, driven_v, share = 0j * w, 0j * w, 0 * turn  # what a load of exp(i angle) leads to
-    for power in range(HIGHEST_POWER, -1, -1):
-        g1, g2 = 1 / factorial(power + 2) - w * g2 - d * g1, g1
-        if frequency is not None:
-            share = 1 / factorial(power + 1) + turn * share
-            driven_q, driven_v = driven_v, share - w * driven_q - d * driven_v
-    g0 = 1 - d * g1 - w * g2
-    for _ in range(halvings):
-        if frequency is not None:
-            both = 1 + np.exp(turn) - w * g1
-            driven_q, driven_v = (
-                (both * driven_q + g0 * driven_v) / 4,
-                ((both - d * g0) * driven_v - w * g0 * driven_q) / 2,
-            )
-        g0, g1, g2 = (
-            (1 - w * g1 - d * g0 / 2) * g0,
-            (g0**2 - w * g1**2 + 2 * g1) / 4,
-            (2 * g0 * g1 + d * g1**2 + 2 * g2) / 8,
-        )
-        w, d, turn = 4 * w, 2 * d, 2 * turn
-    increments = [[-w * g1, h * g0], [-w * g0 / h, -w * g1 - d * g0]]
-    response = [[(g1 - g2) * h**2, g2 * h**2], [(g0 - g1) * h, g1 * h]]
-    if frequency is not None:
-        response = [[driven_q.real * h**2, driven_q.imag * h**2], [driven_v.real * h, driven_v.imag * h]]
-    return np.transpose(increments, (2, 0, 3, 1)), np.transpose(response, (2, 0, 3, 1))
 
 
 def _coupled(

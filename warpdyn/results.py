@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import datetime
-import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.metadata import version
 
 import numpy as np
 import xarray as xr
@@ -15,9 +11,10 @@ import xarray as xr
 from warpdyn.ensemble import Ensemble, Terms
 from warpdyn.kernels.devices import output_dtype
 from warpdyn.methods import METHODS
-from warpdyn.motions import IN_G
+from warpdyn.motions import IN_G, motion_names
 from warpdyn.recorders import HISTORY, STATUS_MEANINGS, STRIPED, recorded
 from warpdyn.scene import Scene
+from warpdyn.store import trace
 from warpdyn.timeline import motions_of
 
 Arrays = dict[str, np.ndarray]
@@ -79,7 +76,10 @@ def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
     if level.im_level is not None:
         striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
         name = f"{level.measure} of the scaled motion"
-        coordinates["im_level"] = (double, {"long_name": name, "units": "g", "comment": IN_G, "design": striped})
+        attributes = {"long_name": name, "units": level.units, "design": striped}
+        if level.units == "g":
+            attributes["comment"] = IN_G
+        coordinates["im_level"] = (double, attributes)
     for name, (dtype, attributes) in coordinates.items():
         columns[name] = Column((), dtype, attributes, is_coordinate=True)
     return columns
@@ -147,22 +147,8 @@ def labelled(terms: Terms, columns: dict[str, Column], rows: Arrays) -> xr.Datas
         name: xr.Variable(("sample", *column.dims), rows[name], column.attributes) for name, column in columns.items()
     }
     coordinates = {name: variables.pop(name) for name, column in columns.items() if column.is_coordinate}
-    attributes = {
-        "Conventions": "CF-1.11",
-        "title": scene.title,
-        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} warpdyn.simulate",
-        "source": _versions(),
-        "scene": scene.to_json(),
-    }
+    attributes = trace(scene.title, "simulate") | {"scene": scene.to_json()}
     return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
-
-
-@cache
-def _versions() -> str:
-    return (
-        f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
-        f"Python {platform.python_version()}"
-    )
 
 
 def _numbered(scene: Scene) -> dict[str, tuple]:
@@ -181,13 +167,10 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
     motions = motions_of(scene)
     if not motions:
         return {}
-    names = [getattr(motion, "name", "force history") for motion in motions]
-    columns = {
-        "motion_name": (np.array(names, dtype=str), "name of the motion", "1"),
-        "motion_step": (np.array([motion.step for motion in motions]), "sampling step of the motion", "s"),
-    }
+    steps = np.array([motion.step for motion in motions])
     return {
-        name: ("motion", column, {"long_name": text, "units": units}) for name, (column, text, units) in columns.items()
+        "motion_name": motion_names(motions),
+        "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
     }
 
 

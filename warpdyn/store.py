@@ -1,11 +1,17 @@
-"""Datasets to netCDF, whole or block after block, all or nothing: a file that is there is whole."""
+"""Datasets to netCDF, whole or block after block, all or nothing: a file that is there is whole.
+
+What traces a dataset to its making stands here too.
+"""
 
 from __future__ import annotations
 
+import datetime
 import os
+import platform
 import tempfile
 import zlib
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
 
@@ -42,6 +48,22 @@ def check_writable(path: str | os.PathLike) -> Path:
         reason = error.strerror or str(error)
         raise type(error)(f"cannot write {path}: {reason}; choose another folder") from error
     return path
+
+
+def trace(title: str, function: str) -> dict[str, str]:
+    """Return the root attributes of a dataset that say what it is and what made it.
+
+    Args:
+        title: What the dataset holds.
+        function: The public function of warpdyn that made it.
+    """
+    return {
+        "Conventions": "CF-1.11",
+        "title": title,
+        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} warpdyn.{function}",
+        "source": f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
+        f"Python {platform.python_version()}",
+    }
 
 
 def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:

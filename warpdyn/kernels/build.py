@@ -1,5 +1,6 @@
 """Kernels by plan: which factory builds one, how many samples a thread carries, how far loops are unrolled."""
 
+import os
 from dataclasses import replace
 
 import warp as wp
@@ -87,3 +88,8 @@ def load_kernel(plan: Plan, device: str) -> wp.Kernel:
 def history_plan(plan: Plan) -> Plan:
     """Return the plan that keeps whole histories of the same samples, one a thread, and nothing else."""
     return replace(plan, recorders=("history",), lanes=1, sections=1)
+
+
+def cores() -> int:
+    """Return the number of processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
