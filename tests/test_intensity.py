@@ -69,7 +69,7 @@ def test_average_spectral_acceleration():
 @pytest.mark.parametrize("measure", [SpectralAcceleration(0.6), AverageSpectralAcceleration([0.2, 0.6, 1.8])])
 def test_stripes_are_scaled_to_their_level(measure):
     stripes = wd.Stripes(MOTIONS, [0.3, 1.2], measure)
-    assignment = stripes.assign(structures=1, seed=0)
+    assignment = stripes.assign(structures=[0], seed=0)
     assert assignment.units == "g"
     assert assignment.measure == measure.name
     for motion, scale, level in zip(assignment.motion, assignment.scale, assignment.im_level, strict=True):
@@ -81,10 +81,10 @@ def test_stripes_are_scaled_to_their_level(measure):
     ("measure", "units"), [(PeakGroundVelocity(), "m s-1"), (AriasIntensity(), "m s-1"), (SignificantDuration(), "s")]
 )
 def test_other_measures_label_what_runs_at_any_scale(measure, units):
-    cloud = wd.Cloud(MOTIONS, measure).assign(structures=2, seed=0)
+    cloud = wd.Cloud(MOTIONS, measure).assign(structures=[0, 1], seed=0)
     assert cloud.units == units
     np.testing.assert_allclose(cloud.im_level, np.tile(measure.of_all(MOTIONS), 2), rtol=1e-15)
-    individual = wd.Individual(MOTIONS, motion=[2, 0], scale=[0.5, 3.0], measure=measure).assign(2, 0)
+    individual = wd.Individual(MOTIONS, motion=[2, 0], scale=[0.5, 3.0], measure=measure).assign([0, 1], 0)
     scaled = [GroundMotion(0.5 * MOTIONS[2].acceleration, 0.1), GroundMotion(3.0 * MOTIONS[0].acceleration, 0.1)]
     np.testing.assert_allclose(individual.im_level, measure.of_all(scaled), rtol=1e-12)
     with pytest.raises(ValueError, match=r"levels_in_g are of an acceleration: .*, got .*"):

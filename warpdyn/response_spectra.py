@@ -95,11 +95,14 @@ def spectral_displacements(
 ) -> np.ndarray:
     """Return the spectral displacement [m] of checked input, shape [motion, damping_ratio, period]."""
     # The only module that imports warp is imported where it launches: scenes hold measures, and must not.
-    from warpdyn.kernels.build import checked_device, cores
+    from warpdyn.kernels.build import cores
+    from warpdyn.kernels.devices import checked_devices
     from warpdyn.kernels.oscillators import largest_displacements
 
     threads = cores() if threads is None else whole_number("threads", threads, 1)
-    device = checked_device(device)
+    first, *others = checked_devices(device)
+    if others:
+        raise ValueError(f"response spectra run on one device, got {device!r}")
     shape = (len(motions), damping_ratios.size, periods.size)
     if 0 in shape:
         return np.empty(shape)
@@ -122,9 +125,7 @@ def spectral_displacements(
     }
     damping_ratio, period = (values.ravel() for values in np.meshgrid(damping_ratios, periods, indexing="ij"))
     result = np.empty(shape)
-    result[order] = largest_displacements(records, _packed(period, damping_ratio, steps), device, threads).reshape(
-        shape
-    )
+    result[order] = largest_displacements(records, _packed(period, damping_ratio, steps), first, threads).reshape(shape)
     return result
 
 

@@ -20,9 +20,9 @@ from warpdyn.kernels.build import (
     CPU_UNROLL,
     GPU_LANES,
     GPU_UNROLL,
-    SLICES_A_THREAD,
     THREADS_OF_A_BLOCK,
 )
+from warpdyn.kernels.devices import SLICES_A_THREAD
 from warpdyn.kernels.extrema import angle_to_zero, double, searched
 
 
