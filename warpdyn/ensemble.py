@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from warpdyn import pack
-from warpdyn.kernels import devices
+from warpdyn.kernels import arguments, devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.plan import Plan
 from warpdyn.methods import METHODS
@@ -54,7 +54,7 @@ class Terms:
         """Return the load as a device holds it, brought there once."""
         if device not in self._loads:
             packed = pack.pack_load(self.scene, self.timeline)
-            self._loads[device] = devices.brought("Load", packed, self.plan.dtype, device)
+            self._loads[device] = arguments.brought("Load", packed, self.plan.dtype, device)
         return self._loads[device]
 
 
@@ -161,7 +161,7 @@ class Ensemble:
         """Return every recorded variable of some samples, sample last."""
         part = self.take(chosen)
         rows = {
-            name: np.empty((chosen.size, *shape), devices.output_dtype(name, self.plan.dtype))
+            name: np.empty((chosen.size, *shape), arguments.output_dtype(name, self.plan.dtype))
             for name, shape in self.terms.shapes.items()
         }
         part.start(rows)
@@ -229,7 +229,7 @@ class Ensemble:
         launches, first = [], 0
         for value in substeps:
             last = first + alike * int(np.count_nonzero(all_substeps == value))
-            control = devices.control(
+            control = arguments.control(
                 dtype,
                 samples=last - first,
                 substeps=int(value),
@@ -239,7 +239,7 @@ class Ensemble:
             )
             part = samples
             if substeps.size > 1:
-                part = devices.part_of(samples, "Samples", arrays, dtype, first, last)
+                part = arguments.part_of(samples, "Samples", arrays, dtype, first, last)
             launches.append(devices.Launch(control, part, arrays["run_intervals"][first:last] * int(value)))
             first = last
         loads = self.terms.loads_on(self.queue.device)
