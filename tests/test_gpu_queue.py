@@ -17,7 +17,7 @@ from test_simulate import assert_same_bits, make_scene
 
 import warpdyn as wd
 from warpdyn import blocks
-from warpdyn.kernels import build, devices
+from warpdyn.kernels import arguments, build, devices
 
 
 class Event:
@@ -152,6 +152,7 @@ def pretended(request, monkeypatch):
             Pretended.current.add(lambda: fill(array, value))
 
     monkeypatch.setattr(devices, "wp", shim)
+    monkeypatch.setattr(arguments, "wp", shim)
     monkeypatch.setattr(wp.array, "fill_", fill_)
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
     monkeypatch.setattr(blocks, "free_memory", lambda device: 2**34)

@@ -63,7 +63,7 @@ def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, flo
     drawn = run.sampler.draw(np.arange(1))
     parameters = pack.parameters_of(terms.scene, drawn)
     of_step = terms.timeline.interval / terms.timeline.substeps
-    packed = pack.pack_structures(terms.scene, parameters, terms.plan, of_step[:1])
+    packed = pack.pack_structures(terms.scene, parameters, terms.plan, of_step[:1], np.zeros((1, 2)))
     values = sum(array.size for array in packed.values())
     if pack.needs_step(terms.plan):  # a structure is packed once for each step
         values *= np.unique(of_step).size

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from warpdyn import pack
-from warpdyn.kernels import devices
+from warpdyn.kernels import arguments, devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.plan import Plan
 from warpdyn.methods import METHODS
@@ -54,7 +54,7 @@ class Terms:
         """Return the load as a device holds it, brought there once."""
         if device not in self._loads:
             packed = pack.pack_load(self.scene, self.timeline)
-            self._loads[device] = devices.brought("Load", packed, self.plan.dtype, device)
+            self._loads[device] = arguments.brought("Load", packed, self.plan.dtype, device)
         return self._loads[device]
 
 
@@ -65,6 +65,7 @@ class Ensemble:
         terms: How they are integrated.
         structures: Indices of the structures in the run, increasing, shape [structure].
         drawn: Their scattered parameters, structure first.
+        rayleigh: Their Rayleigh damping, as their vibration tells it.
         assignment: Which structure and motion each sample has.
         row: Place of each sample's structure in `drawn`, shape [sample]; 0 where nothing is drawn.
         schedule: How each sample is stepped; it may be changed between integrations.
@@ -77,6 +78,7 @@ class Ensemble:
         terms: Terms,
         structures: np.ndarray,
         drawn: Arrays,
+        rayleigh: np.ndarray,
         assignment: Assignment,
         row: np.ndarray,
         schedule: Schedule,
@@ -85,7 +87,8 @@ class Ensemble:
     ) -> None:
         self.terms, self.queue = terms, queue
         self.scene, self.timeline, self.plan, self.tolerance = terms.scene, terms.timeline, terms.plan, terms.tolerance
-        self.structures, self.drawn, self.assignment, self.row = structures, drawn, assignment, row
+        self.structures, self.drawn, self.rayleigh = structures, drawn, rayleigh
+        self.assignment, self.row = assignment, row
         self.schedule, self.sample = schedule, sample
 
     def take(self, samples: np.ndarray) -> Ensemble:
@@ -95,6 +98,7 @@ class Ensemble:
             self.terms,
             self.structures[structures] if self.drawn else self.structures,
             {name: values[structures] for name, values in self.drawn.items()},
+            self.rayleigh[structures],
             self.assignment.take(samples),
             row,
             self.schedule.take(samples),
@@ -104,9 +108,8 @@ class Ensemble:
 
     def alike(self, terms: Terms, schedule: Schedule) -> Ensemble:
         """Return the same samples on other terms."""
-        return Ensemble(
-            terms, self.structures, self.drawn, self.assignment, self.row, schedule, self.sample, self.queue
-        )
+        held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
+        return Ensemble(terms, *held, schedule, self.sample, self.queue)
 
     def restepped(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
         """Return the schedule with other steps an interval for some samples, which run as long as before.
@@ -158,7 +161,7 @@ class Ensemble:
         """Return every recorded variable of some samples, sample last."""
         part = self.take(chosen)
         rows = {
-            name: np.empty((chosen.size, *shape), devices.output_dtype(name, self.plan.dtype))
+            name: np.empty((chosen.size, *shape), arguments.output_dtype(name, self.plan.dtype))
             for name, shape in self.terms.shapes.items()
         }
         part.start(rows)
@@ -226,7 +229,7 @@ class Ensemble:
         launches, first = [], 0
         for value in substeps:
             last = first + alike * int(np.count_nonzero(all_substeps == value))
-            control = devices.control(
+            control = arguments.control(
                 dtype,
                 samples=last - first,
                 substeps=int(value),
@@ -236,7 +239,7 @@ class Ensemble:
             )
             part = samples
             if substeps.size > 1:
-                part = devices.part_of(samples, "Samples", arrays, dtype, first, last)
+                part = arguments.part_of(samples, "Samples", arrays, dtype, first, last)
             launches.append(devices.Launch(control, part, arrays["run_intervals"][first:last] * int(value)))
             first = last
         loads = self.terms.loads_on(self.queue.device)
@@ -254,7 +257,7 @@ class Ensemble:
             step = steps[pairs % steps.size]
         else:
             parameters, place, step = pack.parameters_of(self.scene, self.drawn), self.row, None
-        packed = pack.pack_structures(self.scene, parameters, self.plan, step)
+        packed = pack.pack_structures(self.scene, parameters, self.plan, step, self.rayleigh)
         return self.queue.upload("Structure", packed, self.plan.dtype), place
 
 
@@ -267,6 +270,7 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
         first.terms,
         np.concatenate([part.structures for part in parts]),
         {name: np.concatenate([part.drawn[name] for part in parts]) for name in first.drawn},
+        np.concatenate([part.rayleigh for part in parts]) if first.drawn else first.rayleigh,
         Assignment.joined([part.assignment for part in parts]),
         np.concatenate([part.row + start for part, start in zip(parts, starts, strict=True)]),
         Schedule.joined([part.schedule for part in parts]),

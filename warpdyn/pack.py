@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from warpdyn.kernels.build import fitted
@@ -59,12 +61,7 @@ def load_of(scene: Scene) -> str:
     return kinds.get(type(scene.excitation), "base_acceleration")
 
 
-def _rayleigh(scene: Scene, parameters: Arrays, frequencies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    first, second = (frequencies[:, mode - 1] for mode in scene.structure.damping_modes)
-    return rayleigh_coefficients(first, second, parameters["damping_ratio"])
-
-
-def pack_chain(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
+def pack_chain(scene: Scene, parameters: Arrays, spring: str, rayleigh: np.ndarray) -> Arrays:
     """Return the arrays of the chain's kernels, structures last."""
     mass, stiffness = parameters["mass"], parameters["stiffness"]
     structures, storeys = mass.shape
@@ -78,16 +75,15 @@ def pack_chain(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
     if scene.structure.damping == "storey":
         packed["storey_damping"] = parameters["damping_coefficient"].T
     elif scene.structure.damping == "rayleigh":
-        of_mass, of_stiffness = _rayleigh(scene, parameters, circular_frequencies(mass, stiffness))
-        packed["storey_damping"] = (of_stiffness[:, None] * stiffness).T
-        packed["mass_damping"] = of_mass
+        packed["storey_damping"] = (rayleigh[:, 1:] * stiffness).T
+        packed["mass_damping"] = rayleigh[:, 0]
     elif scene.structure.damping == "modal":
         matrices = modal_damping_matrix(mass, chain_stiffness_matrix(stiffness), parameters["damping_ratio"])
         packed["damping_matrix"] = matrices.reshape(structures, storeys * storeys).T
     return packed
 
 
-def pack_dense(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
+def pack_dense(scene: Scene, parameters: Arrays) -> Arrays:
     """Return the arrays of the dense kernel: the nominal matrices and the factors on them."""
     nominal = scene.structure.parameters
     return {
@@ -100,7 +96,9 @@ def pack_dense(scene: Scene, parameters: Arrays, spring: str) -> Arrays:
     }
 
 
-def pack_structures(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray | None) -> Arrays:
+def pack_structures(
+    scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray | None, rayleigh: np.ndarray
+) -> Arrays:
     """Return what the Structure struct of a plan's kernel holds.
 
     Args:
@@ -108,10 +106,13 @@ def pack_structures(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarr
         parameters: Every parameter of some structures, `structure` first.
         plan: The kernel's plan.
         step: Integration step of each of them [s], where `needs_step`.
+        rayleigh: Rayleigh damping of each of them, as their vibration tells it.
     """
     if needs_step(plan):
         return pack_linear(scene, parameters, plan, step)
-    return (pack_chain if plan.family == "chain" else pack_dense)(scene, parameters, plan.law)
+    if plan.family == "chain":
+        return pack_chain(scene, parameters, plan.law, rayleigh)
+    return pack_dense(scene, parameters)
 
 
 def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
@@ -159,19 +160,23 @@ def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
     return packed
 
 
-def vibration_of(scene: Scene, drawn: Arrays, method: Method) -> Vibration:
+def vibration_of(scene: Scene, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
     """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
     count = len(next(iter(drawn.values()))) if drawn else 1
-    together = max(1, DOUBLES_AT_A_TIME // (2 * scene.structure.dofs) ** 2)
-    parts = [
-        _vibration(scene, parameters_of(scene, drawn, slice(start, start + together)), method)
-        for start in range(0, count, together)
-    ]
+    together = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
+
+    def part(start: int) -> tuple[np.ndarray, ...]:
+        return _vibration(scene, parameters_of(scene, drawn, slice(start, start + together)), method)
+
+    if count <= together:
+        return Vibration(*part(0))
+    with ThreadPoolExecutor(threads) as pool:  # eigenvalues are what takes the time, and numpy lets go for them
+        parts = list(pool.map(part, range(0, count, together)))
     return Vibration(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
-def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return period [s], slowest decay [1/s] and longest stable step [s] of some structures."""
+def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+    """Return period [s], slowest decay [1/s], longest stable step [s] and Rayleigh damping of some structures."""
     damping = scene.structure.damping
     mass, stiffness = parameters["mass"], parameters["stiffness"]
     if scene.structure.family == "dense":
@@ -184,9 +189,9 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[[0, -1]])
         rate = highest_damping_rate(mass_matrix, damping_matrix)
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
-        return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable
+        return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
     initial = circular_frequencies(mass, stiffness)
-    period = 2 * np.pi / initial[:, 0]
+    period, rayleigh = 2 * np.pi / initial[:, 0], np.zeros((len(mass), 2))
     if damping == "storey":
         dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
         eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
@@ -198,8 +203,9 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         if damping == "modal":
             ratios += parameters["damping_ratio"][:, None]
         elif damping == "rayleigh":
-            of_mass, of_stiffness = _rayleigh(scene, parameters, initial)
-            ratios += (of_mass[:, None] / initial + of_stiffness[:, None] * initial) / 2
+            first, second = (initial[:, mode - 1] for mode in scene.structure.damping_modes)
+            rayleigh = np.stack(rayleigh_coefficients(first, second, parameters["damping_ratio"]), axis=1)
+            ratios += (rayleigh[:, :1] / initial + rayleigh[:, 1:] * initial) / 2
         stable = stable_step(method, initial, ratios).min(axis=1)
         rate = (2 * ratios * initial).max(axis=1)
         # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
@@ -209,7 +215,7 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         stiffest = LAWS[scene.structure.law].stiffest(parameters)
         highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > stiffness) else initial[:, -1]
         stable = stable_step_of_yielding(method, highest, rate, stable)
-    return period, decay, stable
+    return period, decay, stable, rayleigh
 
 
 def _slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:

@@ -53,7 +53,7 @@ class Run:
     def draw(self, structures: np.ndarray) -> Drawn:
         """Return the parameters and the vibration of some structures, given by their indices, increasing."""
         drawn = self.sampler.draw(structures)
-        return drawn, pack.vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method])
+        return drawn, pack.vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method], self.threads)
 
     def ensemble(self, structures: np.ndarray, queue: Queue, known: Drawn | None = None) -> tuple[Ensemble, Vibration]:
         """Return some structures with all their samples, and their vibration.
@@ -72,7 +72,8 @@ class Run:
             row[:] = 0
         schedule = build_schedule(scene, self.terms.timeline, vibration, assignment, row)
         sample = np.add.outer(structures * each, np.arange(each)).astype(np.int32).ravel()
-        return Ensemble(self.terms, structures, drawn, assignment, row, schedule, sample, queue), vibration
+        rayleigh = vibration.rayleigh
+        return Ensemble(self.terms, structures, drawn, rayleigh, assignment, row, schedule, sample, queue), vibration
 
 
 def lay_out(

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.ensemble import Ensemble, Terms
-from warpdyn.kernels.devices import output_dtype
+from warpdyn.kernels.arguments import output_dtype
 from warpdyn.methods import METHODS
 from warpdyn.motions import IN_G, motion_names
 from warpdyn.recorders import HISTORY, STATUS_MEANINGS, STRIPED, recorded

@@ -91,11 +91,14 @@ class Vibration:
         period: First period [s].
         decay: Slowest rate of decay of free vibration [1/s].
         stable_step: Longest step at which the method is stable [s].
+        rayleigh: Factors of the mass [1/s] and the stiffness [s] in Rayleigh damping, 0 in any other, shape
+            [structure, 2].
     """
 
     period: np.ndarray
     decay: np.ndarray
     stable_step: np.ndarray
+    rayleigh: np.ndarray
 
 
 def motions_of(scene: Scene) -> tuple[GroundMotion | ForceHistory, ...]:

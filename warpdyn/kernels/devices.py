@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
+from warpdyn.kernels.arguments import as_field, blank_value, wrapped
 from warpdyn.kernels.build import THREADS_OF_A_BLOCK, load_kernel
 from warpdyn.kernels.plan import Plan, structs
-from warpdyn.recorders import DIVERGED
 
 SLICES_A_THREAD = 8  # short last slices keep all threads busy to the end
 # Blocks under way on a GPU at a time: while one is waited for, the others keep it busy. Samples of one number of steps
@@ -93,7 +93,7 @@ class CpuQueue:
         struct = getattr(structs(dtype), kind)
         instance = struct()
         for name, values in arrays.items():
-            setattr(instance, name, _wrapped(struct, name, _as_field(struct, name, values)))
+            setattr(instance, name, wrapped(struct, name, as_field(struct, name, values)))
         return instance
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
@@ -101,8 +101,8 @@ class CpuQueue:
         struct = structs(dtype).Output
         instance = struct()
         for name, values in into.items():
-            values.fill(_blank_value(struct, name))
-            setattr(instance, name, _wrapped(struct, name, values.T))
+            values.fill(blank_value(struct, name))
+            setattr(instance, name, wrapped(struct, name, values.T))
         return instance
 
     def launch(
@@ -171,7 +171,7 @@ class CudaQueue:
         struct = getattr(structs(dtype), kind)
         instance = struct()
         for name, values in arrays.items():
-            here = _wrapped(struct, name, _as_field(struct, name, values))
+            here = wrapped(struct, name, as_field(struct, name, values))
             there = self._array((kind, name), here.shape, here.dtype)
             wp.copy(there, here, stream=self.stream)
             self._kept_alive.append(here)
@@ -185,7 +185,7 @@ class CudaQueue:
         with wp.ScopedStream(self.stream):
             for name, values in into.items():
                 array = self._array(("Output", name), values.T.shape, struct.vars[name].type.dtype)
-                array.fill_(_blank_value(struct, name))
+                array.fill_(blank_value(struct, name))
                 setattr(instance, name, array)
         return instance
 
@@ -289,51 +289,3 @@ def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launc
         edges = np.unique([0, *(edges + 1), cost.size])
         parts += [(launch, int(a), int(b)) for a, b in pairwise(edges)]
     return sorted(parts, key=lambda part: -part[0].steps[part[1] * lanes])
-
-
-def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -> Any:
-    """Return a struct of `structs` with these arrays on a device, ready for whatever is queued there."""
-    struct = getattr(structs(dtype), kind)
-    instance = struct()
-    for name, values in arrays.items():
-        setattr(instance, name, wp.array(_as_field(struct, name, values), device=device))
-    wp.synchronize_device(device)
-    return instance
-
-
-def part_of(instance: Any, kind: str, names: Iterable[str], dtype: str, first: int, last: int) -> Any:
-    """Return a struct of the same arrays' parts from `first` to before `last`."""
-    part = getattr(structs(dtype), kind)()
-    for name in names:
-        setattr(part, name, getattr(instance, name)[first:last])
-    return part
-
-
-def control(dtype: str, **values: float) -> Any:
-    """Return the scalars of a launch as the kernels take them."""
-    instance = structs(dtype).Control()
-    for name, value in values.items():
-        setattr(instance, name, value)
-    return instance
-
-
-def output_dtype(name: str, dtype: str) -> np.dtype:
-    """Return the NumPy type of an output."""
-    return np.dtype(wp.dtype_to_numpy(structs(dtype).Output.vars[name].type.dtype))
-
-
-def _blank_value(struct: Any, name: str) -> float:
-    """Return what an output is before it is written: NaN, -1, and the status diverged: a sample never run shows."""
-    if name == "status":
-        return DIVERGED
-    return -1 if struct.vars[name].type.dtype is wp.int32 else float("nan")
-
-
-def _as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
-    """Return values as a struct's array has them: of its type, and the last index next to next in memory."""
-    return np.ascontiguousarray(values, dtype=wp.dtype_to_numpy(struct.vars[name].type.dtype))
-
-
-def _wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
-    """Return values as an array of a struct, where they are."""
-    return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)

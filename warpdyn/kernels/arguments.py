@@ -1,0 +1,58 @@
+"""The structs that kernels take, filled from NumPy arrays."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdyn.kernels.plan import structs
+from warpdyn.recorders import DIVERGED
+
+
+def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -> Any:
+    """Return a struct of `structs` with these arrays on a device, ready for whatever is queued there."""
+    struct = getattr(structs(dtype), kind)
+    instance = struct()
+    for name, values in arrays.items():
+        setattr(instance, name, wp.array(as_field(struct, name, values), device=device))
+    wp.synchronize_device(device)
+    return instance
+
+
+def part_of(instance: Any, kind: str, names: Iterable[str], dtype: str, first: int, last: int) -> Any:
+    """Return a struct of the same arrays' parts from `first` to before `last`."""
+    part = getattr(structs(dtype), kind)()
+    for name in names:
+        setattr(part, name, getattr(instance, name)[first:last])
+    return part
+
+
+def control(dtype: str, **values: float) -> Any:
+    """Return the scalars of a launch as the kernels take them."""
+    instance = structs(dtype).Control()
+    for name, value in values.items():
+        setattr(instance, name, value)
+    return instance
+
+
+def output_dtype(name: str, dtype: str) -> np.dtype:
+    """Return the NumPy type of an output."""
+    return np.dtype(wp.dtype_to_numpy(structs(dtype).Output.vars[name].type.dtype))
+
+
+def blank_value(struct: Any, name: str) -> float:
+    """Return what an output is before it is written: NaN, -1, and the status diverged: a sample never run shows."""
+    if name == "status":
+        return DIVERGED
+    return -1 if struct.vars[name].type.dtype is wp.int32 else float("nan")
+
+
+def as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
+    """Return values as a struct's array has them: of its type, and the last index next to next in memory."""
+    return np.ascontiguousarray(values, dtype=wp.dtype_to_numpy(struct.vars[name].type.dtype))
+
+
+def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
+    """Return values as an array of a struct, where they are."""
+    return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)
