@@ -1,0 +1,180 @@
+"""How fast warpdyn is on this machine, beside hand-written code and the tools that are installed.
+
+    python studies/benchmark.py --out results [--device cpu] [--quick]
+
+Measures the kernels (laws x storeys x number types x recorders x devices) and the same work by peers, whose peak drifts
+are compared with warpdyn's; the main job from its scene to a file, split into its parts; the scaling over samples, CPU
+threads and GPUs; and the first compile. Writes benchmark.nc and benchmark.png. Peers are in studies/peers; those that
+are not installed are named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import benchmark_cases as cases
+import numpy as np
+import xarray as xr
+from benchmark_figure import draw
+from benchmark_job import PARTS, measure_job
+from benchmark_kernels import compile_kernels, measure_kernels
+from benchmark_machine import available_devices, gpus, processor, versions
+from benchmark_peers import measure_peers
+from benchmark_report import print_report
+from benchmark_scaling import measure_starts, scale_gpus, scale_samples, scale_threads
+from command_line import save_figures
+
+from warpdyn import store
+
+# Columns of the measurements: what they are in words, their units, and what stands where a row has no value.
+COLUMNS: dict[str, tuple[str, str, Any]] = {
+    "part": ("part of the benchmark: kernels, or scaling over samples, threads or gpus", "1", ""),
+    "peer": ("who integrates", "1", ""),
+    "device": ("device", "1", ""),
+    "threads": ("CPU threads, 0 on a GPU", "1", 0),
+    "gpus": ("GPUs", "1", 0),
+    "law": ("storey law", "1", ""),
+    "storeys": ("storeys", "1", 0),
+    "dtype": ("number type", "1", ""),
+    "recorders": ("what is recorded: peak drifts, or all that is by default", "1", ""),
+    "steps": ("steps of the base motion", "1", 0),
+    "substeps": ("integration steps in each of them", "1", 1),
+    "run_samples": ("samples integrated", "1", 0),
+    "seconds": ("time of the integration alone, least of several runs", "s", np.nan),
+    "seconds_in_simulate": ("time of the whole of simulate, least of several runs", "s", np.nan),
+    "dof_steps_per_second": ("samples x storeys x integration steps, over the time of the integration", "s-1", np.nan),
+    "peak_drift_difference": (
+        "largest difference of a sample's peak drifts from warpdyn's in float64 on the CPU, over the largest of them",
+        "1",
+        np.nan,
+    ),
+    "status": ("measured, disagrees (by more than 1 %), missing or failed", "1", ""),
+    "note": ("why it is missing, or what else is known of it", "1", ""),
+}
+
+
+def label_rows(rows: list[dict[str, Any]]) -> xr.Dataset:
+    """Return rows as columns along `measurement`."""
+    return xr.Dataset(
+        {
+            name: (
+                "measurement",
+                np.array([row.get(name, blank) for row in rows], dtype=str if blank == "" else None),
+                {"long_name": text, "units": units},
+            )
+            for name, (text, units, blank) in COLUMNS.items()
+        }
+    )
+
+
+def label_jobs(jobs: list[dict[str, Any]]) -> xr.Dataset:
+    """Return the main job's parts along `job` and `job_part`."""
+    parts = np.array([[job["parts"][part] for part in PARTS] for job in jobs])
+    whole, histories = ([job[name] for job in jobs] for name in ("simulate", "histories"))
+    ratios = {name: [job[name] for job in jobs] for name in ("to_dataset", "to_netcdf")}
+    one = {"units": "1"}
+    return xr.Dataset(
+        {
+            "seconds_of_part": (
+                ("job", "job_part"),
+                parts,
+                {"long_name": "time of a part of the main job", "units": "s"},
+            ),
+            "seconds_of_simulate": ("job", whole, {"long_name": "time of simulate in the main job", "units": "s"}),
+            "ratio_to_dataset": ("job", ratios["to_dataset"], one | {"long_name": "time of simulate over kernel time"}),
+            "ratio_to_netcdf": (
+                "job",
+                ratios["to_netcdf"],
+                one | {"long_name": "time of simulate and of writing over kernel time"},
+            ),
+        },
+        coords={
+            "job_part": ("job_part", list(PARTS), one | {"long_name": "part of the main job"}),
+            "job_device": ("job", [job["device"] for job in jobs], one | {"long_name": "device of the main job"}),
+            "job_histories": ("job", histories, one | {"long_name": "histories of the main job"}),
+        },
+    )
+
+
+def label_starts(starts: list[dict[str, Any]]) -> xr.Dataset:
+    """Return what starts cost, along `start`."""
+    texts = {
+        "process": "time of a process that runs one structure of the main job twice",
+        "importing": "time of importing warpdyn in it",
+        "first_run": "time of its first run, which compiles or loads its kernel",
+        "second_run": "time of its second run",
+    }
+    columns = {
+        f"start_{name}": ("start", [row[name] for row in starts], {"long_name": text, "units": "s"})
+        for name, text in texts.items()
+    }
+    one = {"units": "1"}
+    coordinates = {
+        "start_device": ("start", [row["device"] for row in starts], one | {"long_name": "device of a start"}),
+        "start_cache": ("start", [row["start"] for row in starts], one | {"long_name": "kernel cache of a start"}),
+    }
+    return xr.Dataset(columns, coords=coordinates)
+
+
+def build_dataset(devices: list[str], size: dict[str, Any]) -> xr.Dataset:
+    """Measure everything and return it as one dataset."""
+    seconds: dict[str, float] = {}
+
+    def timed(name: str, measure: Callable[[], Any]) -> Any:
+        started = time.perf_counter()
+        found = measure()
+        seconds[f"seconds_{name}"] = time.perf_counter() - started
+        return found
+
+    first = [device for device in devices if device in ("cpu", "cuda:0")] or devices[:1]
+    kernels, peers = cases.kernel_cases(first, size), cases.peer_cases(first, size)
+    scaled = [cases.scaling_case(device, 256, size) for device in devices]
+    timed("compiling", lambda: compile_kernels([*kernels, *scaled]))
+    rows = timed("kernels", lambda: measure_kernels(kernels))
+    rows += timed("peers", lambda: measure_peers(peers, size["peer_seconds"]))
+    rows += timed("samples", lambda: scale_samples(first, size))
+    rows += timed("threads", lambda: scale_threads(size) if "cpu" in devices else [])
+    rows += timed("gpus", lambda: scale_gpus(devices, size))
+    histories = [(device, count) for device in first for count in size["histories"][device.split(":")[0]]]
+    jobs = timed("jobs", lambda: [measure_job(*job) for job in histories])
+    starts = timed("starts", lambda: measure_starts(first))
+    dataset = xr.merge([label_rows(rows), label_jobs(jobs), label_starts(starts)])
+    dataset.attrs = {
+        "Conventions": "CF-1.11",
+        "title": "Speed of warpdyn and of its peers on one machine",
+        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} studies/benchmark.py",
+        "source": versions(),
+        "processor": processor(),
+        "gpu": gpus(devices),
+        **seconds,
+    }
+    return dataset
+
+
+def main() -> None:
+    """Run the study."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
+    parser.add_argument("--device", nargs="+", help="devices, such as cpu or cuda:0 [the CPU and all GPUs]")
+    parser.add_argument("--quick", action="store_true", help="a few small cases: to see that all of it runs")
+    arguments = parser.parse_args()
+    available = available_devices()
+    devices = arguments.device or available
+    for device in devices:
+        if device not in available:
+            parser.error(f"no device {device!r} here; available: {', '.join(available)}")
+    target = store.check_writable(arguments.out / "benchmark.nc")
+    result = build_dataset(devices, cases.QUICK if arguments.quick else cases.FULL)
+    store.write(result, target)
+    save_figures({"benchmark": draw(result)}, arguments.out)
+    print_report(result)
+    print(f"wrote {target} and benchmark.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,236 @@
+"""What the study benchmark measures, as tables of dicts; and the ensemble that warpdyn and its peers all integrate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case
+from scipy.signal import cont2discrete, lfilter
+
+import warpdyn as wd
+from warpdyn.motions import STANDARD_GRAVITY
+
+STOREYS = (1, 3, 5, 10, 20, 40, 60)
+LAWS = ("elastic", "bilinear", "bouc_wen")
+BOTH = ("float32", "float64")
+STEP = 0.005  # s, of the base motion and of its integration, unless a case has substeps
+NO_DEVICE = "none"  # of a peer whose kind of device the run does not have
+RECORDERS = {"drift": ("drift",), "all": None}
+
+# How much of it all is measured. `dof_steps` of a case on a CPU thread, `samples` of one on a GPU.
+FULL: dict[str, Any] = {
+    "storeys": STOREYS,
+    "laws": LAWS,
+    "dtypes": BOTH,
+    "steps": 2000,
+    "dof_steps": 5e7,
+    "samples": 2**18,
+    "scaling_samples": tuple(2**k for k in range(8, 21)),
+    "thread_samples": 2**16,
+    "histories": {"cpu": (10_000,), "cuda": (10_000, 528_000)},
+    "peer_seconds": 240,
+}
+QUICK = FULL | {
+    "storeys": (3,),
+    "laws": ("bouc_wen",),
+    "dtypes": ("float32",),
+    "steps": 200,
+    "dof_steps": 1e6,
+    "samples": 2**12,
+    "scaling_samples": (2**8, 2**10),
+    "thread_samples": 2**10,
+    "histories": {"cpu": (1_000,), "cuda": (1_000,)},
+}
+
+# A peer runs the samples that warpdyn runs, or as many of them as its row names.
+PEERS: list[dict[str, Any]] = [
+    {"peer": "cpp_vectors", "device": "cpu", "laws": ("elastic", "bouc_wen"), "dtypes": BOTH},
+    {"peer": "numba_threads", "device": "cpu", "storeys": (1, 5, 20)},
+    {"peer": "jax_scan", "device": "cpu", "storeys": (5,), "samples": 1024},
+    {"peer": "jax_scan_unrolled", "device": "cpu", "storeys": (5,), "samples": 1024},
+    {"peer": "diffrax_tsit5", "device": "cpu", "storeys": (5,), "samples": 128},
+    {"peer": "diffrax_steps", "device": "cpu", "storeys": (5,), "samples": 128},
+    {"peer": "opensees_newmark", "device": "cpu", "storeys": (1, 5, 10, 20), "samples": 8, "substeps": 8},
+    {"peer": "cuda_registers", "device": "cuda", "laws": ("elastic", "bouc_wen"), "dtypes": BOTH},
+    {"peer": "numba_gpu", "device": "cuda", "storeys": (1, 5, 10, 20)},
+    {"peer": "jax_scan", "device": "cuda", "storeys": (5,)},
+    {"peer": "jax_scan_unrolled", "device": "cuda", "storeys": (5,)},
+    {"peer": "diffrax_tsit5", "device": "cuda", "storeys": (5,), "samples": 2**16},
+    {"peer": "diffrax_steps", "device": "cuda", "storeys": (5,)},
+    {"peer": "cubie_maxima", "device": "cuda", "storeys": (5, 10)},
+    {"peer": "cubie_optimized", "device": "cuda", "storeys": (5,)},
+]
+LABELS = {
+    "warpdyn": "warpdyn",
+    "cpp_vectors": "C++ by hand",
+    "cuda_registers": "CUDA by hand",
+    "numba_threads": "numba, by rows of samples",
+    "numba_gpu": "numba-cuda by hand",
+    "jax_scan": "JAX, vmap of a scan",
+    "jax_scan_unrolled": "JAX, storeys unrolled",
+    "diffrax_tsit5": "diffrax, diffeqsolve",
+    "diffrax_steps": "diffrax, stepped in a scan",
+    "opensees_newmark": "OpenSeesPy",
+    "cubie_maxima": "CuBIE",
+    "cubie_optimized": "CuBIE, optimised",
+}
+
+
+def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return warpdyn's cases: every law, number of storeys, dtype, device and set of recorders; a CPU on one thread."""
+    cases = []
+    for device in devices:
+        for dtype in size["dtypes"]:
+            for recorders in RECORDERS:
+                for law in size["laws"]:
+                    cases += [_case(device, law, n, dtype, size) | {"recorders": recorders} for n in size["storeys"]]
+    # At the shorter steps that a peer needs.
+    for row in (row for row in PEERS if "substeps" in row and row["device"] in devices):
+        for case in _peer_cases(row, row["device"], size):
+            cases.append(case | {"peer": "warpdyn", "recorders": "drift", "run_samples": case["samples"]})
+    return [{"part": "kernels", "peer": "warpdyn"} | case for case in cases]
+
+
+def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the cases of all peers; of several GPUs they have the first."""
+    kinds = {device.split(":")[0]: device for device in reversed(devices)}
+    return [
+        {"part": "kernels", "recorders": "drift"} | case
+        for row in PEERS
+        for case in _peer_cases(row, kinds.get(row["device"], NO_DEVICE), size)
+    ]
+
+
+def scaling_case(device: str, samples: int, size: dict[str, Any]) -> dict[str, Any]:
+    """Return the case that all scaling is measured on, of so many samples."""
+    case = _case(device, "bouc_wen", 5 if 5 in size["storeys"] else size["storeys"][0], "float32", size)
+    return case | {"peer": "warpdyn", "recorders": "drift", "samples": samples, "run_samples": samples}
+
+
+def _peer_cases(row: dict[str, Any], device: str, size: dict[str, Any]) -> list[dict[str, Any]]:
+    wanted = row.get("storeys", size["storeys"])
+    storeys = [n for n in size["storeys"] if n in wanted] or size["storeys"]
+    laws = [law for law in row.get("laws", ("bouc_wen",)) if law in size["laws"]]
+    dtypes = [dtype for dtype in row.get("dtypes", ("float32",)) if dtype in size["dtypes"]]
+    cases = []
+    for dtype in dtypes:
+        for law in laws:
+            for n in storeys:
+                case = _case(device, law, n, dtype, size) | {"peer": row["peer"], "substeps": row.get("substeps", 1)}
+                cases.append(case | {"run_samples": min(case["samples"], row.get("samples", case["samples"]))})
+    return cases
+
+
+def _case(device: str, law: str, storeys: int, dtype: str, size: dict[str, Any]) -> dict[str, Any]:
+    if device == "cpu":
+        wanted = size["dof_steps"] / (size["steps"] * storeys)
+        samples = 2 ** max(8, round(np.log2(wanted)))
+    else:
+        samples = size["samples"]
+    return {
+        "device": device,
+        "threads": int(device == "cpu"),
+        "gpus": int(device != "cpu"),
+        "law": law,
+        "storeys": storeys,
+        "dtype": dtype,
+        "steps": size["steps"],
+        "substeps": 1,
+        "samples": samples,
+        "run_samples": samples,
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """Structures that differ, each under one base motion at many levels; samples by structure, then level.
+
+    Args:
+        motion: The base motion.
+        levels: Peak ground acceleration of each level [g], shape [level].
+        stiffness, damping_coefficient, mass: Parameters [N/m, N s/m, kg], shape [structure, storey].
+    """
+
+    motion: wd.GroundMotion
+    levels: np.ndarray
+    stiffness: np.ndarray
+    damping_coefficient: np.ndarray
+    mass: np.ndarray
+
+    @property
+    def structure(self) -> np.ndarray:
+        """Which structure each sample has."""
+        return np.repeat(np.arange(len(self.mass)), self.levels.size)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Factor on the motion of each sample."""
+        factors = self.levels * STANDARD_GRAVITY / self.motion.peak_ground_acceleration
+        return np.tile(factors, len(self.mass))
+
+
+def draw_ensemble(storeys: int, samples: int, steps: int) -> Ensemble:
+    """Return an ensemble of at least so many samples: the same for the same numbers, whoever asks."""
+    generator = np.random.default_rng([storeys, samples, steps])
+    # What differs between 256 structures and their levels is enough, and tall structures take long to draw.
+    structures = min(256 if storeys <= 20 else 64, samples)
+
+    def scattered(middle: float, spread: float) -> np.ndarray:
+        return middle * np.exp(spread * generator.uniform(-1, 1, (structures, storeys)))
+
+    # White noise through the ground of Kanai and Tajimi, 15 rad/s and 60 % of critical.
+    ground = ([2 * 0.6 * 15, 15.0**2], [1.0, 2 * 0.6 * 15, 15.0**2])
+    numerator, denominator, _ = cont2discrete(ground, STEP)
+    noise = lfilter(numerator.ravel(), denominator, generator.normal(size=steps + 1))
+    levels = np.geomspace(0.05, 1.0, -(-samples // structures)) if samples > structures else np.array([0.3])
+    return Ensemble(
+        wd.GroundMotion(noise / np.abs(noise).max(), STEP, "filtered noise"),
+        levels,
+        scattered(2.0e7, 0.3),
+        scattered(5.0e4, 0.3),
+        scattered(2.0e4, 0.15),
+    )
+
+
+def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray | None = None) -> wd.Scene:
+    """Return warpdyn's scene of an ensemble, or of some of its samples alone, each then a structure of its own."""
+    structures = slice(None) if chosen is None else ensemble.structure[chosen]
+    names = ("stiffness", "damping_coefficient", "mass")
+    values = {name: getattr(ensemble, name)[structures] for name in names}
+    own = {}
+    if law != "elastic":
+        values["yield_force"] = YIELD_DRIFT * values["stiffness"]
+        own = {"yield_force": values["yield_force"][0], "hardening_ratio": HARDENING_RATIO}
+    first = {name: values[name][0] for name in names}
+    building = wd.ShearBuilding(**first, height=3.0, law=law, damping="storey", **own)
+    if chosen is None:
+        design = wd.Stripes([ensemble.motion], ensemble.levels, wd.PeakGroundAcceleration())
+    else:
+        design = wd.Individual([ensemble.motion], np.zeros(chosen.size, int), ensemble.scale[chosen])
+    scatter = {name: wd.Listed(array) for name, array in values.items()}
+    return wd.Scene(building, design, scatter=scatter, record=RECORDERS[recorders], tail=0.0, title="benchmark")
+
+
+def build_peer_case(ensemble: Ensemble, case: dict[str, Any], chosen: np.ndarray) -> Case:
+    """Return some samples of an ensemble as the peers take them."""
+    motion = ensemble.motion.acceleration
+    place = np.arange((motion.size - 1) * case["substeps"] + 1) / case["substeps"]
+    return Case(
+        law=case["law"],
+        dtype=case["dtype"],
+        device=case["device"],
+        step=STEP / case["substeps"],
+        acceleration=np.interp(place, np.arange(motion.size), motion),
+        stiffness=ensemble.stiffness,
+        damping_coefficient=ensemble.damping_coefficient,
+        mass=ensemble.mass,
+        structure=ensemble.structure[chosen],
+        scale=ensemble.scale[chosen],
+    )
+
+
+def spread_out(samples: int, count: int) -> np.ndarray:
+    """Return so many indices of samples, from the first to the last."""
+    return np.unique(np.linspace(0, samples - 1, min(count, samples)).round().astype(int))

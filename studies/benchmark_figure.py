@@ -1,0 +1,213 @@
+"""The figure of the study benchmark."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from benchmark_cases import LABELS
+from benchmark_report import beside_peers, measurements
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
+
+# Okabe and Ito's colours, told apart with any colour vision.
+BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
+    "black",
+    "#D55E00",
+    "#0072B2",
+    "#009E73",
+    "#CC79A7",
+    "#56B4E9",
+    "#E69F00",
+)
+LAW_COLOURS = {"elastic": GREEN, "bilinear": PURPLE, "bouc_wen": BLUE}
+LAW_NAMES = {"elastic": "elastic", "bilinear": "bilinear", "bouc_wen": "Bouc-Wen"}
+BY_HAND = ("cpp_vectors", "cuda_registers")
+PART_COLOURS = (SKY, BLUE, YELLOW, PURPLE, GREEN, ORANGE)
+
+
+def draw(result: xr.Dataset) -> Figure:
+    """Draw the benchmark: kernels and peers of each device, the main job, and the scaling.
+
+    Args:
+        result: What studies/benchmark.py writes.
+    """
+    kernels = measurements(result, "kernels")
+    peers, own = beside_peers(result), kernels[kernels["peer"] == "warpdyn"]
+    devices = [device for device in ("cuda:0", "cpu") if device in set(own["device"])]
+    panels = []
+    for device in devices:
+        panels.append([lambda axis, d=device: _kernels(axis, kernels[kernels["device"] == d], d)])
+        panels[-1].append(lambda axis, d=device: _peers(axis, peers[peers["device"] == d], own[own["device"] == d], d))
+    scaling = [lambda axis: _samples(axis, measurements(result, "samples")), lambda axis: _devices(axis, result)]
+    last = [lambda axis: _jobs(axis, result), lambda axis: _starts(axis, result)]
+    columns = [*zip(*panels, strict=True), scaling, last] if len(devices) > 1 else [panels[0], scaling, last]
+    figure = Figure(figsize=(5.2 * len(columns), 9.5), layout="constrained")
+    for column, drawers in zip(figure.subplots(2, len(columns)).T, columns, strict=True):
+        for axis, drawer in zip(column, drawers, strict=True):
+            drawer(axis)
+    gpu = "" if result.attrs["gpu"] == "none" else f"{result.attrs['gpu']}; "
+    figure.suptitle(f"warpdyn and its peers on one machine: {gpu}{result.attrs['processor']}", fontsize=13)
+    figure.supxlabel(result.attrs["source"], fontsize=8)
+    return figure
+
+
+def _device_words(device: str) -> str:
+    return "one CPU core" if device == "cpu" else "one GPU"
+
+
+def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
+    """Draw DOF-steps/s over storeys: every law, both number types, all recorders; and what is written by hand."""
+    table = table[(table["status"] == "measured") & (table["substeps"] == 1)]
+    own = table[table["peer"] == "warpdyn"]
+    styles = {
+        ("float32", "drift"): {"ls": "-", "marker": "o"},
+        ("float32", "all"): {"ls": "--", "marker": "."},
+        ("float64", "drift"): {"ls": ":", "marker": "s"},
+    }
+    for law, colour in LAW_COLOURS.items():
+        for (dtype, recorders), style in styles.items():
+            rows = own[(own["law"] == law) & (own["dtype"] == dtype) & (own["recorders"] == recorders)]
+            axis.plot(rows["storeys"], rows["dof_steps_per_second"], color=colour, ms=4, **style)
+    hand = table[table["peer"].isin(BY_HAND)]
+    for (law, dtype), rows in hand.groupby(["law", "dtype"]):
+        marker = "o" if dtype == "float32" else "s"
+        place = {"ls": "", "marker": marker, "ms": 9, "mfc": "none", "mec": LAW_COLOURS[law], "mew": 1.5}
+        axis.plot(rows["storeys"], rows["dof_steps_per_second"], **place)
+    for law, colour in LAW_COLOURS.items():
+        axis.plot([], [], color=colour, lw=2, label=LAW_NAMES[law])
+    for label, style in zip(("float32", "float32, all recorders", "float64"), styles.values(), strict=True):
+        axis.plot([], [], color="0.3", ms=4, label=label, **style)
+    if len(hand):
+        axis.plot([], [], ls="", marker="o", ms=9, mfc="none", mec="0.3", mew=1.5, label=LABELS[hand["peer"].iloc[0]])
+    storeys = sorted(own["storeys"].unique())
+    axis.set(xscale="log", yscale="log", xlabel="Storeys", ylabel="DOF-steps/s", xticks=storeys)
+    axis.xaxis.set_major_formatter(ScalarFormatter())
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    least, most = axis.get_ylim()
+    axis.set_ylim(least * (least / most) ** 0.35, most)  # room below for the legend
+    axis.set_title(f"Kernels on {_device_words(device)}, RK4")
+    axis.legend(fontsize=8, ncols=2, loc="lower center")
+    axis.grid(alpha=0.3, which="both")
+
+
+def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> None:
+    """Draw a bar for each peer at the number of storeys that most of them have, with warpdyn's speed over it."""
+    chosen = peers[(peers["law"] == "bouc_wen") & (peers["dtype"] == "float32") & (peers["status"] == "measured")]
+    axis.set_title(f"The same work by others on {_device_words(device)}")
+    if chosen.empty:
+        axis.text(0.5, 0.5, "no peer is installed", ha="center", transform=axis.transAxes)
+        return
+    storeys = 5 if 5 in set(chosen["storeys"]) else chosen["storeys"].iloc[0]
+    chosen = chosen[chosen["storeys"] == storeys].sort_values("dof_steps_per_second")
+    same = own[(own["law"] == "bouc_wen") & (own["dtype"] == "float32") & (own["recorders"] == "drift")]
+    speed = same[(same["storeys"] == storeys) & (same["substeps"] == 1)]["dof_steps_per_second"].iloc[0]
+    names = [_name(row) for row in chosen.itertuples()] + ["warpdyn"]
+    speeds = [*chosen["dof_steps_per_second"], speed]
+    axis.barh(names, speeds, color=["0.65"] * len(chosen) + [BLUE])
+    texts = [
+        rf" {_plain(row.dof_steps_per_second)}, warpdyn {_plain(row.ratio)}$\times$" for row in chosen.itertuples()
+    ]
+    for place, (length, text) in enumerate(zip(speeds, [*texts, f" {_plain(speed)}"], strict=True)):
+        axis.text(length, place, text, va="center", fontsize=8)
+    decades = np.log10(max(speeds) / min(speeds)) + 0.5
+    axis.set(xscale="log", xlabel=f"DOF-steps/s, {storeys} storeys, Bouc-Wen, float32")
+    axis.set_xlim(min(speeds) / 3, max(speeds) * 10 ** (0.9 * decades))  # room for the numbers
+    axis.grid(alpha=0.3, axis="x")
+
+
+def _name(row: object) -> str:
+    return LABELS.get(row.peer, row.peer) + ("" if row.substeps == 1 else f",\nsteps of 1/{row.substeps}")
+
+
+def _plain(value: float) -> str:
+    """Return a number in two digits, in powers of ten only where it is large."""
+    if 0.01 <= value < 1e5:
+        return f"{float(f'{value:.2g}'):,g}"
+    mantissa, exponent = f"{value:.1e}".split("e")
+    return rf"${mantissa}\cdot10^{{{int(exponent)}}}$"
+
+
+def _samples(axis: Axes, table: pd.DataFrame) -> None:
+    """Draw DOF-steps/s over samples, in kernels and in the whole of simulate."""
+    for colour, (device, rows) in zip((BLUE, ORANGE), table.groupby("device", sort=False), strict=False):
+        threads = f", {rows['threads'].iloc[0]} threads" if device == "cpu" else ""
+        whole = rows["dof_steps_per_second"] * rows["seconds"] / rows["seconds_in_simulate"]
+        axis.plot(rows["run_samples"], rows["dof_steps_per_second"], "o-", ms=4, color=colour, label=device + threads)
+        axis.plot(
+            rows["run_samples"], whole, "o--", ms=4, mfc="white", color=colour, label=f"{device}, all of simulate"
+        )
+    storeys = table["storeys"].iloc[0]
+    axis.set(yscale="log", xlabel="Samples", ylabel="DOF-steps/s")
+    axis.set_xscale("log", base=2)
+    axis.set_title(f"Growing ensembles, {storeys} storeys, Bouc-Wen, float32")
+    axis.legend(fontsize=8)
+    axis.grid(alpha=0.3)
+
+
+def _devices(axis: Axes, result: xr.Dataset) -> None:
+    """Draw how many times as fast several threads, and several GPUs, are as one."""
+    largest = 1
+    for part, column, colour in (("threads", "threads", ORANGE), ("gpus", "gpus", BLUE)):
+        table = measurements(result, part)
+        table = table[table["status"] == "measured"]
+        if len(table) < (1 if part == "threads" else 2):
+            continue
+        speed = table["dof_steps_per_second"] / table["dof_steps_per_second"].iloc[0]
+        axis.plot(table[column], speed, "o-", color=colour, label="CPU threads" if part == "threads" else "GPUs")
+        for count, times in zip(table[column], speed, strict=True):
+            axis.annotate(f"{times:.2f}", (count, times), textcoords="offset points", xytext=(4, -11), fontsize=8)
+        largest = max(largest, table[column].max())
+    axis.plot([1, largest], [1, largest], color="0.6", lw=0.8, ls=":", label="in proportion")
+    axis.set(xlabel="Threads, or GPUs", ylabel="Times as fast as one")
+    axis.set_xscale("log", base=2)
+    axis.set_yscale("log", base=2)
+    for side in (axis.xaxis, axis.yaxis):
+        side.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_title("More threads and GPUs")
+    axis.legend(fontsize=8)
+    axis.grid(alpha=0.3)
+
+
+def _jobs(axis: Axes, result: xr.Dataset) -> None:
+    """Draw the shares of the main job's parts."""
+    names, left = [], np.zeros(result.sizes["job"])
+    seconds = result["seconds_of_part"].values
+    shares = 100 * np.maximum(seconds, 0) / np.maximum(seconds, 0).sum(axis=1, keepdims=True)
+    places = np.arange(result.sizes["job"])[::-1]
+    for part, share, colour in zip(result["job_part"].values, shares.T, PART_COLOURS, strict=True):
+        axis.barh(places, share, left=left, color=colour, label=part, height=0.5)
+        left += share
+    for job in range(result.sizes["job"]):
+        row = result.isel(job=job)
+        names.append(f"{row['job_device'].item()}\n{row['job_histories'].item():,}\nhistories")
+        text = (
+            f"{row['seconds_of_part'].sum().item():.2f} s in all, kernels "
+            f"{row['seconds_of_part'].sel(job_part='kernels').item():.3g} s\n"
+            f"to the dataset {row['ratio_to_dataset'].item():.2f} times that, "
+            f"to netCDF {row['ratio_to_netcdf'].item():.2f}"
+        )
+        axis.text(0, places[job] + 0.28, text, fontsize=8, va="bottom")
+    axis.set_yticks(places, names, fontsize=8)
+    axis.set(xlabel="Share of the time [%]", ylim=(-0.9, len(names)))
+    axis.legend(fontsize=7.5, ncols=3, loc="lower center")
+    axis.set_title("The main job, from its scene to a file")
+
+
+def _starts(axis: Axes, result: xr.Dataset) -> None:
+    """Draw what a new process spends until its first run is done."""
+    places = np.arange(result.sizes["start"])[::-1]
+    importing, first, second = (result[f"start_{name}"].values for name in ("importing", "first_run", "second_run"))
+    left = np.zeros(places.size)
+    parts = {"importing": (importing, SKY), "compiling or loading": (first - second, YELLOW), "running": (second, BLUE)}
+    for name, (seconds, colour) in parts.items():
+        axis.barh(places, seconds, left=left, color=colour, label=name, height=0.5)
+        left = left + seconds
+    for place, total in zip(places, left, strict=True):
+        axis.text(total, place, f" {total:.1f} s", va="center", fontsize=8)
+    names = zip(result["start_device"].values, result["start_cache"].values, strict=True)
+    axis.set_yticks(places, [f"{device}\n{cache}" for device, cache in names], fontsize=8)
+    axis.set(xlabel="Time [s]", xlim=(0, 1.2 * left.max()), ylim=(-1.1, places.size - 0.4))
+    axis.legend(fontsize=8, ncols=3, loc="lower center")
+    axis.set_title("Start of a process of the main job")

@@ -1,0 +1,61 @@
+"""The main job of studies/p695_fragility.py, from its scene to a file, in the parts that its time goes to."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from benchmark_kernels import seconds_in_kernels
+from p695_fragility import DRIFT_LIMITS, build_scene
+
+import warpdyn as wd
+from warpdyn import store
+
+TIMED_RUNS = 3  # after a warm-up; the fastest counts, with all its parts
+PARTS = {
+    "sampling": "drawing the structures and laying out their steps",
+    "kernels": "in kernels",
+    "packing and transfer": "around the kernels, to and from the device",
+    "labelling": "from arrays to the dataset",
+    "statistics": "fragility curves with their intervals",
+    "writing": "the dataset to netCDF",
+}
+
+
+def measure_job(device: str | list[str], histories: int) -> dict[str, Any]:
+    """Return the seconds of each part of the main job and its two ratios, of at least so many histories."""
+    scene = build_scene()
+    of_a_structure = len(scene.excitation.motions) * len(scene.excitation.levels_in_g)
+    structures = -(-histories // of_a_structure)
+    wd.simulate(scene, samples=structures, device=device)
+    with tempfile.TemporaryDirectory() as folder:
+        runs = [_run(scene, structures, device, Path(folder) / "job.nc") for _ in range(TIMED_RUNS)]
+    return min(runs, key=lambda row: row["simulate"]) | {"device": device, "histories": structures * of_a_structure}
+
+
+def _run(scene: wd.Scene, structures: int, device: str | list[str], path: Path) -> dict[str, Any]:
+    started = time.perf_counter()
+    run = wd.simulate(scene, samples=structures, device=device)
+    simulated = time.perf_counter()
+    curves = wd.fragility(run, DRIFT_LIMITS)
+    fitted = time.perf_counter()
+    store.write(run.merge(curves, combine_attrs="no_conflicts"), path)
+    written = time.perf_counter()
+    kernels, sampling, integrating = (
+        seconds_in_kernels(run),
+        run.attrs["seconds_sampling"],
+        run.attrs["seconds_integrating"],
+    )
+    whole, writing = simulated - started, written - fitted
+    parts = {
+        "sampling": sampling,
+        "kernels": kernels,
+        "packing and transfer": integrating - kernels,
+        "labelling": whole - sampling - integrating,
+        "statistics": fitted - simulated,
+        "writing": writing,
+    }
+    ratios = {"to_dataset": whole / kernels, "to_netcdf": (whole + writing) / kernels}
+    return {"parts": parts, "simulate": whole, **ratios}

@@ -1,0 +1,130 @@
+"""warpdyn's side of the study benchmark: its kernels compiled, timed, and asked for the drifts of a few samples."""
+
+from __future__ import annotations
+
+import functools
+import os
+import time
+import warnings
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from benchmark_cases import STEP, build_scene, draw_ensemble, spread_out
+from tqdm import tqdm
+
+import warpdyn as wd
+from warpdyn.kernels.build import load_kernel
+from warpdyn.prepare import prepare
+
+# The least of so many runs counts; of fewer where these take longer than that [s]. The first warms up.
+TIMED_RUNS, TIMED_FOR = 4, 1.0
+COMMON_SAMPLES = 64  # whose drifts are compared
+LARGEST_DIFFERENCE = 0.01  # of a sample's peak drifts: who is further off has not integrated the same building
+
+
+def seconds_in_kernels(run: xr.Dataset) -> float:
+    """Return the time that kernels took in a run [s]; with the packing and the transfers, where it does not tell."""
+    return run.attrs.get("seconds_in_kernels", run.attrs["seconds_integrating"])
+
+
+def run_quietly(scene: wd.Scene, **terms: Any) -> xr.Dataset:
+    """Return simulate's dataset; that there is no residual drift to read without a tail is known."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "a tail of")
+        return wd.simulate(scene, **terms)
+
+
+def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) -> tuple[float, float, xr.Dataset]:
+    """Return the time in kernels and of the whole of simulate [s], the least of several runs, and its dataset."""
+    ensemble = draw_ensemble(case["storeys"], case["samples"], case["steps"])
+    scene = build_scene(ensemble, case["law"], case["recorders"])
+    terms = {
+        "samples": len(ensemble.mass),
+        "step": STEP / case["substeps"],
+        "dtype": case["dtype"],
+        "device": case["device"] if device is None else device,
+        "threads": case["threads"] or None,
+    }
+    run = run_quietly(scene, **terms)
+    # The peers' samples are laid out by the same rule.
+    if not np.array_equal(run["structure"], ensemble.structure):
+        raise RuntimeError("the samples of Stripes are not ordered by structure, then level")
+    in_kernels, whole = [], []
+    while len(whole) < TIMED_RUNS and sum(whole) < TIMED_FOR:
+        started = time.perf_counter()
+        run = run_quietly(scene, **terms)
+        whole.append(time.perf_counter() - started)
+        in_kernels.append(seconds_in_kernels(run))
+    return min(in_kernels), min(whole), run
+
+
+@functools.cache
+def reference_drifts(law: str, storeys: int, samples: int, steps: int, substeps: int, of: int) -> np.ndarray:
+    """Return the peak drifts [m] of the common samples in float64 on the CPU, shape [sample, storey].
+
+    Args:
+        law, storeys, samples, steps, substeps: The case's.
+        of: How many of the ensemble's samples run, of which some are common.
+    """
+    ensemble = draw_ensemble(storeys, samples, steps)
+    chosen = common_samples(samples, of)
+    scene = build_scene(ensemble, law, "drift", chosen)
+    run = run_quietly(scene, samples=chosen.size, step=STEP / substeps, dtype="float64", device="cpu")
+    return run["peak_storey_drift"].values
+
+
+def common_samples(samples: int, of: int) -> np.ndarray:
+    """Return which of an ensemble's samples are compared, where so many of them run."""
+    chosen = spread_out(samples, of)
+    return chosen[spread_out(chosen.size, COMMON_SAMPLES)]
+
+
+def difference(case: dict[str, Any], drifts: np.ndarray) -> float:
+    """Return the largest difference of the common samples' drifts from the reference, over each sample's largest."""
+    names = ("law", "storeys", "samples", "steps", "substeps")
+    reference = reference_drifts(*(case[name] for name in names), of=case["run_samples"])
+    return float((np.abs(drifts - reference).max(axis=1) / reference.max(axis=1)).max())
+
+
+def measured(case: dict[str, Any], seconds: float, drifts: np.ndarray, note: str = "") -> dict[str, Any]:
+    """Return a case as a row of the dataset."""
+    steps, off = case["steps"] * case["substeps"], difference(case, drifts)
+    return case | {
+        "seconds": seconds,
+        "dof_steps_per_second": case["run_samples"] * case["storeys"] * steps / seconds,
+        "peak_drift_difference": off,
+        "status": "measured" if off <= LARGEST_DIFFERENCE else "disagrees",
+        "note": note,
+    }
+
+
+def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
+    """Compile the kernels of cases, several at a time, and those of the reference."""
+    jobs = {(c["law"], c["storeys"], c["dtype"], c["device"], c["recorders"]) for c in cases}
+    jobs |= {(c["law"], c["storeys"], "float64", "cpu", "drift") for c in cases}
+
+    def load(job: tuple[str, int, str, str, str]) -> None:
+        law, storeys, dtype, device, recorders = job
+        scene = build_scene(draw_ensemble(storeys, 2, 2), law, recorders)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "a tail of")
+            run, _ = prepare(scene, samples=2, method="rk4", dtype=dtype, step=STEP, device=device)
+        load_kernel(run.plan, run.device)
+
+    # The tallest first, which may take longest.
+    ordered = sorted(jobs, key=lambda job: (-job[1], job))
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        list(tqdm(pool.map(load, ordered), total=len(ordered), desc="compiling", unit="kernel", disable=None))
+
+
+def measure_kernels(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return warpdyn's rows."""
+    rows = []
+    for case in tqdm(cases, desc="warpdyn", unit="case", disable=None):
+        seconds, whole, run = kernel_seconds(case)
+        drifts = run["peak_storey_drift"].values[common_samples(case["samples"], case["run_samples"])]
+        rows.append(measured(case, seconds, drifts) | {"seconds_in_simulate": whole})
+    return rows

@@ -1,0 +1,68 @@
+"""The machine that the study benchmark runs on, in words."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+from collections.abc import Sequence
+from importlib import metadata
+from pathlib import Path
+
+from warpdyn.kernels.build import checked_device, device_name
+
+PACKAGES = ("warpdyn", "warp-lang", "numpy", "jax", "diffrax", "numba", "numba-cuda", "cubie", "openseespy")
+COMPILERS = {"g++": r"(\d+\.\d+\.\d+)", "nvcc": r"release (\S+),"}
+
+
+def available_devices() -> list[str]:
+    """Return the CPU and all GPUs."""
+    first = checked_device(None)
+    devices = ["cpu"]
+    if first != "cpu":
+        number = 0
+        while _exists(f"cuda:{number}"):
+            devices.append(f"cuda:{number}")
+            number += 1
+    return devices
+
+
+def _exists(device: str) -> bool:
+    try:
+        return checked_device(device) == device
+    except ValueError:
+        return False
+
+
+def processor() -> str:
+    """Return the maker's name of the processor and how many cores this process may use."""
+    name = platform.processor() or platform.machine()
+    information = Path("/proc/cpuinfo")
+    if information.exists():
+        found = re.search(r"model name\s*: (.+)", information.read_text())
+        name = found[1] if found else name
+    return f"{name}, {len(os.sched_getaffinity(0))} cores"
+
+
+def gpus(devices: Sequence[str]) -> str:
+    """Return the names of the GPUs among some devices."""
+    names = [device_name(device) for device in devices if device != "cpu"]
+    return ", ".join(names) or "none"
+
+
+def versions() -> str:
+    """Return the versions of Python, of the packages that are installed, and of the compilers that are found."""
+    found = [f"Python {platform.python_version()}"]
+    for package in PACKAGES:
+        try:
+            found.append(f"{package} {metadata.version(package)}")
+        except metadata.PackageNotFoundError:
+            continue
+    for compiler, pattern in COMPILERS.items():
+        if shutil.which(compiler):
+            said = subprocess.run([compiler, "--version"], capture_output=True, text=True, check=False).stdout
+            version = re.search(pattern, said)
+            found.append(f"{compiler} {version[1] if version else ''}".strip())
+    return ", ".join(found)

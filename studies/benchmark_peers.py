@@ -1,0 +1,92 @@
+"""The peers' side of the study benchmark: each in a process of its own, so that none can stop the run."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from benchmark_cases import LABELS, NO_DEVICE, build_peer_case, draw_ensemble, spread_out
+from benchmark_kernels import COMMON_SAMPLES, measured
+from tqdm import tqdm
+
+FOLDER = Path(__file__).parent
+BLANK = {"seconds": np.nan, "dof_steps_per_second": np.nan, "peak_drift_difference": np.nan}
+
+
+def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[str, Any]]:
+    """Return a row for every case, measured or not.
+
+    Args:
+        cases: The cases; those of one peer on one device follow each other.
+        seconds: How long a peer's process may take before it is stopped [s].
+    """
+    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for case in cases:
+        groups.setdefault((case["peer"], case["device"]), []).append(case)
+    rows = []
+    with tqdm(groups.items(), desc="peers", unit="peer", disable=None) as progress:
+        for (peer, device), own in progress:
+            progress.set_postfix_str(f"{peer} on {device}")
+            rows += _measure_peer(peer, device, own, seconds)
+    return rows
+
+
+def _measure_peer(peer: str, device: str, cases: list[dict[str, Any]], seconds: float) -> list[dict[str, Any]]:
+    """Return the rows of one peer on one device."""
+    if device == NO_DEVICE:
+        why = {"status": "missing", "note": "it needs a device that this run does not have"}
+        return [case | BLANK | why for case in cases]
+    with tempfile.TemporaryDirectory(prefix="benchmark") as name:
+        folder = Path(name)
+        for number, case in enumerate(cases):
+            ensemble = draw_ensemble(case["storeys"], case["samples"], case["steps"])
+            chosen = spread_out(case["samples"], case["run_samples"])
+            build_peer_case(ensemble, case, chosen).write(folder / f"case-{number:03d}.npz")
+        ended = _run(peer, device, cases[0]["threads"], folder, seconds)
+        return [_row(case, folder / f"measured-{number:03d}.npz", ended) for number, case in enumerate(cases)]
+
+
+def _run(peer: str, device: str, threads: int, folder: Path, seconds: float) -> str:
+    """Run a peer's process and return how it ended, in words; nothing if it ended well."""
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join(filter(None, [str(FOLDER), os.environ.get("PYTHONPATH")])),
+        "XLA_PYTHON_CLIENT_PREALLOCATE": "false",  # or JAX takes most of the GPU's memory at once
+    }
+    if device == "cpu":
+        environment["JAX_PLATFORMS"] = "cpu"
+    module = f"peers.{peer}" if peer in LABELS else peer
+    command = [sys.executable, "-m", "peers", module, str(threads), str(folder)]
+    log = folder / "log"
+    with log.open("wb") as output:  # a file, not a pipe, which what it started itself could hold open
+        process = subprocess.Popen(
+            command, env=environment, stdout=output, stderr=output, cwd=folder, start_new_session=True
+        )
+        try:
+            code = process.wait(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)  # with the compilers and workers it may have started
+            process.wait()
+            return f"stopped after {seconds:g} s"
+    if code == 0:
+        return ""
+    said = log.read_text(errors="replace").strip().splitlines()
+    return f"its process ended with {code}" + (f": {said[-1]}" if said else "")
+
+
+def _row(case: dict[str, Any], path: Path, ended: str) -> dict[str, Any]:
+    """Return a case as a row of the dataset."""
+    if not path.exists():
+        return case | BLANK | {"status": "failed", "note": ended or "it left no result"}
+    with np.load(path) as file:
+        found = {name: values if values.ndim else values.item() for name, values in file.items()}
+    if found["status"] != "measured":
+        return case | BLANK | {"status": found["status"], "note": found["note"]}
+    drifts = found["peaks"][spread_out(case["run_samples"], COMMON_SAMPLES)]
+    return measured(case, found["seconds"], drifts, found["note"])

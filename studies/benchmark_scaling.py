@@ -1,0 +1,81 @@
+"""How warpdyn's speed grows with samples, CPU threads and GPUs, and what its first start costs, in study benchmark."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from benchmark_cases import scaling_case
+from benchmark_kernels import common_samples, kernel_seconds, measured
+from tqdm import tqdm
+
+LONGEST = 6.0  # s in kernels, beyond which no larger ensemble is run
+STARTS = ("empty cache", "later")  # and in a new process with the kernels that the first compiled
+START = Path(__file__).with_name("benchmark_start.py")
+
+
+def scale_samples(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return rows over the number of samples: five storeys, Bouc-Wen, float32, all threads of a CPU."""
+    rows = []
+    for device in devices:
+        expected = 0.0
+        for samples in tqdm(size["scaling_samples"], desc=f"samples on {device}", unit="case", disable=None):
+            if expected > LONGEST:
+                break
+            row = _row(scaling_case(device, samples, size) | {"part": "samples", "threads": _threads(device)})
+            rows.append(row)
+            expected = 2 * row["seconds"]
+    return rows
+
+
+def scale_threads(size: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return rows over the threads of the CPU: powers of two and all of them."""
+    cores = _threads("cpu")
+    counts = sorted({*(2**k for k in range(cores.bit_length())), cores})
+    case = scaling_case("cpu", size["thread_samples"], size) | {"part": "threads"}
+    return [_row(case | {"threads": count}) for count in tqdm(counts, desc="threads", unit="case", disable=None)]
+
+
+def scale_gpus(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return rows over the number of GPUs, those that a run cannot be given as missing."""
+    gpus = [device for device in devices if device != "cpu"]
+    rows = []
+    for count in range(1, len(gpus) + 1):
+        case = scaling_case(gpus[0], size["scaling_samples"][-1], size) | {"part": "gpus", "gpus": count, "threads": 0}
+        try:
+            rows.append(_row(case, gpus[:count]) if count > 1 else _row(case))
+        except Exception as error:  # a version that takes one device alone
+            rows.append(case | {"status": "missing", "note": f"{type(error).__name__}: {error}"})
+    return rows
+
+
+def _threads(device: str) -> int:
+    return len(os.sched_getaffinity(0)) if device == "cpu" else 0
+
+
+def _row(case: dict[str, Any], device: list[str] | None = None) -> dict[str, Any]:
+    seconds, whole, run = kernel_seconds(case, device)
+    drifts = run["peak_storey_drift"].values[common_samples(case["samples"], case["run_samples"])]
+    return measured(case, seconds, drifts) | {"seconds_in_simulate": whole}
+
+
+def measure_starts(devices: list[str]) -> list[dict[str, Any]]:
+    """Return what the main job's start costs on each kind of device, with an empty kernel cache and after that."""
+    rows = []
+    for device in {device.split(":")[0]: device for device in reversed(devices)}.values():
+        with tempfile.TemporaryDirectory(prefix="kernels") as cache:
+            environment = os.environ | {"WARP_CACHE_PATH": cache}
+            for start in STARTS:
+                command = [sys.executable, str(START), device]
+                begun = time.perf_counter()
+                done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+                seconds = time.perf_counter() - begun
+                told = json.loads(done.stdout.splitlines()[-1])
+                rows.append({"device": device, "start": start, "process": seconds, **told})
+    return rows

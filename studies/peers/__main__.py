@@ -1,0 +1,42 @@
+"""Measure one peer on case files: python -m peers peers.PEER CPUS FOLDER, in the folder `studies`.
+
+Reads every case-N.npz of the folder and writes measured-N.npz beside it: seconds, peak drifts and a note, or why there
+are none. The process keeps to the first CPUS of the processors it may use (0 for all of them), but for compiling.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from peers.case import Case, Missing
+
+
+def main(peer: str, cpus: int, folder: Path) -> None:
+    """Measure a peer on the cases of a folder."""
+    cases = {path.name.replace("case", "measured"): Case.read(path) for path in sorted(folder.glob("case-*.npz"))}
+    with contextlib.suppress(Exception):  # `measure` meets it again, case by case
+        importlib.import_module(peer).prepare(list(cases.values()))
+    if cpus:
+        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:cpus])
+    for name, case in cases.items():
+        found = {"seconds": np.nan, "peaks": np.zeros((0, case.storeys)), "note": "", "status": "measured"}
+        try:
+            measured = importlib.import_module(peer).measure(case)
+            found |= {"seconds": measured.seconds, "peaks": measured.peak_storey_drift, "note": measured.note}
+        except (ImportError, Missing) as error:
+            found |= {"status": "missing", "note": str(error)}
+        except Exception as error:  # whatever it is, the other cases are measured
+            found |= {"status": "failed", "note": f"{type(error).__name__}: {error}"}
+        temporary = folder / f".{name}"
+        np.savez(temporary, **found)
+        temporary.rename(folder / name)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]))

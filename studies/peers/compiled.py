@@ -1,0 +1,50 @@
+"""Shared libraries of the peers that are written in C++ and CUDA, compiled when they are first needed."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Missing
+
+REAL = {"float32": "float", "float64": "double"}
+
+
+@functools.cache
+def _folder() -> tempfile.TemporaryDirectory:
+    return tempfile.TemporaryDirectory(prefix="shear_chain")
+
+
+@functools.cache
+def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int) -> ctypes.CDLL:
+    """Return a library compiled from a source beside this file.
+
+    Raises:
+        Missing: If there is no such compiler.
+        RuntimeError: If it fails; the message ends with what it said.
+    """
+    path = shutil.which(compiler)
+    if path is None:
+        raise Missing(f"no {compiler} on the PATH")
+    target = Path(_folder().name) / ("-".join(map(str, (source, *macros.values()))) + ".so")
+    defined = [f"-D{name}={value}" for name, value in macros.items()]
+    command = [path, *flags, "-shared", *defined, "-o", str(target), str(Path(__file__).with_name(source))]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"{compiler} failed: {done.stderr.strip()[-500:]}")
+    return ctypes.CDLL(str(target))
+
+
+def macros_of(case: Case) -> dict[str, str | int | float]:
+    """Return what both sources take from their compiler."""
+    return {
+        "STOREYS": case.storeys,
+        "REAL": REAL[case.dtype],
+        "BOUC_WEN": int(case.law == "bouc_wen"),
+        "HARDENING_RATIO": HARDENING_RATIO,
+        "YIELD_DRIFT": YIELD_DRIFT,
+    }

@@ -1,0 +1,100 @@
+"""CuBIE: its RK4 at a fixed step, one sample a thread, running maxima of the drifts as summaries; it needs a GPU.
+
+The chain is given as equations, which CuBIE turns into CUDA code; the base motion is a driver, interpolated linearly;
+the drifts are observables, of which the largest magnitude is kept at every step. The law's constants are compiled in.
+Timed by CuBIE's own events around its kernel, inputs and outputs on the device, with the settings that it chooses for
+the hardware.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from cubie import Solver, create_ODE_system
+from cubie.array_interpolator import DriverSamples
+
+from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Measured
+
+RUNS = 5  # after a warm-up
+
+
+def measure(case: Case) -> Measured:
+    """Return the time of the kernel and the peak drifts."""
+    with solver_of(case) as solver:
+        return timed(solver, case)
+
+
+def parameters_of(case: Case) -> dict[str, np.ndarray]:
+    """Return the swept parameters by name, each shape [sample]."""
+    stiffness, damping, inverse_mass, scale, _ = case.arrays()
+    parameters = {"scale": scale}
+    for i in range(case.storeys):
+        parameters |= {f"k{i}": stiffness[:, i], f"c{i}": damping[:, i], f"inverse_mass{i}": inverse_mass[:, i]}
+    return parameters
+
+
+def solver_of(case: Case) -> Solver:
+    """Return CuBIE's solver of a case."""
+    *_, acceleration = case.arrays()
+    state = [f"{name}{i}" for i in range(case.storeys) for name in ("uvz" if case.law == "bouc_wen" else "uv")]
+    drifts = [f"drift{i}" for i in range(case.storeys)]
+    parameters = {name: float(values[0]) for name, values in parameters_of(case).items()}
+    system = create_ODE_system(
+        _equations(case),
+        precision=np.dtype(case.dtype).type,
+        states=dict.fromkeys(state, 0.0),
+        observables=drifts,
+        parameters=parameters,
+        drivers=["ground"],
+        swept_parameters=list(parameters),
+    )
+    return Solver(
+        system,
+        algorithm="rk4",
+        dt=case.step,
+        step_controller="fixed",
+        output_types=["max_magnitude"],
+        save_variables=[],
+        summarise_variables=drifts,
+        sample_summaries_every=case.step,
+        summarise_every=case.steps * case.step,
+        drivers=DriverSamples({"ground": acceleration}, driver_sample_period=case.step, t0=0.0),
+        order=1,  # of the motion's interpolation
+        wrap=False,
+        boundary_condition="natural",
+        time_logging_level="silent",  # events are recorded and nothing is printed
+    )
+
+
+def _equations(case: Case) -> list[str]:
+    lines = []
+    for i in range(case.storeys):
+        lines.append(f"drift{i} = u{i}" + (f" - u{i - 1}" if i else ""))
+        lines.append(f"rate{i} = v{i}" + (f" - v{i - 1}" if i else ""))
+        spring = f"drift{i}"
+        if case.law == "bouc_wen":
+            spring = f"({HARDENING_RATIO} * drift{i} + {(1 - HARDENING_RATIO) * YIELD_DRIFT} * z{i})"
+            lines.append(f"dz{i} = {1 / YIELD_DRIFT} * (rate{i} - 0.5 * (abs(rate{i}) * z{i} + rate{i} * abs(z{i})))")
+        lines.append(f"force{i} = k{i} * {spring} + c{i} * rate{i}")
+    for i in range(case.storeys):
+        above = f"force{i + 1} - " if i + 1 < case.storeys else "-"
+        lines += [f"du{i} = v{i}", f"dv{i} = ({above}force{i}) * inverse_mass{i} - scale * ground"]
+    return lines
+
+
+def timed(solver: Solver, case: Case) -> Measured:
+    """Return the time of a solver's kernel and the peak drifts."""
+    duration = case.steps * case.step
+    result = solver.solve(parameters=parameters_of(case), duration=duration)
+    peaks = np.array(result.as_numpy["summaries_array"][0].T)
+    by_events, by_clock = [], []
+    for _ in range(RUNS):
+        started = time.perf_counter()
+        # The inputs of the solve before, which are on the device.
+        solved = solver.solve(solver.device_initial_values, solver.device_parameters, duration=duration, on_device=True)
+        solved.stream.synchronize()
+        by_clock.append(time.perf_counter() - started)
+        events = [event for event in solver.kernel._cuda_events if event.name.startswith("kernel_chunk")]
+        by_events.append(sum(event.elapsed_time_ms() for event in events) / 1e3)
+    return Measured(min(by_events), peaks, f"{min(by_clock):.4f} s by the clock around the solve")

@@ -1,0 +1,54 @@
+"""Hand-written CUDA (shear_chain.cu): RK4, one sample a thread, its whole history in registers.
+
+It does what warpdyn's kernel does with the recorder of drifts, but for the time and place of the largest drift ratio
+and the test for a blow-up; and it can do nothing else. Beyond 20 storeys in float32 and 10 in float64 its
+registers spill. Timed by events, all data on the device.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from peers.case import Case, Measured
+from peers.compiled import load, macros_of
+
+FLAGS = ("-std=c++17", "-arch=native", "-O3", "-Xcompiler", "-fPIC")
+RUNS = 5  # after a warm-up
+
+
+def prepare(cases: Sequence[Case]) -> None:
+    """Compile what cases need, side by side."""
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(_library, cases))
+
+
+def _library(case: Case) -> ctypes.CDLL:
+    return load("nvcc", FLAGS, "shear_chain.cu", **macros_of(case))
+
+
+def measure(case: Case) -> Measured:
+    """Return the time of the kernel and the peak drifts."""
+    *tables, scale, acceleration = case.arrays()
+    arrays = [np.ascontiguousarray(table.T) for table in tables] + [scale, acceleration]
+    peaks = np.full((case.storeys, case.samples), np.nan, case.dtype)
+    seconds, registers, local = ctypes.c_double(), ctypes.c_int(), ctypes.c_int()
+    library = _library(case)
+    error = library.shear_chain(
+        *(ctypes.c_void_p(array.ctypes.data) for array in arrays),
+        case.steps,
+        ctypes.c_double(case.step),
+        case.samples,
+        RUNS,
+        ctypes.c_void_p(peaks.ctypes.data),
+        ctypes.byref(seconds),
+        ctypes.byref(registers),
+        ctypes.byref(local),
+    )
+    if error:
+        library.error_text.restype = ctypes.c_char_p
+        raise RuntimeError(f"CUDA: {library.error_text(error).decode()}")
+    return Measured(seconds.value, peaks.T, f"{registers.value} registers, {local.value} bytes of local memory")
