@@ -1,0 +1,121 @@
+"""`warpdyn.random_numbers` as kernels call it: numbers looked up by seed, sample, purpose and counter.
+
+All is in whole numbers and float64, so that every device and every dtype of a kernel sees the same numbers.
+"""
+
+import warp as wp
+
+from warpdyn.random_numbers import KEY_INCREMENTS, MULTIPLIERS, ROUNDS
+
+Words = wp.types.vector(length=4, dtype=wp.uint32)
+
+FIRST_MULTIPLIER, SECOND_MULTIPLIER = (wp.constant(wp.uint64(value)) for value in MULTIPLIERS)
+FIRST_INCREMENT, SECOND_INCREMENT = (wp.constant(wp.uint32(value)) for value in KEY_INCREMENTS)
+
+SPACING = wp.constant(wp.float64(2.0**-52))
+
+
+@wp.func
+def philox(counter: Words, first_key: wp.uint32, second_key: wp.uint32):
+    """Return a block of Philox4x32-10 (Salmon et al. 2011); words of counter and key, the lowest first."""
+    words = counter
+    first = first_key
+    second = second_key
+    half = wp.uint64(32)
+    for _ in range(wp.static(ROUNDS)):
+        a = FIRST_MULTIPLIER * wp.uint64(words[0])
+        b = SECOND_MULTIPLIER * wp.uint64(words[2])
+        words = Words(
+            wp.uint32(b >> half) ^ words[1] ^ first,
+            wp.uint32(b),
+            wp.uint32(a >> half) ^ words[3] ^ second,
+            wp.uint32(a),
+        )
+        first += FIRST_INCREMENT
+        second += SECOND_INCREMENT
+    return words
+
+
+@wp.func
+def random_words(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.uint32):
+    """Return four random words; the key is the seed's by `key_of`, the sample its index in the run."""
+    half = wp.uint64(32)
+    words = Words(counter, wp.uint32(purpose), wp.uint32(sample), wp.uint32(sample >> half))
+    return philox(words, wp.uint32(key), wp.uint32(key >> half))
+
+
+@wp.func
+def uniform_of(high: wp.uint32, low: wp.uint32):
+    """Return a uniform number of two words: an odd multiple of 2^-53, so neither 0 nor 1."""
+    bits = (wp.uint64(high) << wp.uint64(20)) | (wp.uint64(low) >> wp.uint64(12))
+    return (wp.float64(bits) + wp.float64(0.5)) * SPACING
+
+
+@wp.func
+def uniform_pair(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.uint32):
+    """Return two uniform numbers in (0, 1)."""
+    words = random_words(key, sample, purpose, counter)
+    return wp.vec2d(uniform_of(words[0], words[1]), uniform_of(words[2], words[3]))
+
+
+Polynomial = wp.types.vector(length=8, dtype=wp.float64)
+
+# Wichura 1988, Algorithm AS 241 (PPND16), Applied Statistics 37(3), 477-484: ratios of polynomials, lowest power first,
+# near the median, in the tails, and in the far tails.
+A, B, C, D, E, F = (wp.constant(Polynomial(*row)) for row in (
+    (
+        3.3871328727963666080e0, 1.3314166789178437745e2, 1.9715909503065514427e3, 1.3731693765509461125e4,
+        4.5921953931549871457e4, 6.7265770927008700853e4, 3.3430575583588128105e4, 2.5090809287301226727e3,
+    ),
+    (
+        1.0, 4.2313330701600911252e1, 6.8718700749205790830e2, 5.3941960214247511077e3,
+        2.1213794301586595867e4, 3.9307895800092710610e4, 2.8729085735721942674e4, 5.2264952788528545610e3,
+    ),
+    (
+        1.42343711074968357734e0, 4.63033784615654529590e0, 5.76949722146069140550e0, 3.64784832476320460504e0,
+        1.27045825245236838258e0, 2.41780725177450611770e-1, 2.27238449892691845833e-2, 7.74545014278341407640e-4,
+    ),
+    (
+        1.0, 2.05319162663775882187e0, 1.67638483018380384940e0, 6.89767334985100004550e-1,
+        1.48103976427480074590e-1, 1.51986665636164571966e-2, 5.47593808499534494600e-4, 1.05075007164441684324e-9,
+    ),
+    (
+        6.65790464350110377720e0, 5.46378491116411436990e0, 1.78482653991729133580e0, 2.96560571828504891230e-1,
+        2.65321895265761230930e-2, 1.24266094738807843860e-3, 2.71155556874348757815e-5, 2.01033439929228813265e-7,
+    ),
+    (
+        1.0, 5.99832206555887937690e-1, 1.36929880922735805310e-1, 1.48753612908506148525e-2,
+        7.86869131145613259100e-4, 1.84631831751005468180e-5, 1.42151175831644588870e-7, 2.04426310338993978564e-15,
+    ),
+))  # fmt: skip
+
+
+@wp.func
+def quotient(numerator: Polynomial, denominator: Polynomial, x: wp.float64):
+    above = numerator[7]
+    below = denominator[7]
+    for k in range(1, 8):
+        above = above * x + numerator[7 - k]
+        below = below * x + denominator[7 - k]
+    return above / below
+
+
+@wp.func
+def normal_of(probability: wp.float64):
+    """Return the standard normal number below which others are with a probability in (0, 1)."""
+    half = wp.float64(0.5)
+    from_median = probability - half
+    if wp.abs(from_median) <= wp.float64(0.425):
+        return from_median * quotient(A, B, wp.float64(0.180625) - from_median * from_median)
+    tail = wp.sqrt(-wp.log(wp.min(probability, wp.float64(1.0) - probability)))
+    size = quotient(C, D, tail - wp.float64(1.6))
+    if tail > wp.float64(5.0):
+        size = quotient(E, F, tail - wp.float64(5.0))
+    return wp.where(from_median < wp.float64(0.0), -size, size)
+
+
+@wp.func
+def normal_pair(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.uint32):
+    """Return two standard normal numbers, by the inverse of their distribution."""
+    uniforms = uniform_pair(key, sample, purpose, counter)
+    return wp.vec2d(normal_of(uniforms[0]), normal_of(uniforms[1]))
