@@ -3,15 +3,23 @@
 All is in whole numbers and float64, so that every device and every dtype of a kernel sees the same numbers.
 """
 
+import numpy as np
 import warp as wp
 
 from warpdyn.random_numbers import KEY_INCREMENTS, MULTIPLIERS, ROUNDS
 
 Words = wp.types.vector(length=4, dtype=wp.uint32)
+Polynomial = wp.types.vector(length=8, dtype=wp.float64)
 
 FIRST_MULTIPLIER, SECOND_MULTIPLIER = (wp.constant(wp.uint64(value)) for value in MULTIPLIERS)
 FIRST_INCREMENT, SECOND_INCREMENT = (wp.constant(wp.uint32(value)) for value in KEY_INCREMENTS)
 
+# ln 2 in two parts, the first short enough that whole multiples of it are exact; and 2 / (2k + 1).
+HIGH_LN2 = wp.constant(wp.float64(float.fromhex("0x1.62e42feep-1")))
+LOW_LN2 = wp.constant(wp.float64(float.fromhex("0x1.a39ef35793c76p-33")))
+ROOT_HALF = wp.constant(wp.int64(int(np.sqrt(0.5).view(np.int64))))
+ARTANH = wp.constant(Polynomial(*(2.0 / (2 * k + 1) for k in range(1, 9))))
+TWO_19THS, TWO_21STS = wp.constant(wp.float64(2.0 / 19.0)), wp.constant(wp.float64(2.0 / 21.0))
 SPACING = wp.constant(wp.float64(2.0**-52))
 
 
@@ -58,8 +66,6 @@ def uniform_pair(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.ui
     return wp.vec2d(uniform_of(words[0], words[1]), uniform_of(words[2], words[3]))
 
 
-Polynomial = wp.types.vector(length=8, dtype=wp.float64)
-
 # Wichura 1988, Algorithm AS 241 (PPND16), Applied Statistics 37(3), 477-484: ratios of polynomials, lowest power first,
 # near the median, in the tails, and in the far tails.
 A, B, C, D, E, F = (wp.constant(Polynomial(*row)) for row in (
@@ -90,28 +96,61 @@ A, B, C, D, E, F = (wp.constant(Polynomial(*row)) for row in (
 ))  # fmt: skip
 
 
+# Written out: as loops within the loop over lanes they would keep the lanes apart.
 @wp.func
-def quotient(numerator: Polynomial, denominator: Polynomial, x: wp.float64):
-    above = numerator[7]
-    below = denominator[7]
-    for k in range(1, 8):
-        above = above * x + numerator[7 - k]
-        below = below * x + denominator[7 - k]
-    return above / below
+def polynomial(c: Polynomial, x: wp.float64):
+    return ((((((c[7] * x + c[6]) * x + c[5]) * x + c[4]) * x + c[3]) * x + c[2]) * x + c[1]) * x + c[0]
+
+
+@wp.func
+def chosen(is_first: bool, first: Polynomial, second: Polynomial):
+    c = Polynomial()
+    c[0] = wp.where(is_first, first[0], second[0])
+    c[1] = wp.where(is_first, first[1], second[1])
+    c[2] = wp.where(is_first, first[2], second[2])
+    c[3] = wp.where(is_first, first[3], second[3])
+    c[4] = wp.where(is_first, first[4], second[4])
+    c[5] = wp.where(is_first, first[5], second[5])
+    c[6] = wp.where(is_first, first[6], second[6])
+    c[7] = wp.where(is_first, first[7], second[7])
+    return c
+
+
+@wp.func
+def logarithm(x: wp.float64):
+    """Return the natural logarithm of a normal number: what a call is to a library, but in lanes side by side."""
+    bits = wp.cast(x, wp.int64)
+    exponent = (bits - ROOT_HALF) >> wp.int64(52)
+    # x = 2^exponent (1 + f) with 1 + f from sqrt(1/2) to sqrt(2), and log(1 + f) = 2 artanh(s) with s = f / (2 + f).
+    f = wp.cast(bits - (exponent << wp.int64(52)), wp.float64) - wp.float64(1.0)
+    s = f / (f + wp.float64(2.0))
+    square = s * s
+    fourth = square * square * square * square
+    rest = polynomial(ARTANH, square) + fourth * fourth * (TWO_19THS + square * TWO_21STS)
+    half = wp.float64(0.5) * f * f
+    # 2 artanh(s) = f - f^2 / 2 + s (f^2 / 2 + the rest), of which the first is exact.
+    small = s * (half + rest * square) + wp.float64(exponent) * LOW_LN2
+    return wp.float64(exponent) * HIGH_LN2 + (f - (half - small))
 
 
 @wp.func
 def normal_of(probability: wp.float64):
-    """Return the standard normal number below which others are with a probability in (0, 1)."""
-    half = wp.float64(0.5)
-    from_median = probability - half
-    if wp.abs(from_median) <= wp.float64(0.425):
-        return from_median * quotient(A, B, wp.float64(0.180625) - from_median * from_median)
-    tail = wp.sqrt(-wp.log(wp.min(probability, wp.float64(1.0) - probability)))
-    size = quotient(C, D, tail - wp.float64(1.6))
+    """Return the standard normal number below which others are with a probability in (0, 1).
+
+    It goes one way for all numbers, choosing coefficients: a processor's lanes then stay side by side.
+    """
+    one = wp.float64(1.0)
+    from_median = probability - wp.float64(0.5)
+    is_central = wp.abs(from_median) <= wp.float64(0.425)
+    tail = wp.sqrt(-logarithm(wp.min(probability, one - probability)))
+    x = wp.where(is_central, wp.float64(0.180625) - from_median * from_median, tail - wp.float64(1.6))
+    above = polynomial(chosen(is_central, A, C), x)
+    below = polynomial(chosen(is_central, B, D), x)
     if tail > wp.float64(5.0):
-        size = quotient(E, F, tail - wp.float64(5.0))
-    return wp.where(from_median < wp.float64(0.0), -size, size)
+        above = polynomial(E, tail - wp.float64(5.0))
+        below = polynomial(F, tail - wp.float64(5.0))
+    factor = wp.where(is_central, from_median, wp.where(from_median < wp.float64(0.0), -one, one))
+    return factor * above / below
 
 
 @wp.func
