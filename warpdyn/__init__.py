@@ -1,6 +1,7 @@
 """Ensembles of structural dynamics, integrated in parallel on GPUs and CPUs."""
 
 from warpdyn.designs import Cloud, Individual, Stripes
+from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
 from warpdyn.fragility import fragility
 from warpdyn.intensity import PeakGroundAcceleration, SpectralAcceleration
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
@@ -15,13 +16,17 @@ from warpdyn.structures import LinearSystem, ShearBuilding
 __all__ = [
     "Choice",
     "Cloud",
+    "CloughPenzien",
     "Factor",
+    "FilteredNoise",
     "ForceHistory",
     "FreeVibration",
     "GroundMotion",
     "HarmonicForce",
     "Histories",
     "Individual",
+    "JenningsEnvelope",
+    "KanaiTajimi",
     "LinearSystem",
     "Listed",
     "Lognormal",
@@ -33,6 +38,7 @@ __all__ = [
     "Stripes",
     "Uniform",
     "Value",
+    "WhiteNoise",
     "fragility",
     "plan",
     "simulate",

@@ -9,10 +9,12 @@ from tqdm import tqdm
 
 from warpdyn import pack
 from warpdyn.kernels import build
+from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import Plan
 from warpdyn.methods import METHODS
 from warpdyn.motions import Assignment
 from warpdyn.propagators import damping_of
+from warpdyn.random_numbers import key_of
 from warpdyn.recorders import ADAPTIVE, HISTORY, RECORDERS
 from warpdyn.scene import Scene
 from warpdyn.timeline import Schedule, Timeline
@@ -36,6 +38,7 @@ class Ensemble:
         dtype: "float32" or "float64".
         device: Warp device.
         threads: CPU threads.
+        seed: Seed of random motions.
     """
 
     def __init__(
@@ -51,10 +54,11 @@ class Ensemble:
         dtype: str,
         device: str,
         threads: int,
+        seed: int,
     ) -> None:
         self.scene, self.drawn, self.assignment, self.timeline = scene, drawn, assignment, timeline
         self.schedule, self.tolerance = schedule, tolerance
-        self.dtype, self.device, self.threads = dtype, device, threads
+        self.dtype, self.device, self.threads, self.seed = dtype, device, threads, seed
         family = scene.structure.family
         lanes, max_unroll = build.lanes_and_unroll(family, scene.structure.dofs, method, device != "cpu")
         is_exact = METHODS[method].kind == "exact"
@@ -95,6 +99,7 @@ class Ensemble:
             dtype=dtype,
             device=self.device,
             threads=self.threads,
+            seed=self.seed,
         )
 
     def common_step(self, samples: Sequence[int]) -> float:
@@ -159,7 +164,10 @@ class Ensemble:
                 every=every,
                 collapse_drift_ratio=np.inf if limit is None else limit,
                 tolerance=self.tolerance,
+                key=key_of(self.seed),
             )
+            if LOADS[plan.load].noise_states:
+                arrays["number"] = samples[chosen]
             launched = build.fill_struct("Samples", arrays, self.dtype, self.device)
             arguments = [control, launched, structures, self.loads, output, history]
             build.launch(plan, chosen.size, arguments, self.device, self.threads, advance)

@@ -87,7 +87,7 @@ class Assignment:
     is_striped: bool = False
 
 
-def _assign_one(structures: int) -> Assignment:
+def assign_one(structures: int) -> Assignment:
     """Return one sample a structure under the one load there is."""
     return Assignment(np.arange(structures, dtype=np.int32), np.zeros(structures, dtype=np.int32), np.ones(structures))
 
@@ -123,7 +123,7 @@ class HarmonicForce:
 
     def assign(self, structures: int, seed: int) -> Assignment:
         """Return one sample a structure."""
-        return _assign_one(structures)
+        return assign_one(structures)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ class ForceHistory:
 
     def assign(self, structures: int, seed: int) -> Assignment:
         """Return one sample a structure."""
-        return _assign_one(structures)
+        return assign_one(structures)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,4 +176,4 @@ class FreeVibration:
 
     def assign(self, structures: int, seed: int) -> Assignment:
         """Return one sample a structure."""
-        return _assign_one(structures)
+        return assign_one(structures)

@@ -78,6 +78,7 @@ def prepare(
         dtype=dtype,
         device=device,
         threads=threads,
+        seed=seed,
     )
     return run, vibration
 

@@ -11,6 +11,7 @@ import warp as wp
 
 from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
+from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs, tableau
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state
 from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
@@ -29,6 +30,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     force_of, recoverable_of = spring.force, spring.recoverable
     evolve, relaxation_of = spring.evolve or spring.force, spring.relaxation or spring.force
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
+    IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
+    IS_RECORD = IS_BASE and not IS_NOISE
+    Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
     STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
@@ -193,8 +197,17 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         safe_supplied = row()
         safe_absorbed = matrix()
         inverse_substeps = dtype(1.0) / dtype(substeps)
+        if IS_NOISE:
+            processes = Processes()
+            number = Numbers()
+            for j in range(LANES):
+                number[j] = samples.number[sample[j]]
         # One interval more than the longest run: its first stage sees the forces of the last state.
         for interval in range(intervals + 1):
+            if IS_NOISE:
+                a0, da, processes = noise_over_interval(
+                    loads, control.key, number, interval, live_intervals, scale, processes
+                )
             for j in range(LANES):
                 # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
                 h[j] = dtype(0.0)
@@ -207,7 +220,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         trial[j] = dtype(1.0)
                 if interval <= live_intervals[j]:
                     seen[j] = dtype(1.0)
-                if IS_BASE:
+                if IS_RECORD:
                     begin, change = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
                     a0[j] = begin
                     da[j] = change
