@@ -8,6 +8,8 @@ The cases come from the engine's own tables, so that a new row is in them. What 
   of them, and they each other.
 - Chains of one storey and of five under every damping x law with the other tables' rows in turn.
 
+Random motions of one, two and four states are one kind of load, whose rows are taken in turn.
+
 Storey loops of the two-storey chains are left rolled, the form that buildings above eight storeys have; the others are
 unrolled as shipped. sm_90 gets a kernel for every law x load and for every method, with the other tables' rows in turn.
 """
@@ -46,6 +48,8 @@ VALUES = {  # of every parameter that a law or a damping takes
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
+NOISE = [name for name, row in LOADS.items() if row.noise_states]
+LOAD_KINDS = [*(name for name in LOADS if name not in NOISE), "noise"]
 EXPONENTS = (1.0, 2.0, 3.0)  # each has a row of SPRINGS of its own
 
 
@@ -72,8 +76,12 @@ def make_structure(family, dofs, damping, spring):
 def make_excitation(load, dofs):
     """Return a load that takes every nonlinear law beyond yield."""
     wave = 1.5 * np.sin(np.arange(30) * 0.4)
+    noise = {"duration": 0.58, "interval": 0.02}
     return {
         "base_acceleration": lambda: wd.GroundMotion(wave, 0.02),
+        "white_noise": lambda: wd.FilteredNoise(wd.WhiteNoise(0.0008), **noise),
+        "kanai_tajimi": lambda: wd.FilteredNoise(wd.KanaiTajimi(0.003, 15, 0.6), **noise),
+        "clough_penzien": lambda: wd.FilteredNoise(wd.CloughPenzien(0.003, 15, 0.6, 1.5, 0.6), **noise),
         "force_history": lambda: wd.ForceHistory(np.outer(1e3 * wave, np.arange(1, dofs + 1)), 0.02),
         "harmonic_force": lambda: wd.HarmonicForce(np.full(dofs, 1e3), 12.0, 0.6),
         "free_vibration": lambda: wd.FreeVibration(0.6, velocity=0.1 * np.arange(1, dofs + 1)),
@@ -82,6 +90,11 @@ def make_excitation(load, dofs):
 
 def in_turn(table, turn):
     return list(table)[turn % len(table)]
+
+
+def load_in_turn(turn, turn_of_noise):
+    kind = in_turn(LOAD_KINDS, turn)
+    return in_turn(NOISE, turn_of_noise) if kind == "noise" else kind
 
 
 def chain_cases():
@@ -93,7 +106,7 @@ def chain_cases():
             damping = in_turn(DAMPING, method_at + law_at)
             if damping == "none" and method in GROWING:
                 damping = "storey"
-            load = in_turn(LOADS, method_at // len(DAMPING) + 3 * law_at)
+            load = load_in_turn(method_at + 2 * law_at, method_at)
             cases.append(("chain", 2, damping, spring, load, method, in_turn(DTYPES, method_at // 2 + law_at)))
     return cases
 
@@ -106,13 +119,13 @@ STABLE = [name for name in fitting_methods("bouc_wen") if name not in GROWING]
 FULL = chain_cases()
 LIBRARY_SCRATCH = 40  # bytes a thread
 IN_TURN = [
-    ("chain", dofs, damping, spring, in_turn(LOADS, i + j), in_turn(STABLE, 5 * i + j + dofs), dtype)
+    ("chain", dofs, damping, spring, load_in_turn(i + j, i), in_turn(STABLE, 5 * i + j + dofs), dtype)
     for dofs, dtype in ((1, "float64"), (5, "float32"))
     for (i, damping), (j, spring) in product(enumerate(DAMPING), enumerate(SPRINGS))
     if dofs == 1 or i == j % len(DAMPING)
 ]
 DENSE = [
-    ("dense", (1, 3)[turn // 2 % 2], "matrix", "elastic", in_turn(LOADS, turn + turn // 4), method, dtype)
+    ("dense", (1, 3)[turn // 2 % 2], "matrix", "elastic", load_in_turn(turn + turn // 4, turn), method, dtype)
     for turn, (method, dtype) in enumerate(product(METHODS, DTYPES))
 ]
 CASES = FULL + IN_TURN + DENSE
@@ -122,12 +135,12 @@ SM90 = [
         2,
         in_turn(DAMPING, i + j),
         spring,
-        load,
+        load_in_turn(j, i),
         in_turn(fitting_methods(law), 4 * i + j),
         in_turn(DTYPES, i + j),
     )
-    for (i, (spring, (law, _))), (j, load) in product(enumerate(springs_of_laws().items()), enumerate(LOADS))
-] + [("dense", 3, "matrix", "elastic", in_turn(LOADS, i), m, in_turn(DTYPES, i // 4)) for i, m in enumerate(METHODS)]
+    for (i, (spring, (law, _))), (j, _) in product(enumerate(springs_of_laws().items()), enumerate(LOAD_KINDS))
+] + [("dense", 3, "matrix", "elastic", load_in_turn(i, i), m, in_turn(DTYPES, i // 4)) for i, m in enumerate(METHODS)]
 
 
 def recorder_alone(family, dofs, damping, spring, load, method, dtype):
@@ -233,12 +246,15 @@ def test_every_row_is_among_the_cases():
     tables = {"law": SPRINGS, "load": LOADS, "method": METHODS, "dtype": DTYPES}
     for column, table in tables.items():
         assert set(table) <= {getattr(plan, column) for plan in on_gpu}, column
+    assert set(LOADS) <= {case[4] for case in FULL}
     # By pairs: (law, method), (damping, method) and so on, all there are.
     names = ("damping", "law", "load", "method", "dtype")
     chains = [dict(zip(names, case[2:], strict=True)) for case in FULL]
-    for one, other in combinations(tables | {"damping": DAMPING}, 2):
+    chains = [case | {"load": "noise" if case["load"] in NOISE else case["load"]} for case in chains]
+    tables |= {"damping": DAMPING, "load": LOAD_KINDS}
+    for one, other in combinations(tables, 2):
         met = {(case[one], case[other]) for case in chains}
-        due = set(product((tables | {"damping": DAMPING})[one], (tables | {"damping": DAMPING})[other]))
+        due = set(product(tables[one], tables[other]))
         growing = {("none", name) for name in GROWING} | {(name, "none") for name in GROWING}
         missing = {pair for pair in due - met - growing if not set(pair) & CHOOSY}
         assert not missing, (one, other, missing)
@@ -265,9 +281,11 @@ def test_combination(case, compiled, launched, monkeypatch):
         for name, variable in run.data_vars.items():
             if variable.dtype.kind in "fi":
                 assert np.all(np.isfinite(variable.values)), name
-                if "sample" in variable.dims:
+                if "sample" in variable.dims and load not in NOISE:
                     # The samples are one structure under one load: every lane gives the same bits, repeats included.
                     assert np.all(variable.values == variable.values[0]), name
+    if load in NOISE:  # a motion each
+        assert np.unique(runs[0]["input_energy"].values).size == SAMPLES
     recorded = {name for rows in RECORDERS[family].values() for name in rows} - {"residual_drift"}
     together, single = runs[0], runs[-1]
     assert recorded | set(HISTORY if family == "chain" else list(HISTORY)[:3]) <= set(together.data_vars)

@@ -1,6 +1,7 @@
 """Ensembles of structural dynamics, integrated in parallel on GPUs and CPUs."""
 
 from warpdyn.designs import Cloud, Individual, Stripes
+from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
 from warpdyn.fragility import fragility
 from warpdyn.histories import Histories
 from warpdyn.intensity import (
@@ -29,14 +30,18 @@ __all__ = [
     "AverageSpectralAcceleration",
     "Choice",
     "Cloud",
+    "CloughPenzien",
     "CumulativeAbsoluteVelocity",
     "Factor",
+    "FilteredNoise",
     "ForceHistory",
     "FreeVibration",
     "GroundMotion",
     "HarmonicForce",
     "Histories",
     "Individual",
+    "JenningsEnvelope",
+    "KanaiTajimi",
     "LinearSystem",
     "Listed",
     "Lognormal",
@@ -51,6 +56,7 @@ __all__ = [
     "Stripes",
     "Uniform",
     "Value",
+    "WhiteNoise",
     "fragility",
     "intensity_measures",
     "plan",

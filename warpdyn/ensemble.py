@@ -10,9 +10,11 @@ import numpy as np
 from warpdyn import pack
 from warpdyn.kernels import arguments, devices
 from warpdyn.kernels.build import history_plan
+from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import Plan
 from warpdyn.methods import METHODS
 from warpdyn.motions import Assignment
+from warpdyn.philox import key_of
 from warpdyn.recorders import HISTORY, recorded
 from warpdyn.scene import Scene
 from warpdyn.timeline import MOST_STEPS, Schedule, Timeline
@@ -30,12 +32,14 @@ class Terms:
         timeline: Time grid of each motion.
         plan: The kernel's plan.
         tolerance: Relative error a step that an adaptive method allows itself.
+        seed: Seed of random motions.
     """
 
     scene: Scene
     timeline: Timeline
     plan: Plan
     tolerance: float
+    seed: int
     _loads: dict[str, object] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -222,6 +226,8 @@ class Ensemble:
         }
         columns = np.arange(place.size, dtype=np.int32) if columns is None else columns
         own = {"output": columns, "scale": self.assignment.scale.astype(dtype)}
+        if LOADS[plan.load].noise_states:
+            own["number"] = self.sample
         arrays = {name: np.repeat(values[order], alike) for name, values in common.items()}
         arrays |= {name: values.reshape(-1, alike)[order].ravel() for name, values in own.items()}
         samples = self.queue.upload("Samples", arrays, dtype)
@@ -236,6 +242,7 @@ class Ensemble:
                 every=every,
                 collapse_drift_ratio=np.inf if limit is None else limit,
                 tolerance=self.tolerance,
+                key=key_of(self.terms.seed),
             )
             part = samples
             if substeps.size > 1:

@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.kernels.build import fitted
 from warpdyn.kernels.plan import Plan
 from warpdyn.laws import LAWS
@@ -57,6 +58,8 @@ def spring_of(scene: Scene) -> str:
 
 def load_of(scene: Scene) -> str:
     """Return the row of the kernels' LOADS table."""
+    if isinstance(scene.excitation, FilteredNoise):
+        return scene.excitation.spectrum.load
     kinds = {HarmonicForce: "harmonic_force", ForceHistory: "force_history", FreeVibration: "free_vibration"}
     return kinds.get(type(scene.excitation), "base_acceleration")
 
@@ -152,6 +155,10 @@ def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
     elif isinstance(excitation, FreeVibration):
         packed["initial_displacement"] = np.broadcast_to(excitation.displacement, dofs)
         packed["initial_velocity"] = np.broadcast_to(excitation.velocity, dofs)
+    elif isinstance(excitation, FilteredNoise):
+        process = excitation.spectrum.recursion(excitation.interval)
+        parts = [process.growth, process.kick, process.start, process.output, excitation.envelope_at_nodes()]
+        packed["noise"] = np.concatenate([part.ravel() for part in parts])
     else:
         motions = timeline.motions
         packed["values"] = np.concatenate([motion.values.ravel() for motion in motions])

@@ -116,8 +116,8 @@ def lay_out(
     sampler.draw(np.arange(1))  # the first error of a scatter out of bounds is of what it draws, not of its middle
     central = pack.vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
     timeline = build_timeline(scene, central, step, longest_step, resample)
-    terms = Terms(scene, timeline, pack.plan_of(scene, method, dtype, devices[0] != "cpu"), tolerance)
-    return Run(terms, sampler, samples, seed, devices, threads)
+    plan = pack.plan_of(scene, method, dtype, devices[0] != "cpu")
+    return Run(Terms(scene, timeline, plan, tolerance, seed), sampler, samples, seed, devices, threads)
 
 
 def prepare(scene: Scene, *, known: dict[str, Drawn] | None = None, **arguments: object) -> tuple[Ensemble, Vibration]:

@@ -12,13 +12,14 @@ import numpy as np
 
 from warpdyn.checks import one_of, real_number
 from warpdyn.designs import Cloud, Individual, Stripes
+from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.recorders import RECORDERS
 from warpdyn.sample import SAMPLING, central, representative
 from warpdyn.scatter import Scatter, check_scatter
 from warpdyn.structures import LinearSystem, ShearBuilding
 
-Excitation = Stripes | Cloud | Individual | HarmonicForce | ForceHistory | FreeVibration
+Excitation = Stripes | Cloud | Individual | FilteredNoise | HarmonicForce | ForceHistory | FreeVibration
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +28,8 @@ class Scene:
 
     Args:
         structure: A ShearBuilding or a LinearSystem.
-        excitation: Stripes, Cloud or Individual ground motions; HarmonicForce, ForceHistory or FreeVibration; or one
-            GroundMotion.
+        excitation: Stripes, Cloud or Individual ground motions; FilteredNoise; HarmonicForce, ForceHistory or
+            FreeVibration; or one GroundMotion.
         scatter: What is random: parameter name -> Factor, Value, or a number that replaces the nominal value.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
         sampling: "monte_carlo", "latin_hypercube" or "sobol".
@@ -59,8 +60,8 @@ class Scene:
             object.__setattr__(self, "excitation", Cloud((self.excitation,)))
         if not isinstance(self.excitation, Excitation):
             raise TypeError(
-                "excitation must be Stripes, Cloud, Individual, GroundMotion, HarmonicForce, ForceHistory or "
-                f"FreeVibration, got {type(self.excitation).__name__}"
+                "excitation must be Stripes, Cloud, Individual, GroundMotion, FilteredNoise, HarmonicForce, "
+                f"ForceHistory or FreeVibration, got {type(self.excitation).__name__}"
             )
         self._check_width()
         one_of("sampling", self.sampling, SAMPLING)

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warpdyn.checks import real_number
-from warpdyn.motions import Assignment, ForceHistory, GroundMotion
+from warpdyn.filtered_noise import FilteredNoise
+from warpdyn.motions import Assignment, ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.scene import Scene
 
 # The default step resolves the first period, and a load's, this finely, and stays this far inside the stability limit.
@@ -20,7 +21,7 @@ SHARE_OF_STABLE_STEP = 0.4
 RESIDUAL_DECAY = 0.01
 LONGEST_DECAY_IN_PERIODS = 20.0
 RESIDUAL_PERIODS = 3.0
-THE_DURATION = "the duration"
+THE_DURATION, THE_NOISE = "the duration", "the interval of the noise"
 MOST_STEPS = 2**31 - 1  # steps are counted in 32 bits
 
 
@@ -29,7 +30,7 @@ class Timeline:
     """When each motion is sampled and into how many steps its intervals are divided; one value a motion.
 
     Args:
-        motions: The sampled histories, as they are integrated; empty where the load is a formula.
+        motions: The sampled histories, as they are integrated; empty where the load is a formula or noise.
         interval: Time between the motion's samples [s].
         substeps: Integration steps in one interval.
         intervals: Intervals between the motion's samples.
@@ -102,7 +103,7 @@ class Vibration:
 
 
 def motions_of(scene: Scene) -> tuple[GroundMotion | ForceHistory, ...]:
-    """Return the sampled histories of a scene; empty where its load is a formula."""
+    """Return the sampled histories of a scene; empty where its load is a formula or noise."""
     if isinstance(scene.excitation, ForceHistory):
         return (scene.excitation,)
     return tuple(getattr(scene.excitation, "motions", ()))
@@ -121,7 +122,7 @@ def _substeps(interval: float, step: float | None, target: float, what: str) -> 
     if not _divides(step, interval):
         near = max(1, int(interval / step))
         holds = f"{interval / near:g} s and {interval / (near + 1):g} s divide it, and step=None chooses"
-        if what == THE_DURATION:
+        if what in (THE_DURATION, THE_NOISE):
             raise ValueError(f"step {step:g} s does not divide {what}, {interval:g} s: {holds} one")
         raise ValueError(
             f"step {step:g} s does not divide {what}, {interval:g} s: steps that straddle a record's corners lose the "
@@ -176,8 +177,12 @@ def build_timeline(
     if resample and step is None:
         raise ValueError("resample needs a step to resample the motions at")
     if resample and not motions_of(scene):
-        raise ValueError("resample needs sampled motions or forces, and this load is a formula: leave it out")
+        raise ValueError("resample needs sampled motions or forces, and this scene has none: leave it out")
     motions = motions_of(scene)
+    if isinstance(scene.excitation, FilteredNoise):
+        noise = scene.excitation
+        count = _substeps(noise.interval, step, target, THE_NOISE)
+        return Timeline((), np.array([noise.interval]), np.array([count]), np.array([noise.intervals]))
     if not motions:
         frequency = abs(getattr(scene.excitation, "circular_frequency", 0.0))
         if frequency > 0 and longest_step is None:
@@ -233,7 +238,7 @@ def build_schedule(
     period = vibration.period[structure]
     interval, substeps = timeline.interval[motion], timeline.substeps[motion]
     window = RESIDUAL_PERIODS * period
-    if not timeline.motions:
+    if isinstance(scene.excitation, HarmonicForce | FreeVibration):
         tail = np.zeros_like(period)
     elif scene.tail is not None:
         tail = np.full_like(period, scene.tail)

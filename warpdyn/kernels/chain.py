@@ -11,6 +11,7 @@ import warp as wp
 
 from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.loads import LOADS, at_ends, harmonic, sampled
+from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import (
     DTYPES,
     Plan,
@@ -49,6 +50,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     force_of, recoverable_of = spring.force, spring.recoverable
     evolve, relaxation_of = spring.evolve or spring.force, spring.relaxation or spring.force
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
+    IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
+    IS_RECORD = IS_BASE and not IS_NOISE
+    Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
     STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
@@ -177,7 +181,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             if MODAL_DAMPING:
                 for i in range(N * N):
                     damping_matrix[i, j] = structures.damping_matrix[i, s]
-            if IS_BASE:
+            if IS_RECORD:
                 next_value[j] = loads.first[motion[j]] + 1
                 last_value[j] = loads.first[motion[j]] + loads.intervals[motion[j]]
                 # Nothing shakes after the last sample; a run that ends with it sees it.
@@ -267,11 +271,22 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         safe_viscous = row()
         safe_absorbed = matrix()
         inverse_substeps = dtype(1.0) / dtype(substeps)
+        if IS_NOISE:
+            processes = Processes()
+            number = Numbers()
+            for j in range(LANES):
+                number[j] = samples.number[sample[j]]
         # One interval more than the longest run: its first stage sees the last state.
         if HOLDS_STEP:
             for j in range(LANES):
                 h[j] = step[j]
         for interval in range(intervals + LAST_LOOK):
+            if IS_NOISE:
+                a0, da, processes = noise_over_interval(
+                    loads, control.key, number, interval, live_intervals, scale, processes
+                )
+                for j in range(LANES):
+                    da[j] = da[j] * inverse_substeps
             for j in range(LANES):
                 # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
                 if not HOLDS_STEP:
@@ -297,7 +312,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             )
                             f0[i, j] = begin
                             df[i, j] = change
-            if IS_BASE:
+            if IS_RECORD:
                 # Lanes that share a motion read it once: gathering a value a lane costs as much as a storey.
                 if differing_motions == 0:
                     value = element(loads.values, wp.min(next_value[0] + interval, last_value[0]))

@@ -10,6 +10,7 @@ import warp as wp
 
 from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
+from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs, tableau
 from warpdyn.kernels.recorders import balance_error, keep_state
 from warpdyn.recorders import DIVERGED, OK
@@ -21,6 +22,9 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
     dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
     N, LANES, load = plan.dofs, plan.lanes, LOADS[plan.load]
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
+    IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
+    IS_RECORD = IS_BASE and not IS_NOISE
+    Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
     DISPLACEMENT, ACCELERATION, ENERGY, HISTORY = (
         name in plan.recorders for name in ("displacement", "acceleration", "energy", "history")
     )
@@ -156,8 +160,17 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                 initial_energy[j] += energy_elastic[j]
 
         inverse_substeps = dtype(1.0) / dtype(substeps)
+        if IS_NOISE:
+            processes = Processes()
+            number = Numbers()
+            for j in range(LANES):
+                number[j] = samples.number[sample[j]]
         # One interval more than the longest run: its first stage sees the accelerations of the last state.
         for interval in range(intervals + 1):
+            if IS_NOISE:
+                a0, da, processes = noise_over_interval(
+                    loads, control.key, number, interval, live_intervals, scale, processes
+                )
             for j in range(LANES):
                 h[j] = dtype(0.0)
                 seen[j] = dtype(0.0)
@@ -169,7 +182,7 @@ def dense_kernel(plan: Plan) -> wp.Kernel:
                         trial[j] = dtype(1.0)
                 if interval <= live_intervals[j]:
                     seen[j] = dtype(1.0)
-                if IS_BASE:
+                if IS_RECORD:
                     begin, change = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
                     a0[j] = begin
                     da[j] = change

@@ -12,6 +12,7 @@ import functools
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
+from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
 from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
@@ -38,6 +39,9 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
     advance, relaxation_along = spring.advance or spring.force, spring.relaxation_along or spring.force
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
+    IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
+    IS_RECORD = IS_BASE and not IS_NOISE
+    Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
     STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
@@ -235,14 +239,23 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
                     initial_energy[j] += absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
 
+        if IS_NOISE:
+            processes = Processes()
+            number = Numbers()
+            for j in range(LANES):
+                number[j] = samples.number[sample[j]]
         # One interval more than the longest run, of a single step: it sees the forces of the last state.
         for interval in range(intervals + 1):
+            if IS_NOISE:
+                a0, da, processes = noise_over_interval(
+                    loads, control.key, number, interval, live_intervals, scale, processes
+                )
             for j in range(LANES):
                 # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
                 h[j] = zero
                 if interval < live_intervals[j]:
                     h[j] = step[j]
-                if IS_BASE:
+                if IS_RECORD:
                     begin, change = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
                     a0[j] = begin
                     da[j] = change

@@ -12,6 +12,7 @@ import math
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
+from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs
 from warpdyn.kernels.powers import lost_share, supplied_share
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
@@ -30,6 +31,9 @@ def linear_kernel(plan: Plan) -> wp.Kernel:
     IS_CHAIN, IS_DENSE = plan.family == "chain", plan.family == "dense"
     IS_IMPLICIT, IS_COUPLED = method.kind == "implicit", plan.damping != "classical"
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
+    IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
+    IS_RECORD = IS_BASE and not IS_NOISE
+    Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
     IS_SAMPLED, IS_SHARED, IS_LOADED = load.is_history, IS_BASE or IS_HARMONIC, load.is_history or IS_HARMONIC
     DRIFT, TIME, DISPLACEMENT, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders
@@ -191,13 +195,25 @@ def linear_kernel(plan: Plan) -> wp.Kernel:
                 for j in range(LANES):
                     swing = x[N + m, j] * x[N + m, j] + stiffness[m, j] * x[m, j] * x[m, j]
                     initial_energy[j] += dtype(0.5) * modal_mass[j] * swing
+        if IS_NOISE:
+            processes = Processes()
+            number = Numbers()
+            for j in range(LANES):
+                number[j] = samples.number[sample[j]]
         # One interval more than the longest run: its first step sees the last state.
         for interval in range(intervals + 1):
+            if IS_NOISE:
+                value, gain, processes = noise_over_interval(
+                    loads, control.key, number, interval, live_intervals, scale, processes
+                )
+                for j in range(LANES):
+                    begin[0, j] = value[j]
+                    change[0, j] = gain[j]
             for j in range(LANES):
                 live[j] = dtype(0.0)
                 if interval < live_intervals[j]:
                     live[j] = dtype(1.0)
-                if IS_BASE:
+                if IS_RECORD:
                     value, gain = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
                     begin[0, j] = value
                     change[0, j] = gain

@@ -15,15 +15,20 @@ class LoadKind:
         is_history: Sampled values, linear between them and zero after the last.
         is_base: Acts as base acceleration on every mass; otherwise as forces on the degrees of freedom.
         is_harmonic: Amplitude times sin(w t + phase).
+        noise_states: States of the random process that a history is generated from as it goes; 0 where it is stored.
     """
 
     is_history: bool = False
     is_base: bool = False
     is_harmonic: bool = False
+    noise_states: int = 0
 
 
 LOADS = {
     "base_acceleration": LoadKind(is_history=True, is_base=True),
+    "white_noise": LoadKind(is_history=True, is_base=True, noise_states=1),
+    "kanai_tajimi": LoadKind(is_history=True, is_base=True, noise_states=2),
+    "clough_penzien": LoadKind(is_history=True, is_base=True, noise_states=4),
     "force_history": LoadKind(is_history=True),
     "harmonic_force": LoadKind(is_harmonic=True),
     "free_vibration": LoadKind(),

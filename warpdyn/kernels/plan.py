@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
+from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.springs import POWERS, SPRINGS
 from warpdyn.method_kinds import ExplicitMethod
 from warpdyn.methods import METHODS
@@ -145,7 +146,7 @@ def values_held(plan: Plan) -> dict[str, int]:
         "displacement": 2 * n,
     }
     return {
-        "state": states * n,
+        "state": states * n + LOADS[plan.load].noise_states * 8 // np.dtype(plan.dtype).itemsize,  # noise in float64
         "structure": structure,
         "method": working,
         "recorders": sum(recorders.get(name, 0) for name in plan.recorders),
@@ -166,6 +167,7 @@ def structs(dtype_name: str) -> SimpleNamespace:
         every: wp.int32  # steps between the states that a history keeps
         collapse_drift_ratio: dtype
         tolerance: dtype  # of an adaptive method
+        key: wp.uint64  # of the seed of random motions
 
     class Structure:  # first index as named, last index: structure
         mass: table
@@ -203,11 +205,14 @@ def structs(dtype_name: str) -> SimpleNamespace:
         amplitude: plain  # of a harmonic force, [dof]
         circular_frequency: wp.array(dtype=wp.float64)  # one value
         phase: wp.array(dtype=wp.float64)  # one value
+        # Of random motions: growth, kick and start of the process, row by row, its output, and the envelope at nodes.
+        noise: wp.array(dtype=wp.float64)
         initial_displacement: plain  # [dof]
         initial_velocity: plain  # [dof]
 
     class Samples:  # one value a sample of this launch, in the order of its lanes
         output: wp.array(dtype=wp.int32)  # column of the outputs
+        number: wp.array(dtype=wp.uint64)  # the sample's index in the run, for random motions
         structure: wp.array(dtype=wp.int32)
         motion: wp.array(dtype=wp.int32)
         scale: plain

@@ -1,0 +1,88 @@
+"""Random numbers that are looked up, not drawn one after the other: by seed, sample, purpose and counter.
+
+Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns a counter of
+four words into four random words, under a key of two. The key is the seed; the counter holds, from its first word on, a
+counter, the purpose and the sample's index in two words. A sample's numbers so depend on the seed and its own index
+alone, however samples are divided. `kernels.philox` is the same on the device; this looks one sample's up.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ndtri
+
+# Salmon et al. 2011, the multipliers of a round and what is added to the key between rounds.
+ROUNDS, MULTIPLIERS, KEY_INCREMENTS = 10, (0xD2511F53, 0xCD9E8D57), (0x9E3779B9, 0xBB67AE85)
+WORD = 2**32
+
+
+class Purpose(IntEnum):
+    """What a number is for: the numbers of one purpose have nothing to do with those of another."""
+
+    STRUCTURE = 0  # parameters of a drawn structure, of which the index is the structure's
+    CHOICE_OF_MOTION = 1
+    GROUND_MOTION = 2
+    SCRAMBLING = 3  # of Sobol points, of which there is one for a run: sample 0
+
+
+def key_of(seed: int) -> int:
+    """Return the 64-bit key of a seed: the seed itself below 2^64, its hash beyond."""
+    if seed < 0:
+        raise ValueError(f"seed must be at least 0, got {seed}")
+    if seed < 2**64:
+        return int(seed)
+    seed = int(seed)
+    return int.from_bytes(hashlib.sha256(seed.to_bytes((seed.bit_length() + 7) // 8, "little")).digest()[:8], "little")
+
+
+def philox(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
+    """Return the blocks of Philox4x32-10.
+
+    Args:
+        counter: Words of the counters, the lowest first, shape [4, ...].
+        key: Words of the key, the lowest first, shape [2].
+
+    Returns:
+        Words as uint32, shape [4, ...].
+    """
+    words = [np.asarray(word, dtype=np.uint64) for word in np.asarray(counter)]
+    keys = [int(word) for word in np.asarray(key)]
+    low, shift = np.uint64(WORD - 1), np.uint64(32)
+    for _ in range(ROUNDS):
+        products = [words[0] * np.uint64(MULTIPLIERS[0]), words[2] * np.uint64(MULTIPLIERS[1])]
+        words = [
+            (products[1] >> shift) ^ words[1] ^ np.uint64(keys[0]),
+            products[1] & low,
+            (products[0] >> shift) ^ words[3] ^ np.uint64(keys[1]),
+            products[0] & low,
+        ]
+        keys = [(word + more) % WORD for word, more in zip(keys, KEY_INCREMENTS, strict=True)]
+    return np.array(words, dtype=np.uint32)
+
+
+def uniforms(seed: int, sample: int, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
+    """Return two uniform numbers of each counter: odd multiples of 2^-53, so that neither 0 nor 1 is among them.
+
+    Args:
+        seed: Seed of the run.
+        sample: The sample's index in the run.
+        purpose: What the numbers are for.
+        counter: Which numbers, 0 to 2^32 - 1, shape [...].
+
+    Returns:
+        Numbers in (0, 1), shape [..., 2].
+    """
+    counter, key = np.asarray(counter, dtype=np.uint64), key_of(seed)
+    counters = np.stack(np.broadcast_arrays(counter, int(purpose), sample % WORD, sample // WORD))
+    words = philox(counters, (key % WORD, key // WORD)).astype(np.uint64)
+    bits = (words[0::2] << np.uint64(20)) | (words[1::2] >> np.uint64(12))
+    return np.moveaxis((bits.astype(np.float64) + 0.5) * 2.0**-52, 0, -1)
+
+
+def normals(seed: int, sample: int, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
+    """Return two standard normal numbers of each counter, by the inverse of their distribution; as `uniforms`."""
+    return ndtri(uniforms(seed, sample, purpose, counter))
