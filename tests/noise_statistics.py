@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 import warpdyn as wd
 from warpdyn import pack
-from warpdyn.kernels import build
+from warpdyn.kernels.arguments import brought
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import Plan, row_types, structs
 from warpdyn.philox import key_of
@@ -122,7 +122,7 @@ def paths(
     """
     scene = wd.Scene(OSCILLATOR, noise)
     timeline = prepare(scene, samples=1, method="rk4", dtype=dtype, device=device)[0].timeline
-    loads = build.fill_struct("Load", pack.pack_load(scene, timeline), dtype, device)
+    loads = brought("Load", pack.pack_load(scene, timeline), dtype, device)
     shape = (noise.intervals + 1, samples)
     begin, change = (wp.full(shape, np.nan, dtype=getattr(wp, dtype), device=device) for _ in range(2))
     arguments = [loads, key_of(seed), first, run or noise.intervals + 1, begin, change]

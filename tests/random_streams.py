@@ -13,7 +13,7 @@ from scipy import stats
 from scipy.special import kolmogorov
 
 from warpdyn.kernels.philox import normal_pair
-from warpdyn.random_numbers import Purpose, key_of
+from warpdyn.philox import Purpose, key_of
 
 BINS = 256
 BINS_AS_FLOAT = wp.constant(wp.float64(BINS))

@@ -1,4 +1,4 @@
-"""The study benchmark: peers that integrate the same building agree, those that cannot are named, none stops the run."""
+"""The study benchmark: peers of one building agree, those that cannot run are named, none stops the run."""
 
 from __future__ import annotations
 

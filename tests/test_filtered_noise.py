@@ -17,6 +17,7 @@ from noise_statistics import (
 from scipy.integrate import quad
 
 import warpdyn as wd
+from warpdyn import blocks
 from warpdyn.modal import modal_damping_matrix
 from warpdyn.prepare import prepare
 
@@ -136,14 +137,16 @@ def test_every_kernel_runs_as_under_the_same_records(structure, method, dtype, s
         assert {"record", "scale_factor_of_motion"} <= set(recorded.coords) - set(generated.coords)
 
 
-def test_a_samples_motion_is_its_own_however_it_is_run():
+def test_a_samples_motion_is_its_own_however_it_is_run(monkeypatch):
     noise = wd.FilteredNoise(KANAI_TAJIMI, 1.0, 0.02)
     scene = wd.Scene(STRUCTURES["yielding"], noise)
     settings = {"samples": 50, "device": "cpu", "dtype": "float64"}
     run = wd.simulate(scene, seed=1, threads=1, **settings)
     drifts = run["peak_storey_drift"].values
     assert np.unique(drifts[:, 0]).size == 50
-    again = wd.simulate(scene, seed=1, threads=2, samples_per_chunk=7, **settings)
+    with monkeypatch.context() as patched:
+        patched.setattr(blocks, "CPU_BLOCK", 7)
+        again = wd.simulate(scene, seed=1, threads=2, **settings)
     assert again["peak_storey_drift"].values.tobytes() == drifts.tobytes()
     fewer = wd.simulate(scene, seed=1, **(settings | {"samples": 20}))
     assert fewer["peak_storey_drift"].values.tobytes() == drifts[:20].tobytes()
