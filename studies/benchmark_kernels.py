@@ -112,7 +112,7 @@ def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "a tail of")
             run, _ = prepare(scene, samples=2, method="rk4", dtype=dtype, step=STEP, device=device)
-        load_kernel(run.plan, run.device)
+        load_kernel(run.plan, run.queue.device)
 
     # The tallest first, which may take longest.
     ordered = sorted(jobs, key=lambda job: (-job[1], job))

@@ -1,6 +1,6 @@
 """Hand-written CUDA (shear_chain.cu): RK4, one sample a thread, its whole history in registers.
 
-It does what warpdyn's kernel does with the recorder of drifts, but for the time and place of the largest drift ratio
+It does what warpdyn's kernel does with the recorder of drifts, but for the place of the largest drift ratio
 and the test for a blow-up; and it can do nothing else. Beyond 20 storeys in float32 and 10 in float64 its
 registers spill. Timed by events, all data on the device.
 """
