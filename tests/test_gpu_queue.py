@@ -5,6 +5,7 @@ so does memory that is used again too early. In a second play the streams beside
 instead, as far as they need not wait.
 """
 
+import threading
 import time
 from collections import deque
 from contextlib import contextmanager
@@ -169,6 +170,16 @@ def assert_close(first, second):
             np.testing.assert_array_equal(first[name], second[name], err_msg=name)
 
 
+def tell(work, threads):
+    """Return the work, which adds its thread to those that did it."""
+
+    def told(*arguments, **options):
+        threads.add(threading.get_ident())
+        return work(*arguments, **options)
+
+    return told
+
+
 SETTINGS = {"samples": 23, "seed": 2, "dtype": "float64", "check": 0.3, "histories": wd.Histories((7, 1, 133))}
 
 
@@ -203,6 +214,16 @@ def test_failures_are_run_again_beside_other_blocks(pretended, monkeypatch):
     assert_close(wd.simulate(scene, device="cuda", **settings), whole)
 
 
+def test_what_fails_in_a_block_prepared_ahead_is_raised(pretended, monkeypatch):
+    monkeypatch.setattr(blocks, "GPU_BLOCK", 1)
+    scatter = {"mass": wd.Listed([[1.0], [1.0], [1.0], [1.0], [-1.0], [1.0], [1.0], [1.0]])}
+    scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(1.0, velocity=1.0), scatter)
+    before = threading.active_count()
+    with pytest.raises(ValueError, match="drawn mass is -1 at structure 4, storey 1"):
+        wd.simulate(scene, samples=8, device="cuda:0")
+    assert threading.active_count() == before
+
+
 def test_blocks_are_queued_before_the_first_is_waited_for(pretended, monkeypatch):
     monkeypatch.setattr(blocks, "GPU_BLOCK", 30)
     order = []
@@ -218,7 +239,10 @@ def test_blocks_are_queued_before_the_first_is_waited_for(pretended, monkeypatch
 
     spy("launch")
     spy("read_into")
+    started = {threading.get_ident()}
+    monkeypatch.setattr(pretended, "launch", tell(pretended.launch, started))
     wd.simulate(make_scene(), samples=50, device="cuda:0")
+    assert started == {threading.get_ident()}  # warp's launches from several threads crash
     blocks_there = order.count("launch")
     assert blocks_there == 10
     ahead = devices.BLOCKS_ON_A_GPU

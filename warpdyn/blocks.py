@@ -32,7 +32,8 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
         ValueError: If the memory is less than a single structure takes.
     """
     is_gpu = run.devices[0] != "cpu"
-    under_way = BLOCKS_ON_A_GPU * len(run.devices) + 1 if is_gpu else 1  # and one that is being collected
+    # Those on the devices, those prepared meanwhile, and one that is being collected.
+    under_way = BLOCKS_ON_A_GPU * len(run.devices) + blocks_ahead(run) + 1 if is_gpu else 1
     host, device = _bytes_a_structure(run, columns)
     if memory is None:
         rooms = [SHARE_OF_FREE_MEMORY * free_memory("cpu") / (under_way * host)]
@@ -52,6 +53,11 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
     count = max(count, -(-run.structures // room))
     count = min(-(-count // len(run.devices)) * len(run.devices), run.structures)
     return np.array_split(np.arange(run.structures), count)
+
+
+def blocks_ahead(run: Run) -> int:
+    """Return how many blocks are prepared before a device is free for them."""
+    return 0 if run.devices[0] == "cpu" else len(run.devices)
 
 
 def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +21,21 @@ from warpdyn.scene import Scene
 from warpdyn.timeline import MOST_STEPS, Schedule, Timeline
 
 Arrays = dict[str, np.ndarray]
-SORTED_BITS = 16  # of the durations that samples are sorted by
+Each = Callable[..., Iterable[object]]  # map, or one that works on several items at a time
+
+
+class Packed(NamedTuple):
+    """What a launch reads, as arrays of the kernels' types.
+
+    Args:
+        structures: Of each structure, by the fields of the kernels' struct.
+        samples: Of each sample, likewise; samples that take as many steps an interval lie together.
+        groups: How many steps those are, and of how many samples, one group after the other.
+    """
+
+    structures: Arrays
+    samples: Arrays
+    groups: list[tuple[int, int]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +109,7 @@ class Ensemble:
         self.structures, self.drawn, self.rayleigh = structures, drawn, rayleigh
         self.assignment, self.row = assignment, row
         self.schedule, self.sample = schedule, sample
+        self._packed: Packed | None = None
 
     def take(self, samples: np.ndarray) -> Ensemble:
         """Return some of the samples with their structures, to be integrated on the same terms."""
@@ -154,12 +170,15 @@ class Ensemble:
         rows = {name: rows[name] for name in self.terms.shapes}
         output = self.queue.blank(rows, self.plan.dtype)
         history = self.queue.upload("History", {}, self.plan.dtype)
-        self._launch(self.plan, output, history, advance=advance)
+        if self._packed is None:
+            self.pack()
+        packed, self._packed = self._packed, None
+        self._launch(self.plan, packed, output, history, advance=advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()})
 
-    def finish(self, rows: Arrays) -> None:
+    def finish(self, rows: Arrays, each: Each = map) -> None:
         """Wait until the rows that `start` was given hold what was recorded."""
-        self.queue.read_into(rows)
+        self.queue.read_into(rows, each)
 
     def integrate(self, chosen: np.ndarray) -> Arrays:
         """Return every recorded variable of some samples, sample last."""
@@ -191,69 +210,20 @@ class Ensemble:
         output = self.queue.blank({"status": np.empty(last.size, np.int8)}, self.plan.dtype)
         for own in np.unique(every_own):
             rows = np.flatnonzero(every_own == own)
-            part.take(rows)._launch(history_plan(self.plan), output, history, rows, every=int(own))
+            own_part = part.take(rows)
+            own_part._launch(history_plan(self.plan), own_part._pack(rows), output, history, every=int(own))
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         for row, end in enumerate(last):
             for array in values.values():
                 array[row, end + 1 :] = np.nan
         return np.arange(times) * every * common_step, values
 
-    def _launch(
-        self,
-        plan: Plan,
-        output: object,
-        history: object,
-        columns: np.ndarray | None = None,
-        every: int = 1,
-        advance: Callable[[int], object] = lambda done: None,
-    ) -> None:
-        """Integrate all samples; each is written to its column of the outputs, the one of its own number by default."""
-        structures, place = self._structures()
-        dtype, alike = plan.dtype, self.schedule.alike
-        # Samples in a row that are stepped alike are sorted as one.
-        run_intervals, all_substeps, step, residual_steps = (column[::alike] for column in self.schedule.columns)
-        # Longest first and neighbours alike: no thread waits long for another's last history.
-        order = _longest_first(run_intervals)
-        substeps = np.unique(all_substeps)
-        if substeps.size > 1:
-            order = np.concatenate([order[all_substeps[order] == value] for value in substeps])
-        common = {
-            "structure": place[::alike],
-            "motion": self.assignment.motion[::alike],
-            "step": step.astype(dtype),
-            "run_intervals": run_intervals,
-            "residual_steps": residual_steps,
-        }
-        columns = np.arange(place.size, dtype=np.int32) if columns is None else columns
-        own = {"output": columns, "scale": self.assignment.scale.astype(dtype)}
-        if LOADS[plan.load].noise_states:
-            own["number"] = self.sample
-        arrays = {name: np.repeat(values[order], alike) for name, values in common.items()}
-        arrays |= {name: values.reshape(-1, alike)[order].ravel() for name, values in own.items()}
-        samples = self.queue.upload("Samples", arrays, dtype)
-        limit = self.scene.collapse_drift_ratio
-        launches, first = [], 0
-        for value in substeps:
-            last = first + alike * int(np.count_nonzero(all_substeps == value))
-            control = arguments.control(
-                dtype,
-                samples=last - first,
-                substeps=int(value),
-                every=every,
-                collapse_drift_ratio=np.inf if limit is None else limit,
-                tolerance=self.tolerance,
-                key=key_of(self.terms.seed),
-            )
-            part = samples
-            if substeps.size > 1:
-                part = arguments.part_of(samples, "Samples", arrays, dtype, first, last)
-            launches.append(devices.Launch(control, part, arrays["run_intervals"][first:last] * int(value)))
-            first = last
-        loads = self.terms.loads_on(self.queue.device)
-        self.queue.launch(plan, launches, [structures, loads, output, history], advance)
+    def pack(self) -> None:
+        """Sort the samples and pack their structures as kernels read them; `start` does so unless it was done."""
+        self._packed = self._pack(np.arange(self.sample.size, dtype=np.int32))
 
-    def _structures(self) -> tuple[object, np.ndarray]:
-        """Return the structures as the device holds them, and which of them each sample has.
+    def _pack(self, columns: np.ndarray) -> Packed:
+        """Return what a launch reads, of samples that are each written to their column of the outputs.
 
         Where a kernel reads propagators, there is one for each structure and step that meet.
         """
@@ -264,8 +234,45 @@ class Ensemble:
             step = steps[pairs % steps.size]
         else:
             parameters, place, step = pack.parameters_of(self.scene, self.drawn), self.row, None
-        packed = pack.pack_structures(self.scene, parameters, self.plan, step, self.rayleigh)
-        return self.queue.upload("Structure", packed, self.plan.dtype), place
+        structures = pack.pack_structures(self.scene, parameters, self.plan, step, self.rayleigh)
+        number = self.sample if LOADS[self.plan.load].noise_states else None
+        samples, groups = pack.pack_samples(self.schedule, self.assignment, place, columns, number)
+        dtype = self.plan.dtype
+        return Packed(
+            arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups
+        )
+
+    def _launch(
+        self,
+        plan: Plan,
+        packed: Packed,
+        output: object,
+        history: object,
+        every: int = 1,
+        advance: Callable[[int], object] = lambda done: None,
+    ) -> None:
+        """Integrate all samples."""
+        structures = self.queue.upload("Structure", packed.structures, plan.dtype)
+        samples = self.queue.upload("Samples", packed.samples, plan.dtype)
+        limit = self.scene.collapse_drift_ratio
+        launches, first = [], 0
+        for substeps, count in packed.groups:
+            control = arguments.control(
+                plan.dtype,
+                samples=count,
+                substeps=substeps,
+                every=every,
+                collapse_drift_ratio=np.inf if limit is None else limit,
+                tolerance=self.tolerance,
+                key=key_of(self.terms.seed),
+            )
+            part, last = samples, first + count
+            if len(packed.groups) > 1:
+                part = arguments.part_of(samples, "Samples", packed.samples, plan.dtype, first, last)
+            launches.append(devices.Launch(control, part, packed.samples["run_intervals"][first:last] * substeps))
+            first = last
+        loads = self.terms.loads_on(self.queue.device)
+        self.queue.launch(plan, launches, [structures, loads, output, history], advance)
 
 
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
@@ -284,11 +291,3 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
         np.concatenate([part.sample for part in parts]),
         parts[-1].queue,
     )
-
-
-def _longest_first(durations: np.ndarray) -> np.ndarray:
-    """Return the order of falling durations, of very different ones nearly so; neighbours that are equal stay so."""
-    shorter = durations.max() - durations
-    finer = max(0, int(shorter.max()).bit_length() - SORTED_BITS)
-    # Numbers of 16 bits are sorted without comparisons, in a tenth of the time.
-    return np.argsort((shorter >> finer).astype(np.uint16), kind="stable")

@@ -18,7 +18,7 @@ from warpdyn.modal import (
     modal_damping_matrix,
     rayleigh_coefficients,
 )
-from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.propagators import damping_of, pack_linear
 from warpdyn.scene import Scene
 from warpdyn.stability import (
@@ -28,9 +28,10 @@ from warpdyn.stability import (
     stable_step_of_yielding,
     state_eigenvalues,
 )
-from warpdyn.timeline import Timeline, Vibration
+from warpdyn.timeline import Schedule, Timeline, Vibration
 
 Arrays = dict[str, np.ndarray]
+SORTED_BITS = 16  # of the durations that samples are sorted by
 DOUBLES_AT_A_TIME = 2**20  # in the state matrices of the eigenvalue problems, which are larger than any result
 
 
@@ -138,6 +139,49 @@ def needs_step(plan: Plan) -> bool:
     """Return whether what a kernel reads of a structure depends on the integration step."""
     kind = METHODS[plan.method].kind
     return kind == "exact" or (kind == "implicit" and plan.family == "dense")
+
+
+def pack_samples(
+    schedule: Schedule, assignment: Assignment, place: np.ndarray, columns: np.ndarray, number: np.ndarray | None = None
+) -> tuple[Arrays, list[tuple[int, int]]]:
+    """Return what the Samples struct holds, in the order in which samples are best launched.
+
+    Args:
+        schedule: How each sample is stepped.
+        assignment: Its motion.
+        place: Place of its structure among those packed, shape [sample].
+        columns: Where in the outputs it is written, shape [sample].
+        number: Its index in the run, shape [sample], where its motion depends on it.
+
+    Returns:
+        The arrays, and the steps an interval and the number of samples of each group that is launched by itself.
+    """
+    alike = schedule.alike  # samples in a row that are stepped alike are sorted as one
+    run_intervals, substeps, step, residual_steps = (column[::alike] for column in schedule.columns)
+    # Longest first and neighbours alike: no thread waits long for another's last history.
+    order = _longest_first(run_intervals)
+    kinds = np.unique(substeps)
+    parts = [order[substeps[order] == kind] for kind in kinds] if kinds.size > 1 else [order]
+    order = np.concatenate(parts)
+    common = {
+        "structure": place[::alike],
+        "motion": assignment.motion[::alike],
+        "step": step,
+        "run_intervals": run_intervals,
+        "residual_steps": residual_steps,
+    }
+    own = {"output": columns, "scale": assignment.scale} | ({} if number is None else {"number": number})
+    arrays = {name: np.repeat(values[order], alike) for name, values in common.items()}
+    arrays |= {name: values.reshape(-1, alike)[order].ravel() for name, values in own.items()}
+    return arrays, [(int(kind), part.size * alike) for kind, part in zip(kinds, parts, strict=True)]
+
+
+def _longest_first(durations: np.ndarray) -> np.ndarray:
+    """Return the order of falling durations, of very different ones nearly so; neighbours that are equal stay so."""
+    shorter = durations.max() - durations
+    coarser = max(0, int(shorter.max()).bit_length() - SORTED_BITS)
+    # Numbers of 16 bits are sorted without comparisons, in a tenth of the time.
+    return np.argsort((shorter >> coarser).astype(np.uint16), kind="stable")
 
 
 def pack_load(scene: Scene, timeline: Timeline) -> Arrays:

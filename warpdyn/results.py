@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from warpdyn.ensemble import Ensemble, Terms
+from warpdyn.ensemble import Each, Ensemble, Terms
 from warpdyn.kernels.arguments import output_dtype
 from warpdyn.methods import METHODS
 from warpdyn.motions import IN_G, motion_names
@@ -85,8 +85,14 @@ def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
     return columns
 
 
-def fill_inputs(run: Ensemble, rows: Arrays) -> None:
-    """Write what is known of a block's samples before they are integrated, into rows by name."""
+def fill_inputs(run: Ensemble, rows: Arrays, each: Each = map) -> None:
+    """Write what is known of a block's samples before they are integrated, into rows by name.
+
+    Args:
+        run: The block.
+        rows: The rows.
+        each: A map over the variables, which may be parallel.
+    """
     of_sample = {
         "sample": run.sample,
         "structure": run.assignment.structure,
@@ -94,12 +100,16 @@ def fill_inputs(run: Ensemble, rows: Arrays) -> None:
         "scale_factor_of_motion": run.assignment.scale,
         "im_level": run.assignment.im_level,
     }
-    for name in of_sample.keys() & rows.keys():
-        rows[name][...] = of_sample[name]
-    for name, values in run.drawn.items():
-        name = name if run.plan.family == "chain" else f"{name}_factor"
-        if name in rows:
-            _spread(values.astype(rows[name].dtype), rows[name])
+    suffix = "" if run.plan.family == "chain" else "_factor"
+    of_structure = {name + suffix: values for name, values in run.drawn.items()}
+
+    def fill(name: str) -> None:
+        if name in of_sample:
+            np.copyto(rows[name], of_sample[name])
+        else:
+            _spread(of_structure[name].astype(rows[name].dtype), rows[name])
+
+    list(each(fill, rows.keys() & (of_sample | of_structure).keys()))
 
 
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:

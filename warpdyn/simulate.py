@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -14,16 +13,15 @@ from tqdm import tqdm
 from warpdyn.blocks import divide
 from warpdyn.checks import one_of, real_number, whole_number
 from warpdyn.collect import InFile, InMemory
-from warpdyn.ensemble import Ensemble
+from warpdyn.course import Course
 from warpdyn.error_estimate import ErrorEstimate
-from warpdyn.guard import ON_UNSTABLE, Findings, Reruns, blank_failed, guard
+from warpdyn.guard import ON_UNSTABLE, Findings
 from warpdyn.histories import Histories, KeptHistories
-from warpdyn.kernels.devices import Queue, device_names, open_queues, seconds_in_kernels
+from warpdyn.kernels.devices import device_names, open_queues, seconds_in_kernels
 from warpdyn.methods import METHODS
 from warpdyn.plan import plan
-from warpdyn.prepare import Run, lay_out
-from warpdyn.recorders import DIVERGED, UNSTABLE_STEP
-from warpdyn.results import Arrays, columns_of, fill_inputs, fill_outcomes
+from warpdyn.prepare import lay_out
+from warpdyn.results import columns_of
 from warpdyn.scene import Scene
 from warpdyn.store import GrowingFile
 from warpdyn.timeline import warn_of_short_tail
@@ -143,15 +141,9 @@ def simulate(
     else:
         table = InFile(run.terms, columns, GrowingFile(path, run.samples))
     with table, tqdm(total=run.samples, unit="history", unit_scale=True, disable=None) as progress:
-        course = _Course(run, on_unstable, findings, table, kept, estimate, progress.update)
+        course = Course(run, on_unstable, findings, table, kept, estimate, progress.update)
         course.seconds_sampling += time.perf_counter() - started
-        under_way = deque()
-        for number, structures in enumerate(blocks):
-            if len(under_way) == len(queues):
-                course.finish(*under_way.popleft())
-            under_way.append(course.begin(structures, queues[number % len(queues)]))
-        while under_way:
-            course.finish(*under_way.popleft())
+        course.go(blocks, queues)
         progress.close()
         findings.warn(on_unstable, stacklevel=2)
         warn_of_short_tail(scene, course.longest_period, stacklevel=2)
@@ -176,65 +168,3 @@ def simulate(
         if METHODS[method].is_adaptive:
             rest.attrs["tolerance"] = run.terms.tolerance
         return table.finish(rest)
-
-
-class _Course:
-    """What happens to each block of a run, in two parts: while a device integrates it, others begin or finish.
-
-    Args:
-        run: The run.
-        on_unstable: What is done about steps beyond the stability limit.
-        findings: Where it is kept what there is to tell of the run's stability.
-        table: Where the samples go.
-        kept: Samples whose histories are kept.
-        estimate: What is run again to estimate errors.
-        advance: Called with the number of samples done since its last call.
-    """
-
-    def __init__(
-        self,
-        run: Run,
-        on_unstable: str,
-        findings: Findings,
-        table: InMemory | InFile,
-        kept: KeptHistories | None,
-        estimate: ErrorEstimate | None,
-        advance: Callable[[int], object],
-    ) -> None:
-        self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
-        self.kept, self.estimate, self.advance = kept, estimate, advance
-        self.reruns = Reruns()
-        self.longest_period = 0.0
-        self.seconds_sampling = self.seconds_integrating = 0.0
-
-    def begin(self, structures: np.ndarray, queue: Queue) -> tuple[Ensemble, np.ndarray, Arrays]:
-        """Draw a block, guard its steps and start it; return its samples, which are unstable, and their rows."""
-        began = time.perf_counter()
-        block, vibration = self.run.ensemble(structures, queue)
-        unstable = guard(block, vibration, self.on_unstable, self.findings)
-        self.longest_period = max(self.longest_period, float(vibration.period.max()))
-        rows = self.table.rows_for(block.sample.size)
-        drawn = time.perf_counter()
-        block.start(rows, self.advance)
-        fill_inputs(block, rows)  # while a GPU works
-        self.seconds_sampling += drawn - began
-        self.seconds_integrating += time.perf_counter() - drawn
-        return block, unstable, rows
-
-    def finish(self, block: Ensemble, unstable: np.ndarray, rows: Arrays) -> None:
-        """Wait for a block, and complete and hand over its rows; blocks come in the order in which they began."""
-        began = time.perf_counter()
-        block.finish(rows)
-        outputs = {name: rows[name].T for name in self.run.terms.shapes}
-        if self.on_unstable == "substep":
-            self.reruns.settle(block, np.arange(block.sample.size), outputs)
-        self.seconds_integrating += time.perf_counter() - began
-        self.findings.add_outcomes(outputs, ~unstable)
-        outputs["status"][unstable] = UNSTABLE_STEP
-        blank_failed(outputs, outputs["status"] >= DIVERGED)
-        fill_outcomes(block, rows)
-        if self.kept is not None:
-            self.kept.add(block, outputs["status"])
-        if self.estimate is not None:
-            self.estimate.add(block, outputs)
-        self.table.add(rows)

@@ -48,6 +48,12 @@ def blank_value(struct: Any, name: str) -> float:
     return -1 if struct.vars[name].type.dtype is wp.int32 else float("nan")
 
 
+def as_fields(kind: str, arrays: dict[str, np.ndarray], dtype: str) -> dict[str, np.ndarray]:
+    """Return arrays as the fields of a struct of `structs` have them."""
+    struct = getattr(structs(dtype), kind)
+    return {name: as_field(struct, name, values) for name, values in arrays.items()}
+
+
 def as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
     """Return values as a struct's array has them: of its type, and the last index next to next in memory."""
     return np.ascontiguousarray(values, dtype=wp.dtype_to_numpy(struct.vars[name].type.dtype))

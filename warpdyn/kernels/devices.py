@@ -136,7 +136,7 @@ class CpuQueue:
     def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]]) -> None:
         """Begin to bring outputs back: they are back."""
 
-    def read_into(self, rows: dict[str, np.ndarray]) -> None:
+    def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
         """Wait for the outputs: they were written into these rows."""
 
     def read(self, array: Any) -> np.ndarray:
@@ -225,11 +225,10 @@ class CudaQueue:
                 self._arriving[name] = here.numpy()
             self._arrived = self.stream.record_event()
 
-    def read_into(self, rows: dict[str, np.ndarray]) -> None:
-        """Wait for the outputs that were asked for last and copy them into these rows."""
+    def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
+        """Wait for the outputs that were asked for last and copy them into these rows; `each` is a map over them."""
         wp.synchronize_event(self._arrived)
-        for name, values in self._arriving.items():
-            rows[name][...] = values
+        list(each(lambda name: np.copyto(rows[name], self._arriving[name]), self._arriving))
         self._settle()
         self._advance()
 
