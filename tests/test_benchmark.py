@@ -1,4 +1,4 @@
-"""The study benchmark: peers that integrate the same building agree, those that cannot are named, none stops the run."""
+"""The study benchmark: peers of the same building agree, those that are not there are named, and none stops the run."""
 
 from __future__ import annotations
 
