@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
-from warpdyn.kernels.devices import checked_devices, device_names
+import warp as wp
 
 PACKAGES = ("warpdyn", "warp-lang", "numpy", "jax", "diffrax", "numba", "numba-cuda", "cubie", "openseespy")
 COMPILERS = {"g++": r"(\d+\.\d+\.\d+)", "nvcc": r"release (\S+),"}
@@ -19,7 +19,7 @@ COMPILERS = {"g++": r"(\d+\.\d+\.\d+)", "nvcc": r"release (\S+),"}
 
 def available_devices() -> list[str]:
     """Return the CPU and all GPUs."""
-    return ["cpu"] if checked_devices(None) == ("cpu",) else ["cpu", *checked_devices("cuda")]
+    return ["cpu", *(f"cuda:{number}" for number in range(wp.get_cuda_device_count()))]
 
 
 def processor() -> str:
@@ -34,7 +34,7 @@ def processor() -> str:
 
 def gpus(devices: Sequence[str]) -> str:
     """Return the names of the GPUs among some devices."""
-    names = [device_names([device]) for device in devices if device != "cpu"]
+    names = [wp.get_device(device).name for device in devices if device != "cpu"]
     return ", ".join(names) or "none"
 
 

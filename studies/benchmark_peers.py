@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from benchmark_kernels import COMMON_SAMPLES, measured
 from tqdm import tqdm
 
 FOLDER = Path(__file__).parent
+Found = dict[str, Any]  # what a peer's process leaves of a case: status, note, seconds, peaks
 BLANK = {"seconds": np.nan, "dof_steps_per_second": np.nan, "peak_drift_difference": np.nan}
 
 
@@ -24,25 +26,33 @@ def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[
     """Return a row for every case, measured or not.
 
     Args:
-        cases: The cases; those of one peer on one device follow each other.
+        cases: The cases. Peers of a CPU, on one core each, and peers of a GPU take their turns side by side.
         seconds: How long a peer's process may take before it is stopped [s].
     """
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for case in cases:
-        groups.setdefault((case["peer"], case["device"]), []).append(case)
-    rows = []
-    with tqdm(groups.items(), desc="peers", unit="peer", disable=None) as progress:
-        for (peer, device), own in progress:
-            progress.set_postfix_str(f"{peer} on {device}")
-            rows += _measure_peer(peer, device, own, seconds)
-    return rows
+        groups.setdefault((case["device"], case["peer"]), []).append(case)
+    by_device: dict[str, list[tuple[str, str]]] = {}
+    for group in groups:
+        by_device.setdefault(group[0], []).append(group)
+    found: dict[tuple[str, str], list[Found]] = {}
+    with tqdm(total=len(groups), desc="peers", unit="peer", disable=None) as progress:
+
+        def take_turns(own: list[tuple[str, str]]) -> None:
+            for device, peer in own:
+                found[device, peer] = _measure_peer(peer, device, groups[device, peer], seconds)
+                progress.update()
+
+        with ThreadPoolExecutor(len(by_device)) as pool:
+            list(pool.map(take_turns, by_device.values()))
+    # The comparison of the drifts integrates on all cores: not while a peer is timed.
+    return [_row(*pair) for group, own in groups.items() for pair in zip(own, found[group], strict=True)]
 
 
-def _measure_peer(peer: str, device: str, cases: list[dict[str, Any]], seconds: float) -> list[dict[str, Any]]:
-    """Return the rows of one peer on one device."""
+def _measure_peer(peer: str, device: str, cases: list[dict[str, Any]], seconds: float) -> list[Found]:
+    """Return what one peer's process leaves of each case."""
     if device == NO_DEVICE:
-        why = {"status": "missing", "note": "it needs a device that this run does not have"}
-        return [case | BLANK | why for case in cases]
+        return [{"status": "missing", "note": "it needs a device that this run does not have"}] * len(cases)
     with tempfile.TemporaryDirectory(prefix="benchmark") as name:
         folder = Path(name)
         for number, case in enumerate(cases):
@@ -50,7 +60,24 @@ def _measure_peer(peer: str, device: str, cases: list[dict[str, Any]], seconds: 
             chosen = spread_out(case["samples"], case["run_samples"])
             build_peer_case(ensemble, case, chosen).write(folder / f"case-{number:03d}.npz")
         ended = _run(peer, device, cases[0]["threads"], folder, seconds)
-        return [_row(case, folder / f"measured-{number:03d}.npz", ended) for number, case in enumerate(cases)]
+        return [_read(folder / f"measured-{number:03d}.npz", ended) for number in range(len(cases))]
+
+
+def _read(path: Path, ended: str) -> Found:
+    if not path.exists():
+        return {"status": "failed", "note": ended or "it left no result"}
+    with np.load(path) as file:
+        found = {name: values if values.ndim else values.item() for name, values in file.items()}
+    # All but the common samples' drifts can go.
+    found["peaks"] = found["peaks"][spread_out(len(found["peaks"]), COMMON_SAMPLES)] if len(found["peaks"]) else None
+    return found
+
+
+def _row(case: dict[str, Any], found: Found) -> dict[str, Any]:
+    """Return a case as a row of the dataset."""
+    if found["status"] != "measured":
+        return case | BLANK | {"status": found["status"], "note": found["note"]}
+    return measured(case, found["seconds"], found["peaks"], found["note"])
 
 
 def _run(peer: str, device: str, threads: int, folder: Path, seconds: float) -> str:
@@ -78,15 +105,3 @@ def _run(peer: str, device: str, threads: int, folder: Path, seconds: float) -> 
         return ""
     said = log.read_text(errors="replace").strip().splitlines()
     return f"its process ended with {code}" + (f": {said[-1]}" if said else "")
-
-
-def _row(case: dict[str, Any], path: Path, ended: str) -> dict[str, Any]:
-    """Return a case as a row of the dataset."""
-    if not path.exists():
-        return case | BLANK | {"status": "failed", "note": ended or "it left no result"}
-    with np.load(path) as file:
-        found = {name: values if values.ndim else values.item() for name, values in file.items()}
-    if found["status"] != "measured":
-        return case | BLANK | {"status": found["status"], "note": found["note"]}
-    drifts = found["peaks"][spread_out(case["run_samples"], COMMON_SAMPLES)]
-    return measured(case, found["seconds"], drifts, found["note"])

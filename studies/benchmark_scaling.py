@@ -74,7 +74,7 @@ def measure_starts(devices: list[str]) -> list[dict[str, Any]]:
             for start in STARTS:
                 command = [sys.executable, str(START), device]
                 begun = time.perf_counter()
-                done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+                done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
                 seconds = time.perf_counter() - begun
                 told = json.loads(done.stdout.splitlines()[-1])
                 rows.append({"device": device, "start": start, "process": seconds, **told})

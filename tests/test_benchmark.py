@@ -1,4 +1,4 @@
-"""The study benchmark: peers of one building agree, those that cannot run are named, none stops the run."""
+"""The study benchmark: peers of the same building agree, those that are not there are named, and none stops the run."""
 
 from __future__ import annotations
 
@@ -124,12 +124,13 @@ def test_dof_steps_are_counted(result: tuple[xr.Dataset, Path, str]) -> None:
 def test_parts_of_the_main_job_add_up(result: tuple[xr.Dataset, Path, str]) -> None:
     dataset = result[0]
     parts = dataset["seconds_of_part"]
-    assert (parts.sel(job_part=["sampling", "kernels", "labelling", "statistics", "writing"]) > 0).all()
-    assert (parts.sel(job_part="packing and transfer") >= 0).all()
-    kernels = parts.sel(job_part="kernels")
+    assert (parts.sel(job_part=["sampling", "kernels", "statistics", "writing"]) > 0).all()
+    assert (parts >= 0).all()
+    kernels, whole = parts.sel(job_part="kernels"), dataset["seconds_of_simulate"]
     before = parts.sel(job_part=["sampling", "kernels", "packing and transfer", "labelling"]).sum("job_part")
-    np.testing.assert_allclose(dataset["ratio_to_dataset"], before / kernels)
-    np.testing.assert_allclose(dataset["ratio_to_netcdf"], (before + parts.sel(job_part="writing")) / kernels)
+    assert (before >= 0.999 * whole).all()
+    np.testing.assert_allclose(dataset["ratio_to_dataset"], whole / kernels)
+    np.testing.assert_allclose(dataset["ratio_to_netcdf"], (whole + parts.sel(job_part="writing")) / kernels)
     assert (dataset["start_first_run"] > dataset["start_second_run"]).all()
     assert dataset["start_first_run"][0] > dataset["start_first_run"][1]  # which finds the kernel compiled
 

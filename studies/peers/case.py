@@ -12,7 +12,7 @@ import numpy as np
 # The Bouc-Wen law of all storeys: F = k (a d + (1 - a) dy z), dy dz/dt = v - (|v| z + v |z|) / 2.
 HARDENING_RATIO, YIELD_DRIFT = 0.05, 0.01  # 1 and m
 
-LEAST_RUNS, TIMED_FOR = 2, 0.3  # after a warm-up, runs are repeated until they have taken this long [s]
+LEAST_RUNS, TIMED_FOR = 2, 0.2  # after a warm-up, runs are repeated until they have taken this long [s]
 
 
 class Missing(Exception):

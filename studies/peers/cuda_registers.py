@@ -17,7 +17,7 @@ from peers.case import Case, Measured
 from peers.compiled import load, macros_of
 
 FLAGS = ("-std=c++17", "-arch=native", "-O3", "-Xcompiler", "-fPIC")
-RUNS = 5  # after a warm-up
+RUNS = 3  # after a warm-up
 
 
 def prepare(cases: Sequence[Case]) -> None:

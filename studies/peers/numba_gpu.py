@@ -13,7 +13,7 @@ from numba import cuda
 from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Measured, Missing
 
 THREADS_OF_A_BLOCK = 128
-RUNS = 5  # after a warm-up
+RUNS = 3  # after a warm-up
 
 
 def measure(case: Case) -> Measured:
