@@ -17,7 +17,7 @@ from tqdm import tqdm
 
 import warpdyn as wd
 from warpdyn.kernels.build import load_kernel
-from warpdyn.prepare import prepare
+from warpdyn.prepare import lay_out
 
 # The least of so many runs counts; of fewer where these take longer than that [s]. The first warms up.
 TIMED_RUNS, TIMED_FOR = 4, 0.6
@@ -111,8 +111,8 @@ def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
         scene = build_scene(draw_ensemble(storeys, 2, 2), law, recorders)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "a tail of")
-            run, _ = prepare(scene, samples=2, method="rk4", dtype=dtype, step=STEP, device=device)
-        load_kernel(run.plan, device)
+            run = lay_out(scene, samples=2, method="rk4", dtype=dtype, step=STEP, device=device)
+        load_kernel(run.terms.plan, device)
 
     # The tallest first, which may take longest.
     ordered = sorted(jobs, key=lambda job: (-job[1], job))

@@ -117,7 +117,7 @@ GROWING = [name for name, method in METHODS.items() if stability_limit(method, 0
 CHOOSY = set(METHODS) - set.intersection(*(set(fitting_methods(law)) for law in LAWS))
 STABLE = [name for name in fitting_methods("bouc_wen") if name not in GROWING]
 FULL = chain_cases()
-LIBRARY_SCRATCH = 40  # bytes a thread
+LIBRARY_SCRATCH, FEW_VALUES = 40, 128  # bytes a thread
 IN_TURN = [
     ("chain", dofs, damping, spring, load_in_turn(i + j, i), in_turn(STABLE, 5 * i + j + dofs), dtype)
     for dofs, dtype in ((1, "float64"), (5, "float32"))
@@ -311,6 +311,8 @@ def test_sm90(case, sm90_folder):
         wp.compile_aot_module(module, arch=90, module_dir=folder)  # says why it was not compiled
     [binary] = folder.glob("*.sm90.cubin")
     taken = usage(binary)
-    # The library's sine and powers need some for arguments that none of ours is; nothing else does.
-    assert taken.local <= LIBRARY_SCRATCH * (case[4] == "harmonic_force"), taken
+    # The library's sine needs some for angles that none of ours is, full matrices under noise a few values more than a
+    # thread has registers for; nothing else does.
+    needed = {"harmonic_force": LIBRARY_SCRATCH}.get(case[4], FEW_VALUES * (case[0] == "dense"))
+    assert taken.local <= needed, taken
     assert taken.registers <= 255

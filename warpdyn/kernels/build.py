@@ -27,7 +27,7 @@ FAMILIES = {
 # A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; a few elastic
 # storeys share the loop among two samples, and where a chain needs more registers than there are, threads share it.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
-CPU_LONG_UNROLL = 15  # of chains that it unrolls
+LONG_CHAIN, CPU_LONG_UNROLL = 8, 15  # longer ones than 8 storeys gain by it, up to this unrolling
 GPU_LANES, GPU_LANES_OF_FEW_STOREYS, FEW_STOREYS, GPU_UNROLL = 1, 2, 3, 64
 GPU_REGISTERS, GPU_REGISTERS_BESIDE = 250, 40  # of a thread, and those not for storeys; in words
 # Beyond these sizes the dense kernel's n x n loops would take half a minute and more to compile.
@@ -54,7 +54,7 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
                     lanes = GPU_LANES_OF_FEW_STOREYS
             elif plan.dofs == 1:
                 lanes = CPU_LANES_OF_ONE_STOREY
-            elif CPU_UNROLL < plan.dofs <= CPU_LONG_UNROLL:
+            elif LONG_CHAIN < plan.dofs <= CPU_LONG_UNROLL:
                 unroll = CPU_LONG_UNROLL
     return replace(plan, lanes=lanes, max_unroll=unroll if unrolls else 1, sections=sections)
 
