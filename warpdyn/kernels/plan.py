@@ -51,8 +51,8 @@ class Plan:
     sections: int = 1
 
 
-# On a processor too, products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where there
-# are any, of which the compiler makes no use on some by default, at half the speed.
+# On a processor too, products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where
+# there are any, of which the compiler makes no use on some by default, at half the speed.
 CPU_FLAGS = f"{wp.config.cpu_compiler_flags} -ffp-contract=fast -mprefer-vector-width=512"
 
 
