@@ -19,8 +19,9 @@ import warpdyn as wd
 from warpdyn.kernels.build import load_kernel
 from warpdyn.prepare import lay_out
 
-# The least of so many runs counts; of fewer where these take longer than that [s]. The first warms up.
-TIMED_RUNS, TIMED_FOR = 4, 0.6
+# The least of several runs counts, after a warm-up: of two at least, and until they have been so long in kernels or
+# taken so long in all [s]. A GPU's clock needs some 0.2 s of work to speed up.
+LEAST_RUNS, IN_KERNELS_FOR, TIMED_FOR = 2, 0.25, 1.0
 COMMON_SAMPLES = 64  # whose drifts are compared
 LARGEST_DIFFERENCE = 0.01  # of a sample's peak drifts: who is further off has not integrated the same building
 
@@ -53,7 +54,7 @@ def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) 
     if not np.array_equal(run["structure"], ensemble.structure):
         raise RuntimeError("the samples of Stripes are not ordered by structure, then level")
     in_kernels, whole = [], []
-    while len(whole) < TIMED_RUNS and sum(whole) < TIMED_FOR:
+    while len(whole) < LEAST_RUNS or (sum(in_kernels) < IN_KERNELS_FOR and sum(whole) < TIMED_FOR):
         started = time.perf_counter()
         run = run_quietly(scene, **terms)
         whole.append(time.perf_counter() - started)

@@ -30,12 +30,17 @@ def main(peer: str, cpus: int, folder: Path) -> None:
             measured = importlib.import_module(peer).measure(case)
             found |= {"seconds": measured.seconds, "peaks": measured.peak_storey_drift, "note": measured.note}
         except (ImportError, Missing) as error:
-            found |= {"status": "missing", "note": str(error)}
+            found |= {"status": "missing", "note": in_one_line(str(error))}
         except Exception as error:  # whatever it is, the other cases are measured
-            found |= {"status": "failed", "note": f"{type(error).__name__}: {error}"}
+            found |= {"status": "failed", "note": in_one_line(f"{type(error).__name__}: {error}")}
         temporary = folder / f".{name}"
         np.savez(temporary, **found)
         temporary.rename(folder / name)
+
+
+def in_one_line(text: str) -> str:
+    """Return a message without its line breaks."""
+    return " ".join(text.split())
 
 
 if __name__ == "__main__":

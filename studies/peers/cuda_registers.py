@@ -13,11 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from peers.case import Case, Measured
+from peers.case import TIMED_FOR, Case, Measured
 from peers.compiled import load, macros_of
 
 FLAGS = ("-std=c++17", "-arch=native", "-O3", "-Xcompiler", "-fPIC")
-RUNS = 3  # after a warm-up
 
 
 def prepare(cases: Sequence[Case]) -> None:
@@ -42,7 +41,7 @@ def measure(case: Case) -> Measured:
         case.steps,
         ctypes.c_double(case.step),
         case.samples,
-        RUNS,
+        ctypes.c_double(TIMED_FOR),
         ctypes.c_void_p(peaks.ctypes.data),
         ctypes.byref(seconds),
         ctypes.byref(registers),

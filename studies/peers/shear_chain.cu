@@ -80,10 +80,11 @@ __global__ void integrate(const Real* __restrict__ stiffnesses, const Real* __re
   for (int i = 0; i < storeys; i++) peaks[i * samples + sample] = peak[i];
 }
 
-// Copies the arrays to the device, integrates all samples `runs` times after a warm-up, and copies the peaks back.
-// Writes the least time of a run [s], the kernel's registers and its local memory [bytes]; returns an error of CUDA or 0.
+// Copies the arrays to the device, integrates all samples again and again for `timed_for` seconds, and copies the peaks
+// back. Writes the least time of a run [s], the kernel's registers and its local memory [bytes]; returns an error of
+// CUDA, or 0.
 extern "C" int shear_chain(const Real* stiffness, const Real* damping, const Real* inverse_mass, const Real* scale,
-                           const Real* acceleration, int steps, double step, int samples, int runs, Real* peaks,
+                           const Real* acceleration, int steps, double step, int samples, double timed_for, Real* peaks,
                            double* seconds, int* registers, int* local_bytes) {
   const size_t table = sizeof(Real) * storeys * samples;
   const size_t sizes[6] = {table, table, table, sizeof(Real) * samples, sizeof(Real) * (steps + 1), table};
@@ -97,7 +98,8 @@ extern "C" int shear_chain(const Real* stiffness, const Real* damping, const Rea
   cudaEventCreate(&start);
   cudaEventCreate(&end);
   *seconds = 1e30;
-  for (int run = 0; run <= runs; run++) {
+  double total = 0;
+  for (int run = 0; run < 3 || total < timed_for; run++) {
     cudaEventRecord(start);
     integrate<<<(samples + threads_of_a_block - 1) / threads_of_a_block, threads_of_a_block>>>(
         device[0], device[1], device[2], device[3], device[4], steps, Real(step), samples, device[5]);
@@ -105,7 +107,8 @@ extern "C" int shear_chain(const Real* stiffness, const Real* damping, const Rea
     if (const cudaError_t error = cudaEventSynchronize(end)) return error;
     float milliseconds;
     cudaEventElapsedTime(&milliseconds, start, end);
-    if (run && milliseconds / 1e3 < *seconds) *seconds = milliseconds / 1e3;
+    total += milliseconds / 1e3;
+    if (milliseconds / 1e3 < *seconds) *seconds = milliseconds / 1e3;
   }
   cudaFuncAttributes attributes;
   cudaFuncGetAttributes(&attributes, integrate);
