@@ -94,7 +94,7 @@ def reference_of(charted: Charted, settings: Settings) -> dict[str, np.ndarray]:
     """Return the outputs that errors are measured against."""
     method = "exact" if charted.scene.structure.law == "elastic" else "rk4"
     run, _ = make_run(charted, method, "float64", charted.reference_step, settings)
-    return integrate_guarded(run, every(run), "substep")
+    return integrate_guarded(run, every(run))
 
 
 def statistics(errors: dict[str, np.ndarray]) -> np.ndarray:
@@ -118,7 +118,7 @@ def measure(run: Ensemble, substepped: float, reference: dict[str, np.ndarray], 
     """Return the errors and the time of a run whose kernel is compiled and warm."""
     chosen = every(run)
     schedule, started = run.schedule, time.perf_counter()
-    outputs = integrate_guarded(run, chosen, "substep")
+    outputs = integrate_guarded(run, chosen)
     # Where samples had to run again, the time of a run that knows their steps is what counts.
     seconds = [time.perf_counter() - started] if run.schedule is schedule else []
     while len(seconds) < TIMED_RUNS and sum(seconds) < TIMED_FOR:

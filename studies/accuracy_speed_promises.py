@@ -73,7 +73,7 @@ def _planned(
     runs = {}
     if choice is not None:
         run, _ = make_run(charted, choice.method, choice.dtype, choice.longest_step, settings)
-        outputs = integrate_guarded(run, every(run), "substep")
+        outputs = integrate_guarded(run, every(run))
         error = float(statistics(compare(run, outputs, reference, every(run)))[0, 1])
         columns |= {"plan_method": choice.method, "plan_dtype": choice.dtype, "plan_step": choice.longest_step}
         columns["plan_error"] = error
@@ -82,7 +82,7 @@ def _planned(
     if within:
         key = min(within, key=within.get)
         run, _ = make_run(charted, *key, settings)
-        integrate_guarded(run, every(run), "substep")  # learns the steps of samples that its law makes fail
+        integrate_guarded(run, every(run))  # learns the steps of samples that its law makes fail
         columns |= dict(zip(("best_method", "best_dtype", "best_step"), key, strict=True))
         columns["best_error"] = float(points[key].errors[0, 1])
         runs["best_seconds_a_sample"] = run

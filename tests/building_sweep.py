@@ -100,7 +100,7 @@ def sweep(storeys, count, seed=0):
             raw = run.integrate(everything)
             finer, vibration = prepared(scene, dtype="float64", step=step / FINER)
             guard(finer, vibration, "substep")
-            converged = integrate_guarded(finer, everything, "substep")
+            converged = integrate_guarded(finer, everything)
         flagged = unstable | (raw["status"] == UNSTABLE_STEP)
         peak, reference = raw["peak_storey_drift"], converged["peak_storey_drift"]
         with np.errstate(invalid="ignore", over="ignore"):

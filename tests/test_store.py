@@ -137,3 +137,15 @@ def test_asking_leaves_no_trace_but_the_folder(tmp_path):
     path = tmp_path / "deep" / "folder" / "run.nc"
     assert check_writable(str(path)) == path
     assert os.listdir(path.parent) == []
+
+
+def test_only_files_are_written(tmp_path):
+    with pytest.raises(OSError, match="what is there is no file"):
+        check_writable("/dev/null")
+    with pytest.raises(TypeError, match="path must name a file, got 5"):
+        check_writable(5)
+    link, target = tmp_path / "link.nc", tmp_path / "target.nc"
+    link.symlink_to(target)
+    assert write(xr.Dataset({"x": 1.0}), link) == target
+    assert link.is_symlink()
+    assert target.is_file()

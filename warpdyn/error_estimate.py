@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.ensemble import Ensemble, joined
-from warpdyn.guard import integrate_guarded
+from warpdyn.guard import Reruns, integrate_guarded
 from warpdyn.methods import METHODS
 from warpdyn.prepare import LEAST_TOLERANCE, in_float64
 from warpdyn.random_numbers import CHECKED, generator_of
@@ -21,13 +21,16 @@ STATISTICS = {"median": 0.5, "95 %": 0.95, "worst": 1.0}
 FINER, FINER_EXACT, TIGHTER = 2, 8, 1e-2
 
 
-def relative_errors(run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray) -> dict[str, np.ndarray]:
+def relative_errors(
+    run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray, reruns: Reruns | None = None
+) -> dict[str, np.ndarray]:
     """Return the relative error of every demand of some samples, by a run at half the step in float64.
 
     Args:
         run: The run.
         outputs: Its outputs, of the chosen samples alone, sample last.
         chosen: The samples.
+        reruns: What those before them had run again; None where there are none.
 
     Returns:
         By demand, the largest error over its storeys (or degrees of freedom) relative to the largest value, shape
@@ -37,7 +40,8 @@ def relative_errors(run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.nd
     finer = FINER_EXACT if method.kind == "exact" else FINER
     schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if method.is_adaptive else run.tolerance
-    reference = integrate_guarded(run.alike(in_float64(run.terms, tolerance), schedule), chosen, "substep")
+    finer_run = run.alike(in_float64(run.terms, tolerance, run.queue.device), schedule)
+    reference = integrate_guarded(finer_run, chosen, reruns)
     # What the finer run still errs itself: peaks are seen at steps, so that no method's are of more than order 2.
     order = 1 if method.kind == "explicit" and method.order == 1 else 2
     errors = compare(run, outputs, reference, chosen)
@@ -84,6 +88,7 @@ class ErrorEstimate:
         count = min(samples, max(FEWEST_SAMPLES, int(np.ceil(share * samples))))
         self.chosen = np.sort(generator_of(seed, CHECKED).choice(samples, count, replace=False))
         self.together = together
+        self._reruns = Reruns()
         self._waiting: list[tuple[Ensemble, dict[str, np.ndarray]]] = []
         self._errors: list[dict[str, np.ndarray]] = []
 
@@ -109,7 +114,7 @@ class ErrorEstimate:
         self._waiting.clear()
         whole = {name: np.concatenate([part[name] for part in outputs], axis=-1) for name in outputs[0]}
         run = joined(blocks)
-        self._errors.append(relative_errors(run, whole, np.arange(run.sample.size)))
+        self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self._reruns))
 
     def result(self, family: str, recorders: tuple[str, ...]) -> xr.Dataset:
         """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % and worst)."""

@@ -172,11 +172,16 @@ class Reruns:
             failed = failed[found["status"] >= DIVERGED]
 
 
-def integrate_guarded(run: Ensemble, samples: np.ndarray, on_unstable: str) -> dict[str, np.ndarray]:
-    """Integrate some samples; with "substep" run those that fail again, at shorter and shorter steps."""
+def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None = None) -> dict[str, np.ndarray]:
+    """Integrate some samples and run those that fail again, at shorter and shorter steps.
+
+    Args:
+        run: The samples' structures.
+        samples: The samples.
+        reruns: What samples before them had run again; None where there are none.
+    """
     outputs = run.integrate(samples)
-    if on_unstable == "substep":
-        Reruns().settle(run, samples, outputs)
+    (Reruns() if reruns is None else reruns).settle(run, samples, outputs)
     return outputs
 
 

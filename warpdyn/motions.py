@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -69,6 +69,8 @@ class GroundMotion:
 
 def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
     """Return ground motions, or one, as a tuple; raise an error unless there is one and all are ground motions."""
+    if not isinstance(motions, GroundMotion | Iterable):
+        raise TypeError(f"motions must be ground motions, got {motions!r}")
     motions = (motions,) if isinstance(motions, GroundMotion) else tuple(motions)
     if not motions:
         raise ValueError("motions is empty: give at least one GroundMotion")

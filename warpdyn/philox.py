@@ -77,7 +77,8 @@ def uniforms(seed: int, sample: int, purpose: Purpose, counter: ArrayLike) -> np
         Numbers in (0, 1), shape [..., 2].
     """
     counter, key = np.asarray(counter, dtype=np.uint64), key_of(seed)
-    counters = np.stack(np.broadcast_arrays(counter, int(purpose), sample % WORD, sample // WORD))
+    parts = (np.uint64(part) for part in (purpose, sample % WORD, sample // WORD))
+    counters = np.stack(np.broadcast_arrays(counter, *parts))
     words = philox(counters, (key % WORD, key // WORD)).astype(np.uint64)
     bits = (words[0::2] << np.uint64(20)) | (words[1::2] >> np.uint64(12))
     return np.moveaxis((bits.astype(np.float64) + 0.5) * 2.0**-52, 0, -1)

@@ -167,7 +167,7 @@ class _Pilot:
         reference, held = self._run(method, "float64", step)
         if held > MOST_HELD:  # a mode far too stiff to matter: what it takes part in is seen without it
             reference, _ = self._run("newmark_average", "float64", step / 2)
-        self.reference = integrate_guarded(reference, self.chosen, "substep")
+        self.reference = integrate_guarded(reference, self.chosen)
 
     def _prepared(self, method: str, dtype: str, longest_step: float | None) -> tuple[Ensemble, Vibration]:
         return prepare(
@@ -189,7 +189,7 @@ class _Pilot:
 
     def _error(self, run: Ensemble) -> float:
         """Return the upper 95 % confidence bound of the 95 % error; infinite where a sample fails."""
-        outputs = integrate_guarded(run, self.chosen, "substep")
+        outputs = integrate_guarded(run, self.chosen)
         [errors] = compare(run, outputs, self.reference, self.chosen).values()
         ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
         # An order statistic that lies above the quantile in 95 of 100 pilots, whatever the distribution.

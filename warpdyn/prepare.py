@@ -11,7 +11,7 @@ from warpdyn import pack
 from warpdyn.checks import one_of, real_number, whole_number
 from warpdyn.designs import Individual
 from warpdyn.ensemble import Ensemble, Terms
-from warpdyn.kernels.build import cores
+from warpdyn.kernels.build import cores, fitted
 from warpdyn.kernels.devices import Queue, checked_devices, open_queues
 from warpdyn.methods import METHODS, check_fits
 from warpdyn.sample import Sampler
@@ -134,6 +134,7 @@ def prepare(scene: Scene, *, known: dict[str, Drawn] | None = None, **arguments:
     return run.ensemble(everything, open_queues(run.devices[:1], run.threads)[0], known[method])
 
 
-def in_float64(terms: Terms, tolerance: float) -> Terms:
-    """Return terms in double precision, with another tolerance."""
-    return replace(terms, plan=replace(terms.plan, dtype="float64"), tolerance=tolerance)
+def in_float64(terms: Terms, tolerance: float, device: str) -> Terms:
+    """Return terms in double precision on a device, with another tolerance."""
+    plan = fitted(replace(terms.plan, dtype="float64"), device != "cpu")
+    return replace(terms, plan=plan, tolerance=tolerance)

@@ -33,8 +33,9 @@ class Scene:
         scatter: What is random: parameter name -> Factor, Value, or a number that replaces the nominal value.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
         sampling: "monte_carlo", "latin_hypercube" or "sobol".
-        record: Recorders to build in; None for all of the structure's: of a ShearBuilding "drift", "acceleration",
-            "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration" and "energy".
+        record: Recorders to build in; None for all of the structure's: of a ShearBuilding "drift", "time_of_peak",
+            "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
+            and "energy".
         collapse_drift_ratio: Storey drift ratio beyond which a sample counts as collapsed; None for none.
         tail: Free vibration after a motion's end [s]; None for long enough to read each structure's residual drift.
         title: What the dataset is called.

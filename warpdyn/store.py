@@ -14,6 +14,7 @@ from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
+from uuid import uuid4
 
 import netCDF4
 import numpy as np
@@ -35,9 +36,13 @@ def check_writable(path: str | os.PathLike) -> Path:
     Raises:
         OSError: If no file can be written there; the message names the path and says why.
     """
-    path = Path(path)
+    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
+        raise TypeError(f"path must name a file, got {path!r}")
+    path = Path(path).resolve()  # a link stays, and its target is written
     if path.is_dir():
         raise IsADirectoryError(f"cannot write {path}: it is a directory; name a file in it")
+    if path.exists() and not path.is_file():
+        raise OSError(f"cannot write {path}: what is there is no file")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}."):
@@ -151,7 +156,7 @@ class GrowingFile:
 
 
 def _temporary(path: Path) -> Path:
-    return path.with_name(f".{path.name}.{os.getpid()}.part")
+    return path.with_name(f".{path.name}.{uuid4().hex}.part")
 
 
 def _encoding(dataset: xr.Dataset, samples: int) -> dict[str, dict[str, object]]:

@@ -22,7 +22,7 @@ RESIDUAL_DECAY = 0.01
 LONGEST_DECAY_IN_PERIODS = 20.0
 RESIDUAL_PERIODS = 3.0
 THE_DURATION, THE_NOISE = "the duration", "the interval of the noise"
-MOST_STEPS = 2**31 - 1  # steps are counted in 32 bits
+MOST_STEPS = 2**30  # steps are counted in 32 bits, with room for a look at the last state
 
 
 @dataclass(frozen=True, eq=False)

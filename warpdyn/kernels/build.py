@@ -87,7 +87,8 @@ def load_kernel(plan: Plan, device: str) -> wp.Kernel:
 
 def history_plan(plan: Plan) -> Plan:
     """Return the plan that keeps whole histories of the same samples, one a thread, and nothing else."""
-    return replace(plan, recorders=("history",), lanes=1, sections=1)
+    unroll = 1 if plan.sections > 1 else plan.max_unroll  # a thread alone has no registers for what several shared
+    return replace(plan, recorders=("history",), lanes=1, sections=1, max_unroll=unroll)
 
 
 def cores() -> int:

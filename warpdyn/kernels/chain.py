@@ -23,7 +23,7 @@ from warpdyn.kernels.plan import (
     structs,
     tableau,
 )
-from warpdyn.kernels.processor import ELEMENT, LARGER, NEIGHBOURS, align_rows, together_int
+from warpdyn.kernels.processor import ELEMENT, LARGER, NEIGHBOURS, across_warp, align_rows, see_neighbours
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
 from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
@@ -210,7 +210,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                     u[i, j] = loads.initial_displacement[g]
                     v[i, j] = loads.initial_velocity[g]
         if IS_SPLIT:
-            intervals = together_int(intervals)  # the threads of a warp exchange values at every stage
+            intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
             for j in range(LANES):
                 foot_u[j] = below(u[N - 1, j], SECTIONS)
                 if section == 0:
@@ -276,10 +276,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             number = Numbers()
             for j in range(LANES):
                 number[j] = samples.number[sample[j]]
-        # One interval more than the longest run: its first stage sees the last state.
         if HOLDS_STEP:
             for j in range(LANES):
                 h[j] = step[j]
+        # One interval more than the longest run, but where the step is held: its first stage sees the last state.
         for interval in range(intervals + LAST_LOOK):
             if IS_NOISE:
                 a0, da, processes = noise_over_interval(
@@ -781,6 +781,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 kept = together(kept, SECTIONS)
                 energy_in[j] = together(energy_in[j], SECTIONS)
                 energy_viscous[j] = together(energy_viscous[j], SECTIONS)
+            if IS_SPLIT:
+                see_neighbours()
             if section == 0:
                 status = ok
                 if TIME:

@@ -45,6 +45,8 @@ def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
     if device is None:
         return (gpus[0] if gpus else "cpu",)
     given = [device] if isinstance(device, str) else device
+    if not isinstance(given, Sequence):
+        raise TypeError(f"device must be a name or several, got {device!r}")
     names = tuple(gpus) if list(given) == ["cuda"] and gpus else tuple(given)
     for name in names:
         if name not in ("cpu", *gpus):

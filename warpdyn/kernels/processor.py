@@ -97,9 +97,23 @@ def across_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
 def together_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
 
 
-@wp.func_native(_on_gpu("return __reduce_max_sync(0xffffffff, value);"))
-def together_int(value: wp.int32) -> wp.int32:
+@wp.func_native(
+    _on_gpu("""
+for (int distance = 1; distance < 32; distance *= 2)
+    value = max(value, __shfl_xor_sync(0xffffffff, value, distance));
+return value;""")
+)
+def across_warp(value: wp.int32) -> wp.int32:
     """Return the largest of a warp's values."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+__syncwarp();
+#endif
+""")
+def see_neighbours():
+    """Let a thread read what the others of its warp have written to memory."""
 
 
 # dtype -> the value of the section below, of that above, the largest and the sum of all.

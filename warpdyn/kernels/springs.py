@@ -188,6 +188,7 @@ def _along_drift(evolve: Callable, relaxation: Callable) -> dict[str, Callable]:
 # A step too long for the rate at which a memory settles makes its deviation from there grow instead. One such step in
 # passing does no harm; where deviations have grown this many times, the memory has lost its way.
 LARGEST_DEVIATION = 10.0
+LARGEST_GROWTH = wp.constant(wp.float64(1e30))
 POWERS = wp.constant(8)  # of a settling polynomial, zeros included
 
 
@@ -197,6 +198,8 @@ def deviation_after(deviation: Any, rate_step: Any, polynomial: Any):
     growth = type(rate_step)(0.0)
     for k in range(POWERS):
         growth = polynomial[POWERS - 1 - k] - rate_step * growth
+    if not wp.isfinite(growth):  # a rate without bounds
+        growth = type(rate_step)(LARGEST_GROWTH)
     return wp.max(wp.max(deviation, type(deviation)(1.0)) * wp.abs(growth), type(deviation)(1.0))
 
 
