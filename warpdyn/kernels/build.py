@@ -29,7 +29,9 @@ FAMILIES = {
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
 LONG_CHAIN, CPU_LONG_UNROLL = 8, 15  # longer ones than 8 storeys gain by it, up to this unrolling
 GPU_LANES, GPU_LANES_OF_FEW_STOREYS, FEW_STOREYS, GPU_UNROLL = 1, 2, 3, 64
-GPU_REGISTERS, GPU_REGISTERS_BESIDE = 250, 40  # of a thread, and those not for storeys; in words
+# Registers of a thread, by what compiled kernels of 1 to 60 storeys took; those beside the storeys' own, by dtype; and
+# what sums of energies take [words].
+GPU_REGISTERS, BESIDE_STOREYS, BESIDE_ENERGIES = 246, {"float32": 45, "float64": 60}, 10
 # Beyond these sizes the dense kernel's n x n loops would take half a minute and more to compile.
 CPU_UNROLLED_MATRIX, GPU_UNROLLED_MATRIX = 4, 8
 UNROLLED_SLOPES = 40  # evaluations of storeys a step whose slopes are all kept
@@ -64,10 +66,10 @@ def _sections(plan: Plan) -> int:
     if plan.damping == "modal":
         return 1  # every floor feels every other one
     words = 2 if plan.dtype == "float64" else 1
-    held = values_held(plan)
-    storey = sum(held.values()) / plan.dofs
+    storey = words * sum(values_held(plan).values()) / plan.dofs
+    beside = BESIDE_STOREYS[plan.dtype] + words * BESIDE_ENERGIES * ("energy" in plan.recorders)
     sections = 1
-    while words * (-(-plan.dofs // sections) * storey + GPU_REGISTERS_BESIDE) > GPU_REGISTERS and sections < 32:
+    while -(-plan.dofs // sections) * storey + beside > GPU_REGISTERS and sections < 32:
         sections *= 2
     return sections
 
