@@ -10,8 +10,6 @@ from warpdyn.recorders import RECORDERS
 
 DRIFT, EVERY = ("drift",), tuple(sorted(RECORDERS["chain"]))
 CASES = [
-    (1, "float32", "bouc_wen_1", "storey", DRIFT),
-    (5, "float32", "bouc_wen_1", "rayleigh", EVERY),
     (10, "float32", "bouc_wen_1", "rayleigh", EVERY),
     (20, "float32", "elastic", "storey", DRIFT),
     (20, "float32", "bilinear", "rayleigh", EVERY),
@@ -19,7 +17,6 @@ CASES = [
     (20, "float32", "bouc_wen_1", "rayleigh", EVERY),
     (60, "float32", "bouc_wen_1", "rayleigh", EVERY),
     (5, "float64", "bouc_wen_1", "storey", DRIFT),
-    (8, "float64", "bouc_wen_1", "rayleigh", DRIFT),
     (8, "float64", "bouc_wen_1", "rayleigh", EVERY),
     (20, "float64", "bouc_wen_1", "rayleigh", EVERY),
 ]
@@ -37,7 +34,7 @@ def test_a_history_stays_in_registers(storeys, dtype, law, damping, recorders, t
 
 def test_local_memory_is_seen(tmp_path):
     # A thread with more storeys than it has registers for: the reading above can fail.
-    plan = Plan("chain", 30, "bouc_wen_1", "storey", "base_acceleration", DRIFT, "rk4", "float32", 1, 64)
+    plan = Plan("chain", 12, "bouc_wen_1", "storey", "base_acceleration", DRIFT, "rk4", "float64", 1, 64)
     wp.compile_aot_module(build.build_kernel(plan).module, arch=90, module_dir=tmp_path, use_ptx=False)
     [binary] = tmp_path.glob("*.sm90.cubin")
-    assert usage(binary).local > 1000
+    assert usage(binary).local > 400
