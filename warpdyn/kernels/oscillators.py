@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 import warp as wp
 
+from warpdyn.kernels.arguments import as_field
 from warpdyn.kernels.build import (
     CPU_LANES,
     CPU_UNROLL,
@@ -245,7 +246,5 @@ def _filled(struct: type, arrays: dict[str, np.ndarray], device: str) -> object:
     """Return a struct with these arrays copied to the device, each as the type its field has."""
     instance = struct()
     for name, values in arrays.items():
-        scalar = struct.vars[name].type.dtype
-        values = np.ascontiguousarray(values, dtype=wp.dtype_to_numpy(scalar))
-        setattr(instance, name, wp.array(values, dtype=scalar, device=device))
+        setattr(instance, name, wp.array(as_field(struct, name, values), device=device))
     return instance
