@@ -25,7 +25,8 @@ from warpdyn.kernels.plan import (
 )
 from warpdyn.kernels.processor import ELEMENT, LARGER, NEIGHBOURS, across_warp, align_rows, see_neighbours
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
-from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
+from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
 
 

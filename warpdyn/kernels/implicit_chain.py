@@ -15,7 +15,8 @@ from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
-from warpdyn.kernels.springs import LARGEST_DEVIATION, SPRINGS, deviation_after
+from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
 from warpdyn.methods import METHODS
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
 

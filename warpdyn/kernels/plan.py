@@ -10,7 +10,8 @@ import numpy as np
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.springs import POWERS, SPRINGS
+from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs.settling import POWERS
 from warpdyn.method_kinds import ExplicitMethod
 from warpdyn.methods import METHODS
 from warpdyn.stability import relaxation_limit

@@ -1,0 +1,17 @@
+"""Storey laws as scalar device functions, one row each in SPRINGS.
+
+A law sees the storey drift [m], its own memory and its coefficients, both as short vectors, and returns a force [N].
+The coefficients are prepared once per structure (`warpdyn.laws`), so that no division stands in the time loop.
+"""
+
+from warpdyn.kernels.springs.bilinear import BILINEAR
+from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
+from warpdyn.kernels.springs.elastic import ELASTIC
+
+SPRINGS = {
+    "elastic": ELASTIC,
+    "bilinear": BILINEAR,
+    "bouc_wen_1": BOUC_WEN_1,
+    "bouc_wen_2": BOUC_WEN_2,
+    "bouc_wen": BOUC_WEN,
+}

@@ -1,0 +1,39 @@
+"""What a storey law is to a kernel: scalar device functions, and how its memory moves."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Spring:
+    """One storey law: its functions, and how its memory moves.
+
+    Args:
+        force: `(drift, memory, coefficients) -> force [N]`.
+        evolve: For a rate law `(velocity, memory, coefficients) -> d(memory)/dt`, integrated with the motion; for a
+            return-mapping law `(drift, memory, coefficients) -> memory`, applied once a step to the accepted drift.
+        recoverable: `(drift, memory, coefficients) -> elastic energy [J]` that unloading would give back.
+        coefficients: Number of coefficients a storey.
+        tangent: `(drift, increment, before, after, coefficients) -> d(force)/d(drift) [N/m]` at the end of a step that
+            came to `drift` by `increment`, the memory going from `before` to `after`.
+        memory: Number of values that the memory has; they are all 0 before the first step.
+        advance: `(drift, increment, memory, coefficients) -> memory` after such a step, for methods that know no
+            velocity within it. None where there is no memory.
+        is_rate: Whether `evolve` returns a rate.
+        relaxation: `(velocity, memory, coefficients) -> rate [1/s]` at which the memory settles, at its fastest. A step
+            too long for it goes wrong without ever becoming infinite. None where the memory has no rate of its own.
+        settles_by_velocity: Whether that rate depends on the velocity alone, so that one look a step tells it.
+        relaxation_along: `(increment, memory, coefficients) -> the same times the step`, within the step of `advance`.
+    """
+
+    force: Callable
+    evolve: Callable | None
+    recoverable: Callable
+    coefficients: int
+    tangent: Callable
+    memory: int = 0
+    advance: Callable | None = None
+    is_rate: bool = False
+    relaxation: Callable | None = None
+    settles_by_velocity: bool = False
+    relaxation_along: Callable | None = None

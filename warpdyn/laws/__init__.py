@@ -1,0 +1,9 @@
+"""Storey laws as data: the parameters a scene gives them, their bounds, and the coefficients a kernel reads."""
+
+from warpdyn.laws.bilinear import BILINEAR
+from warpdyn.laws.bouc_wen import BOUC_WEN
+from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
+
+LAWS = {"elastic": Law(), "bilinear": BILINEAR, "bouc_wen": BOUC_WEN}
+
+__all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]
