@@ -76,3 +76,63 @@ def finer(path: np.ndarray, times: int) -> np.ndarray:
 def _through(turns: Sequence[float], steps: int) -> np.ndarray:
     parts = [np.linspace(a, b, steps + 1)[1:] for a, b in itertools.pairwise(turns)]
     return np.concatenate(parts)
+
+
+def chain_drifts(
+    mass: Sequence[float],
+    materials: Sequence[tuple[str, Sequence[float | str]]],
+    damping: tuple[float, Sequence[float]],
+    weight_over_height: Sequence[float],
+    acceleration: np.ndarray,
+    step: float,
+    intervals: int,
+    substeps: int,
+) -> np.ndarray:
+    """Return the storey drifts [m] of a chain under a base acceleration, shape [interval x substeps + 1, storey].
+
+    Average acceleration with Newton's iteration; rows are NaN from where it no longer converges.
+
+    Args:
+        mass: Floor masses [kg].
+        materials: Uniaxial material and its parameters, of each storey.
+        damping: Factor of the mass [1/s], and dashpots of the storeys [N s/m].
+        weight_over_height: Gravity load that a storey carries over its height [N/m]: P-Delta; 0 for none.
+        acceleration: Base acceleration [m/s2], linear between its samples, 0 after them.
+        step: Between its samples [s].
+        intervals: Samples to run for.
+        substeps: Integration steps in each.
+    """
+    ops = opensees()
+    storeys = len(mass)
+    ops.wipe()
+    ops.model("basic", "-ndm", 1, "-ndf", 1)
+    ops.node(0, 0.0)
+    ops.fix(0, 1)
+    for i, (material, parameters) in enumerate(materials):
+        tags = [3 * i + 1, 3 * i + 2, 3 * i + 3]
+        ops.node(i + 1, 0.0, "-mass", float(mass[i]))
+        ops.uniaxialMaterial(material, tags[0], *parameters)
+        ops.uniaxialMaterial("Elastic", tags[1], 0.0, float(damping[1][i]))
+        ops.uniaxialMaterial("Elastic", tags[2], -float(weight_over_height[i]))
+        ops.element("zeroLength", i + 1, i, i + 1, "-mat", *tags, "-dir", 1, 1, 1)
+    values = np.concatenate([acceleration, np.zeros(2)])
+    ops.timeSeries("Path", 1, "-dt", step, "-values", *values.tolist())
+    ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
+    ops.rayleigh(float(damping[0]), 0.0, 0.0, 0.0)
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("BandGeneral")  # P-Delta may leave a matrix that is not positive definite
+    ops.test("NormDispIncr", 1e-10, 50)
+    ops.algorithm("Newton")
+    ops.integrator("Newmark", 0.5, 0.25)
+    ops.analysis("Transient")
+    drifts = np.full((intervals * substeps + 1, storeys), np.nan)
+    drifts[0] = 0.0
+    for row in range(1, len(drifts)):
+        if ops.analyze(1, step / substeps):
+            break
+        drifts[row] = np.diff([0.0, *(ops.nodeDisp(i + 1, 1) for i in range(storeys))])
+        if not np.isfinite(drifts[row]).all():
+            break
+    ops.wipe()
+    return drifts
