@@ -17,6 +17,7 @@ from warpdyn.intensity import (
 )
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
+from warpdyn.pushover import pushover, storey_hysteresis
 from warpdyn.response_spectra import response_spectra
 from warpdyn.results import summary
 from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
@@ -60,8 +61,10 @@ __all__ = [
     "fragility",
     "intensity_measures",
     "plan",
+    "pushover",
     "response_spectra",
     "simulate",
+    "storey_hysteresis",
     "summary",
     "write",
 ]
