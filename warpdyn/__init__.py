@@ -3,6 +3,7 @@
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
 from warpdyn.fragility import fragility
+from warpdyn.hazus import hazus_drift_limits
 from warpdyn.histories import Histories
 from warpdyn.intensity import (
     AriasIntensity,
@@ -59,6 +60,7 @@ __all__ = [
     "Value",
     "WhiteNoise",
     "fragility",
+    "hazus_drift_limits",
     "intensity_measures",
     "plan",
     "pushover",
