@@ -16,6 +16,7 @@ from warpdyn.intensity import (
     SpectralAcceleration,
     intensity_measures,
 )
+from warpdyn.modal import modal_table
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
 from warpdyn.pushover import pushover, storey_hysteresis
@@ -62,6 +63,7 @@ __all__ = [
     "fragility",
     "hazus_drift_limits",
     "intensity_measures",
+    "modal_table",
     "plan",
     "pushover",
     "response_spectra",
