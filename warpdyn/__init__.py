@@ -3,6 +3,7 @@
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
 from warpdyn.fragility import fragility
+from warpdyn.hazus import hazus_drift_limits
 from warpdyn.histories import Histories
 from warpdyn.intensity import (
     AriasIntensity,
@@ -15,8 +16,10 @@ from warpdyn.intensity import (
     SpectralAcceleration,
     intensity_measures,
 )
+from warpdyn.modal import modal_table
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
+from warpdyn.pushover import pushover, storey_hysteresis
 from warpdyn.response_spectra import response_spectra
 from warpdyn.results import summary
 from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
@@ -58,10 +61,14 @@ __all__ = [
     "Value",
     "WhiteNoise",
     "fragility",
+    "hazus_drift_limits",
     "intensity_measures",
+    "modal_table",
     "plan",
+    "pushover",
     "response_spectra",
     "simulate",
+    "storey_hysteresis",
     "summary",
     "write",
 ]
