@@ -19,15 +19,15 @@ def leaves(row: str) -> wp.Kernel:
     spring = SPRINGS[row]
     force, recoverable, evolve = spring.force, spring.recoverable, spring.evolve or spring.force
     HAS_MEMORY = spring.evolve is not None
-    C = spring.coefficients
+    C, M = spring.coefficients, spring.memory
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
-    memory_vector = wp.types.vector(length=1, dtype=wp.float64)
+    memory_vector = wp.types.vector(length=max(1, M), dtype=wp.float64)
 
     @wp.kernel(module="unique", enable_backward=False)
     def evaluate(
         drift: wp.array(dtype=wp.float64),
         driver: wp.array(dtype=wp.float64),  # what `evolve` takes: the drift, or its rate
-        memory: wp.array(dtype=wp.float64),
+        memory: wp.array2d(dtype=wp.float64),  # [value, point]
         coefficients: wp.array2d(dtype=wp.float64),
         result: wp.array2d(dtype=wp.float64),
     ):
@@ -35,23 +35,30 @@ def leaves(row: str) -> wp.Kernel:
         c = coefficient_vector()
         for q in range(C):
             c[q] = coefficients[q, i]
-        m = memory_vector(memory[i])
-        result[0, i] = force(drift[i], m, c)
-        result[1, i] = recoverable(drift[i], m, c)
+        before = memory_vector()
+        for m in range(M):
+            before[m] = memory[m, i]
+        result[0, i] = force(drift[i], before, c)
+        result[1, i] = recoverable(drift[i], before, c)
         if HAS_MEMORY:
-            evolved = evolve(driver[i], m, c)
-            result[2, i] = evolved[0]
+            evolved = evolve(driver[i], before, c)
+            for m in range(M):
+                result[2 + m, i] = evolved[m]
 
     return evaluate
 
 
 def evaluate(row, coefficients, drift, driver, memory):
-    """Force, recoverable energy and evolved memory (or its rate) at each point; NaN where the kernel wrote nothing."""
+    """Force, recoverable energy and evolved memory (or its rate) at each point; NaN where the kernel wrote nothing.
+
+    Of several values of the memory, all start from those given; the results end with each of them.
+    """
     drift, driver, memory = np.broadcast_arrays(*(np.atleast_1d(np.float64(x)) for x in (drift, driver, memory)))
     coefficients = np.broadcast_to(coefficients, (SPRINGS[row].coefficients, drift.size))
-    given = (drift, driver, memory, coefficients)
+    values = max(1, SPRINGS[row].memory)
+    given = (drift, driver, np.broadcast_to(memory, (values, drift.size)), coefficients)
     arrays = [wp.array(np.ascontiguousarray(a), dtype=wp.float64, device="cpu") for a in given]
-    result = wp.full((3, drift.size), np.nan, dtype=wp.float64, device="cpu")
+    result = wp.full((2 + values, drift.size), np.nan, dtype=wp.float64, device="cpu")
     wp.launch(leaves(row), dim=drift.size, inputs=[*arrays, result], device="cpu")
     return result.numpy()
 
@@ -99,7 +106,7 @@ def push(row, coefficients, targets, step):
 def test_every_row_writes_all_it_should():
     for row, spring in SPRINGS.items():
         result = evaluate(row, np.full((spring.coefficients, 1), 0.5), [0.3], [0.2], [0.1])
-        assert np.isfinite(result[: 3 if spring.evolve else 2]).all(), row
+        assert np.isfinite(result[: 2 + spring.memory]).all(), row
 
 
 def test_elastic():

@@ -37,7 +37,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     larger, element = LARGER[plan.dtype], ELEMENT[plan.dtype]
     spring, load = SPRINGS[plan.law], LOADS[plan.load]
     # A thread carries a section of the storeys, all of them on a processor; N are those of a section.
-    STOREYS, SECTIONS, LANES, C = plan.dofs, plan.sections, plan.lanes, spring.coefficients
+    STOREYS, SECTIONS, LANES, C, M = plan.dofs, plan.sections, plan.lanes, spring.coefficients, spring.memory
     N = -(-STOREYS // SECTIONS)
     IS_SPLIT = SECTIONS > 1
     SEES_FOOT = IS_SPLIT and ("residual" in plan.recorders or (spring.evolve is not None and not spring.is_rate))
@@ -48,7 +48,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     HAS_MEMORY, IS_RATE, IS_STIFF = spring.evolve is not None, spring.is_rate, spring.relaxation is not None
     IS_MAPPING = HAS_MEMORY and not IS_RATE
     # Warp looks names up in branches that are never built too, so each must be some function.
-    force_of, recoverable_of = spring.force, spring.recoverable
+    force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
     evolve, relaxation_of = spring.evolve or spring.force, spring.relaxation or spring.force
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
@@ -83,11 +83,16 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     of_velocity, of_displacement, of_step = method.a, method.a_displacement, method.ends
     error_of_velocity, error_of_displacement = method.error, method.error_displacement
     slopes = wp.types.matrix(shape=(N * STAGES if KEEPS_SLOPES else 1, LANES), dtype=dtype)
+    # What the memory of all storeys takes, storey by storey; a law without one has no use for the single row.
+    memories = wp.types.matrix(shape=(max(1, N * M), LANES), dtype=dtype)
+    memory_slopes = wp.types.matrix(shape=(max(1, N * M * STAGES) if KEEPS_SLOPES else 1, LANES), dtype=dtype)
+    memory_sums = wp.types.matrix(shape=(max(1, M), LANES), dtype=dtype)
     # An error of the memory stays for the rest of the run, where those of the motion fade.
     LASTING = wp.constant(dtype(10.0))
     shortest_part = wp.constant(dtype(SHORTEST_PART[plan.dtype]))
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
-    memory_vector = wp.types.vector(length=1, dtype=dtype)
+    memory_vector = wp.types.vector(length=max(1, M), dtype=dtype)
+    zero, no_memory = wp.constant(dtype(0.0)), wp.constant(memory_vector())
     ok, collapsed, diverged, unstable_step = (wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP))
     largest_deviation = wp.constant(dtype(LARGEST_DEVIATION))
     settling, settles_until = constants(plan, settling_polynomial(plan)), wp.constant(dtype(settling_limit(plan)))
@@ -127,13 +132,13 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         step = row()
         u = matrix()  # accepted state: displacement, velocity, memory of the law
         v = matrix()
-        z = matrix()
+        z = memories()
         us = matrix()  # this stage's state
         vs = matrix()
-        zs = matrix()
+        zs = memories()
         un = matrix()  # slopes summed up stage by stage, then the next accepted state
         vn = matrix()
-        zn = matrix()
+        zn = memories()
         peak_drift = matrix()
         worst_ratio = row()
         worst_time = row()
@@ -213,9 +218,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         if IS_SPLIT:
             intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
             for j in range(LANES):
-                foot_u[j] = below(u[N - 1, j], SECTIONS)
-                if section == 0:
-                    foot_u[j] = dtype(0.0)
+                foot_u[j] = below(u[N - 1, j], section, SECTIONS)
         for i in range(N):
             for j in range(LANES):
                 us[i, j] = u[i, j]
@@ -230,7 +233,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         c = coefficient_vector()
                         for q in range(C):
                             c[q] = coefficients[i * C + q, j]
-                        absorbed[i, j] = recoverable_of(drift, memory_vector(z[i, j]), c)
+                        absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
                         initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
         if SPLIT_ENERGY:
             for j in range(LANES):
@@ -253,11 +256,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         power_viscous = row()
         work_in = row()  # in a step, over its length
         work_viscous = row()
-        acceleration = slopes()  # of every stage, and the rate of the memory
-        memory_rate = slopes()
+        acceleration = slopes()  # of every stage, and the rates of the memory
+        memory_rate = memory_slopes()
         to_displacement = row()
         to_velocity = row()
-        to_memory = row()
+        to_memory = memory_sums()
         # An adaptive method goes through each step in parts of its own: those done, this one, and the next to be tried.
         whole_step = row()
         done = row()
@@ -391,22 +394,22 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     drift = u[0, j]
                                     rate = v[0, j]
                                     zi = z[0, j]
-                                foot_u[j] = below(top_u, SECTIONS)
-                                foot_v[j] = below(top_v, SECTIONS)
-                                if section == 0:
-                                    foot_u[j] = dtype(0.0)
-                                    foot_v[j] = dtype(0.0)
+                                foot_u[j] = below(top_u, section, SECTIONS)
+                                foot_v[j] = below(top_v, section, SECTIONS)
                                 drift -= foot_u[j]
                                 rate -= foot_v[j]
                                 c = coefficient_vector()
                                 for q in range(C):
                                     c[q] = coefficients[q, j]
-                                f = force_of(drift, memory_vector(zi), c)
+                                memory = memory_vector(zi)
+                                for m in range(1, M):
+                                    memory[m] = zs[m, j]
+                                    if stage == 0:
+                                        memory[m] = z[m, j]
+                                f = force_of(drift, memory, c)
                                 if STOREY_DAMPING:
                                     f += damping[0, j] * rate
-                                roof[j] = above_of(f, SECTIONS)
-                                if section == SECTIONS - 1:
-                                    roof[j] = dtype(0.0)
+                                roof[j] = above_of(f, section, SECTIONS)
                         for j in range(LANES):
                             above[j] = roof[j]
                             power_in[j] = dtype(0.0)
@@ -417,12 +420,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             for j in range(LANES):
                                 ui = us[i, j]
                                 vi = vs[i, j]
-                                zi = zs[i, j]
+                                zi = zs[i * M, j]
                                 if FROM_STATE:
                                     if stage == 0:
                                         ui = u[i, j]
                                         vi = v[i, j]
-                                        zi = z[i, j]
+                                        zi = z[i * M, j]
                                 drift = ui
                                 rate = vi
                                 if i > 0:
@@ -442,6 +445,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 for q in range(C):
                                     c[q] = coefficients[i * C + q, j]
                                 memory = memory_vector(zi)
+                                for m in range(1, M):
+                                    memory[m] = zs[i * M + m, j]
+                                    if FROM_STATE:
+                                        if stage == 0:
+                                            memory[m] = z[i * M + m, j]
                                 restoring = force_of(drift, memory, c)
                                 f = restoring
                                 if STOREY_DAMPING:
@@ -511,7 +519,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 if KEEPS_SLOPES:
                                     acceleration[stage * N + i, j] = ai
                                     if IS_RATE:
-                                        memory_rate[stage * N + i, j] = z_rate[0]
+                                        for m in range(M):
+                                            memory_rate[(stage * N + i) * M + m, j] = z_rate[m]
                                 else:
                                     # Slopes are summed first, then added: the state is rounded once a step, not once
                                     # a stage.
@@ -521,27 +530,31 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                         u_slope += un[i, j]
                                         v_slope += vn[i, j]
                                     if IS_RATE:
-                                        z_slope = weight[stage] * z_rate[0]
+                                        z_slope = weight[stage] * z_rate
                                         if stage > 0:
-                                            z_slope += zn[i, j]
+                                            for m in range(M):
+                                                z_slope[m] += zn[i * M + m, j]
                                     if stage < STAGES - 1:
                                         un[i, j] = u_slope
                                         vn[i, j] = v_slope
                                         us[i, j] = u[i, j] + ha * vi
                                         vs[i, j] = v[i, j] + ha * ai
                                         if IS_RATE:
-                                            zn[i, j] = z_slope
-                                            zs[i, j] = z[i, j] + ha * z_rate[0]
+                                            for m in range(M):
+                                                zn[i * M + m, j] = z_slope[m]
+                                                zs[i * M + m, j] = z[i * M + m, j] + ha * z_rate[m]
                                     else:
                                         u[i, j] += h[j] * u_slope
                                         v[i, j] += h[j] * v_slope
                                         if IS_RATE:
-                                            z[i, j] += h[j] * z_slope
+                                            for m in range(M):
+                                                z[i * M + m, j] += h[j] * z_slope[m]
                             if KEEPS_SLOPES:
                                 for j in range(LANES):
                                     to_displacement[j] = dtype(0.0)
                                     to_velocity[j] = dtype(0.0)
-                                    to_memory[j] = dtype(0.0)
+                                    for m in range(M):
+                                        to_memory[m, j] = dtype(0.0)
                                 for q in range(STAGES):
                                     if q <= stage:
                                         for j in range(LANES):
@@ -549,8 +562,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                             to_displacement[j] += of_displacement[(stage + 1) * STAGES + q] * slope
                                             to_velocity[j] += of_velocity[(stage + 1) * STAGES + q] * slope
                                             if IS_RATE:
-                                                z_slope = memory_rate[q * N + i, j]
-                                                to_memory[j] += of_velocity[(stage + 1) * STAGES + q] * z_slope
+                                                for m in range(M):
+                                                    z_slope = memory_rate[(q * N + i) * M + m, j]
+                                                    to_memory[m, j] += of_velocity[(stage + 1) * STAGES + q] * z_slope
                                 for j in range(LANES):
                                     if STARTS_HALFWAY:
                                         if index == 0:
@@ -563,8 +577,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     un[i, j] = us[i, j]
                                     vn[i, j] = vs[i, j]
                                     if IS_RATE:
-                                        zs[i, j] = z[i, j] + h[j] * to_memory[j]
-                                        zn[i, j] = zs[i, j]
+                                        for m in range(M):
+                                            zs[i * M + m, j] = z[i * M + m, j] + h[j] * to_memory[m, j]
+                                            zn[i * M + m, j] = zs[i * M + m, j]
                         if TIME:
                             if stage == 0:
                                 for j in range(LANES):
@@ -595,12 +610,13 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             for j in range(LANES):
                                 of_u = dtype(0.0)
                                 of_v = dtype(0.0)
-                                of_z = dtype(0.0)
+                                of_z = memory_vector()
                                 for q in range(STAGES):
                                     of_u += error_of_displacement[q] * acceleration[q * N + i, j]
                                     of_v += error_of_velocity[q] * acceleration[q * N + i, j]
                                     if IS_RATE:
-                                        of_z += error_of_velocity[q] * memory_rate[q * N + i, j]
+                                        for m in range(M):
+                                            of_z[m] += error_of_velocity[q] * memory_rate[(q * N + i) * M + m, j]
                                 of_u = wp.abs(of_u) * h[j] * h[j]
                                 if IS_MAPPING:
                                     # A storey that turns inside the part has been farther than where it ends.
@@ -616,8 +632,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     c = coefficient_vector()
                                     for q in range(C):
                                         c[q] = coefficients[i * C + q, j]
-                                    mapped = evolve(drift, memory_vector(z[i, j]), c)
-                                    zn[i, j] = mapped[0]
+                                    before = memory_vector(z[i * M, j])
+                                    for m in range(1, M):
+                                        before[m] = z[i * M + m, j]
+                                    after = evolve(drift, before, c)
                                     if begin_rate * rate < dtype(0.0):
                                         # From either end by a parabola; where the two differ, maybe farther still.
                                         turn = h[j] * begin_rate / (begin_rate - rate)
@@ -625,17 +643,21 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                         late = drift - dtype(0.5) * rate * (h[j] - turn)
                                         farthest = dtype(0.5) * (early + late)
                                         beyond = farthest + wp.sign(begin_rate) * wp.abs(early - late)
-                                        memory = memory_vector(z[i, j])
-                                        turned = evolve(drift, evolve(farthest, memory, c), c)
-                                        zn[i, j] = turned[0]
-                                        turned = evolve(drift, evolve(beyond, memory, c), c)
-                                        of_u = wp.max(of_u, LASTING * wp.abs(turned[0] - mapped[0]))
+                                        turned = evolve(drift, evolve(beyond, before, c), c)
+                                        missed = force_of(drift, turned, c) - force_of(drift, after, c)
+                                        initial_stiffness = tangent_of(zero, zero, no_memory, no_memory, c)
+                                        of_u = wp.max(of_u, LASTING * wp.abs(missed) / initial_stiffness)
+                                        after = evolve(drift, evolve(farthest, before, c), c)
+                                    for m in range(M):
+                                        zn[i * M + m, j] = after[m]
                                 size_u[j] = wp.max(size_u[j], wp.abs(u[i, j]))
                                 size_v[j] = wp.max(size_v[j], wp.abs(v[i, j]))
                                 v_error = wp.abs(of_v) * h[j]
                                 worse = excess_of(of_u, size_u[j], un[i, j], v_error, size_v[j], vn[i, j])
                                 if IS_RATE:
-                                    worse = wp.max(worse, wp.abs(of_z) * h[j])
+                                    for m in range(M):
+                                        size = wp.max(wp.abs(zn[i * M + m, j]), dtype(1.0))
+                                        worse = wp.max(worse, wp.abs(of_z[m]) * h[j] / size)
                                 excess[j] = wp.max(excess[j], worse / control.tolerance)
                         for j in range(LANES):
                             rejects = excess[j] > dtype(1.0) and part[j] > shortest_part
@@ -647,7 +669,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 for i in range(N):
                                     un[i, j] = u[i, j]
                                     vn[i, j] = v[i, j]
-                                    zn[i, j] = z[i, j]
+                                    for m in range(M):
+                                        zn[i * M + m, j] = z[i * M + m, j]
                                     if ENERGY:
                                         absorbed[i, j] = safe_absorbed[i, j]
                             elif h[j] > dtype(0.0):
@@ -666,13 +689,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 us[i, j] = un[i, j]
                                 vs[i, j] = vn[i, j]
                                 if TAKES_MEMORY:
-                                    z[i, j] = zn[i, j]
-                                    zs[i, j] = zn[i, j]
+                                    for m in range(M):
+                                        z[i * M + m, j] = zn[i * M + m, j]
+                                        zs[i * M + m, j] = zn[i * M + m, j]
                 if SEES_FOOT:
                     for j in range(LANES):
-                        foot_u[j] = below(u[N - 1, j], SECTIONS)
-                        if section == 0:
-                            foot_u[j] = dtype(0.0)
+                        foot_u[j] = below(u[N - 1, j], section, SECTIONS)
                 if MAPS_AT_END:
                     for i in range(N):
                         for j in range(LANES):
@@ -684,9 +706,13 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             c = coefficient_vector()
                             for q in range(C):
                                 c[q] = coefficients[i * C + q, j]
-                            mapped = evolve(drift, memory_vector(z[i, j]), c)
-                            z[i, j] = mapped[0]
-                            zs[i, j] = mapped[0]
+                            memory = memory_vector(z[i * M, j])
+                            for m in range(1, M):
+                                memory[m] = z[i * M + m, j]
+                            memory = evolve(drift, memory, c)
+                            for m in range(M):
+                                z[i * M + m, j] = memory[m]
+                                zs[i * M + m, j] = memory[m]
                 if ENERGY:
                     for j in range(LANES):
                         put_in = energy_in[j]
@@ -753,12 +779,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             total = dtype(0.0)
             kept = dtype(0.0)  # energy that is still there, or was absorbed
             if SPLIT_ENERGY:
-                foot_u[j] = below(u[N - 1, j], SECTIONS)
-                if section == 0:
-                    foot_u[j] = dtype(0.0)
+                foot_u[j] = below(u[N - 1, j], section, SECTIONS)
             for i in range(N):
                 g = lowest + i
-                total += u[i, j] + v[i, j] + z[i, j]
+                total += u[i, j] + v[i, j] + z[i * M, j]
+                for m in range(1, M):
+                    total += z[i * M + m, j]
                 if g < STOREYS:
                     if DRIFT:
                         output.peak_storey_drift[g, o] = peak_drift[i, j]
@@ -773,7 +799,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         c = coefficient_vector()
                         for q in range(C):
                             c[q] = coefficients[i * C + q, j]
-                        stored = recoverable_of(drift, memory_vector(z[i, j]), c)
+                        memory = memory_vector(z[i * M, j])
+                        for m in range(1, M):
+                            memory[m] = z[i * M + m, j]
+                        stored = recoverable_of(drift, memory, c)
                         output.hysteretic_energy[g, o] = absorbed[i, j] - stored
                         kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
             if IS_SPLIT:

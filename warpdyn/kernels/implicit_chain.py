@@ -34,7 +34,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates shear chains by an implicit method as the plan says."""
     dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
     spring, load, method = SPRINGS[plan.law], LOADS[plan.load], METHODS[plan.method]
-    N, LANES, C = plan.dofs, plan.lanes, spring.coefficients
+    N, LANES, C, M = plan.dofs, plan.lanes, spring.coefficients, spring.memory
     HAS_MEMORY, IS_STIFF = spring.evolve is not None, spring.relaxation is not None
     # Warp looks names up in branches that are never built too, so each must be some function.
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
@@ -78,7 +78,9 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
-    memory_vector = wp.types.vector(length=1, dtype=dtype)
+    memory_vector = wp.types.vector(length=max(1, M), dtype=dtype)
+    # What the memory of all storeys takes, storey by storey; a law without one has no use for the single row.
+    memories = wp.types.matrix(shape=(max(1, N * M), LANES), dtype=dtype)
     ok, collapsed, diverged, unstable_step, not_converged = (
         wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED)
     )
@@ -116,7 +118,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         u = matrix()  # accepted state: displacement, velocity, the method's acceleration, memory of the law
         v = matrix()
         a = matrix()
-        z = matrix()
+        z = memories()
         last_drift = matrix()
         last_force = matrix()
         peak_drift = matrix()
@@ -337,7 +339,9 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                             c = coefficient_vector()
                             for q in range(C):
                                 c[q] = coefficients[i * C + q, j]
-                            before = memory_vector(z[i, j])
+                            before = memory_vector(z[i * M, j])
+                            for m in range(1, M):
+                                before[m] = z[i * M + m, j]
                             after = before
                             if HAS_MEMORY:
                                 after = advance(drift, drift - drift_before, before, c)
@@ -487,12 +491,15 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                         c = coefficient_vector()
                         for q in range(C):
                             c[q] = coefficients[i * C + q, j]
-                        before = memory_vector(z[i, j])
+                        before = memory_vector(z[i * M, j])
+                        for m in range(1, M):
+                            before[m] = z[i * M + m, j]
                         if IS_STIFF:
                             settled[j] = wp.max(settled[j], relaxation_along(drift - drift_before, before, c))
                         if HAS_MEMORY:
                             after = advance(drift, drift - drift_before, before, c)
-                            z[i, j] = after[0]
+                            for m in range(M):
+                                z[i * M + m, j] = after[m]
                         if DRIFT:
                             peak_drift[i, j] = wp.max(peak_drift[i, j], wp.abs(drift))
                         if TIME:
@@ -531,7 +538,9 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
             total = zero
             unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
             for i in range(N):
-                total += u[i, j] + v[i, j] + a[i, j] + z[i, j]
+                total += u[i, j] + v[i, j] + a[i, j] + z[i * M, j]
+                for m in range(1, M):
+                    total += z[i * M + m, j]
                 if DRIFT:
                     output.peak_storey_drift[i, o] = peak_drift[i, j]
                 if ACCELERATION:
@@ -543,7 +552,10 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     c = coefficient_vector()
                     for q in range(C):
                         c[q] = coefficients[i * C + q, j]
-                    stored = recoverable_of(drift, memory_vector(z[i, j]), c)
+                    memory = memory_vector(z[i * M, j])
+                    for m in range(1, M):
+                        memory[m] = z[i * M + m, j]
+                    stored = recoverable_of(drift, memory, c)
                     output.hysteretic_energy[i, o] = absorbed[i, j] - stored
                     unaccounted -= absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
             status = ok

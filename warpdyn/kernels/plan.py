@@ -121,7 +121,9 @@ def settling_limit(plan: Plan) -> float:
 def values_held(plan: Plan) -> dict[str, int]:
     """Return how many values a kernel holds for each sample while it runs: what a scene does not name is not there."""
     n, kind, spring = plan.dofs, METHODS[plan.method].kind, SPRINGS[plan.law]
-    states = 3 if spring.evolve else 2  # displacement and velocity of each degree of freedom, and the law's memory
+    states = 2 + spring.memory  # displacement and velocity of each degree of freedom, and the law's memory
+    # Of a memory that stages move, each value has working copies; any other is looked at one storey after another.
+    moving = 2 + (spring.memory if spring.is_rate else min(1, spring.memory))
     dampers = {"none": 0, "storey": n, "rayleigh": n + 1, "modal": n * n}
     if kind == "exact":
         size = 2 * n
@@ -132,10 +134,10 @@ def values_held(plan: Plan) -> dict[str, int]:
         working = 3 * n if kind == "implicit" else 4 * n
     else:
         structure = n * (1 + spring.coefficients) + dampers[plan.damping]
-        working = 2 * states * n
+        working = 2 * moving * n
     if kind == "explicit":
         method = tableau(plan)
-        working += (states - 1) * n * method.stages if method.keeps_slopes else 0
+        working += (moving - 1) * n * method.stages if method.keeps_slopes else 0
     elif kind == "implicit" and plan.family == "chain":
         working = 5 * n  # acceleration, its correction, and the factors of a tridiagonal matrix
     recorders = {

@@ -52,9 +52,14 @@ def _on_gpu(cuda: str) -> str:
     return f"#if defined(__CUDA_ARCH__)\n{cuda}\n#else\nreturn value;\n#endif\n"
 
 
-# Values of the other threads that share a sample. All threads of a warp take part, so all must come by.
-_BELOW = _on_gpu("return __shfl_up_sync(0xffffffff, value, 1, threads);")
-_ABOVE = _on_gpu("return __shfl_down_sync(0xffffffff, value, 1, threads);")
+# Values of the other threads that share a sample, 0 from beyond the first and the last section. All threads of a warp
+# take part, so all must come by.
+_BELOW = _on_gpu("""
+value = __shfl_up_sync(0xffffffff, value, 1, threads);
+return section == 0 ? 0 : value;""")
+_ABOVE = _on_gpu("""
+value = __shfl_down_sync(0xffffffff, value, 1, threads);
+return section == threads - 1 ? 0 : value;""")
 _ACROSS = _on_gpu("""
 for (int distance = 1; distance < threads; distance *= 2)
     value = fmax(value, __shfl_xor_sync(0xffffffff, value, distance));
@@ -66,11 +71,11 @@ return value;""")
 
 
 @wp.func_native(_BELOW)
-def below_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
+def below_float32(value: wp.float32, section: wp.int32, threads: wp.int32) -> wp.float32: ...
 
 
 @wp.func_native(_ABOVE)
-def above_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
+def above_float32(value: wp.float32, section: wp.int32, threads: wp.int32) -> wp.float32: ...
 
 
 @wp.func_native(_ACROSS)
@@ -82,11 +87,11 @@ def together_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
 
 
 @wp.func_native(_BELOW)
-def below_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
+def below_float64(value: wp.float64, section: wp.int32, threads: wp.int32) -> wp.float64: ...
 
 
 @wp.func_native(_ABOVE)
-def above_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
+def above_float64(value: wp.float64, section: wp.int32, threads: wp.int32) -> wp.float64: ...
 
 
 @wp.func_native(_ACROSS)
