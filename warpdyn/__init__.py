@@ -17,15 +17,18 @@ from warpdyn.intensity import (
 )
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
+from warpdyn.portfolio import Archetype, Portfolio
 from warpdyn.response_spectra import response_spectra
 from warpdyn.results import summary
 from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
 from warpdyn.simulate import simulate
+from warpdyn.simulate_portfolio import simulate_portfolio
 from warpdyn.store import write
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 __all__ = [
+    "Archetype",
     "AriasIntensity",
     "AverageSpectralAcceleration",
     "Choice",
@@ -49,6 +52,7 @@ __all__ = [
     "PeakGroundAcceleration",
     "PeakGroundDisplacement",
     "PeakGroundVelocity",
+    "Portfolio",
     "Scene",
     "ShearBuilding",
     "SignificantDuration",
@@ -62,6 +66,7 @@ __all__ = [
     "plan",
     "response_spectra",
     "simulate",
+    "simulate_portfolio",
     "summary",
     "write",
 ]
