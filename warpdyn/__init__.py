@@ -1,5 +1,6 @@
 """Ensembles of structural dynamics, integrated in parallel on GPUs and CPUs."""
 
+from warpdyn.damage import damage_shares, of_archetype
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
 from warpdyn.fragility import fragility
@@ -61,8 +62,10 @@ __all__ = [
     "Uniform",
     "Value",
     "WhiteNoise",
+    "damage_shares",
     "fragility",
     "intensity_measures",
+    "of_archetype",
     "plan",
     "response_spectra",
     "simulate",
