@@ -4,6 +4,7 @@ from warpdyn.damage import damage_shares, of_archetype
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
 from warpdyn.fragility import fragility
+from warpdyn.hazus import hazus_drift_limits
 from warpdyn.histories import Histories
 from warpdyn.intensity import (
     AriasIntensity,
@@ -16,9 +17,11 @@ from warpdyn.intensity import (
     SpectralAcceleration,
     intensity_measures,
 )
+from warpdyn.modal import modal_table
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
 from warpdyn.portfolio import Archetype, Portfolio
+from warpdyn.pushover import pushover, storey_hysteresis
 from warpdyn.response_spectra import response_spectra
 from warpdyn.results import summary
 from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
@@ -64,12 +67,16 @@ __all__ = [
     "WhiteNoise",
     "damage_shares",
     "fragility",
+    "hazus_drift_limits",
     "intensity_measures",
+    "modal_table",
     "of_archetype",
     "plan",
+    "pushover",
     "response_spectra",
     "simulate",
     "simulate_portfolio",
+    "storey_hysteresis",
     "summary",
     "write",
 ]

@@ -67,6 +67,29 @@ def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndar
     )
 
 
+def modal_table(modes: xr.Dataset) -> str:
+    """Return the modes as a table to print: periods, frequencies, participation and effective masses, added up too.
+
+    Args:
+        modes: What `modal()` of a structure returned, or its first modes.
+    """
+    head = ("mode", "period [s]", "frequency [Hz]", "participation", "effective mass [t]", "share", "sum of shares")
+    ratio = 100 * modes["effective_mass_ratio"].values
+    columns = zip(
+        (f"{mode:d}" for mode in modes["mode"].values),
+        (f"{period:.5g}" for period in modes["period"].values),
+        (f"{omega / (2 * np.pi):.5g}" for omega in modes["circular_frequency"].values),
+        (f"{factor:.4f}" for factor in modes["participation_factor"].values),
+        (f"{mass / 1000:.5g}" for mass in modes["effective_mass"].values),
+        (f"{share:.2f} %" for share in ratio),
+        (f"{share:.2f} %" for share in np.cumsum(ratio)),
+        strict=True,
+    )
+    rows = [head, *columns]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
+    return "\n".join("  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)) for row in rows)
+
+
 def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:
     """Stiffness matrices of shear chains that stand on the ground.
 

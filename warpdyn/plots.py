@@ -10,25 +10,25 @@ from matplotlib import ticker
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from warpdyn.building_plots import building, pushover
 from warpdyn.motions import STANDARD_GRAVITY
+from warpdyn.plot_style import COLOURS, new_figure, require, storey_panels
 from warpdyn.recorders import STRIPED
 
-# Okabe and Ito's colours: told apart with any colour vision, from the lightest damage state to the heaviest.
-COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
-
-
-def _figure(width: float = 7.0, height: float = 4.6) -> Figure:
-    return Figure(figsize=(width, height), layout="constrained")
+__all__ = [
+    "COLOURS",
+    "building",
+    "drift_against_intensity",
+    "drift_over_height",
+    "fragility_curves",
+    "hysteresis",
+    "pushover",
+    "response_spectra",
+]
 
 
 def _measure(dataset: xr.Dataset) -> str:
     return dataset["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
-
-
-def _require(dataset: xr.Dataset, *names: str, remedy: str) -> None:
-    missing = [name for name in names if name not in dataset and name not in dataset.attrs]
-    if missing:
-        raise ValueError(f"the dataset has no {', '.join(missing)}: {remedy}")
 
 
 _MERGED = "draw run.merge(fragility(run, limits), combine_attrs='no_conflicts')"
@@ -43,8 +43,8 @@ def fragility_curves(dataset: xr.Dataset) -> Figure:
     Raises:
         ValueError: If the dataset lacks the curves.
     """
-    _require(dataset, "fragility_curve", "confidence", remedy=_MERGED)
-    figure = _figure()
+    require(dataset, "fragility_curve", "confidence", remedy=_MERGED)
+    figure = new_figure()
     axes = figure.subplots()
     intensity = dataset["intensity"].values
     for colour, state in zip(cycle(COLOURS), dataset["damage_state"].values, strict=False):
@@ -87,13 +87,13 @@ def drift_over_height(dataset: xr.Dataset, levels: int = 5) -> Figure:
     Raises:
         ValueError: If the dataset has no drifts or no levels.
     """
-    _require(dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding on stripes")
+    require(dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding on stripes")
     if dataset["im_level"].attrs.get("design") != STRIPED:
         raise ValueError("the run is not on stripes: drift_over_height draws one curve a stripe")
     valid = _valid(dataset)
     stripes = np.unique(valid["im_level"])
     stripes = stripes[np.unique(np.linspace(0, stripes.size - 1, levels).round().astype(int))]
-    figure = _figure(6.4, 4.6)
+    figure = new_figure(6.4, 4.6)
     axes = figure.subplots()
     storeys = valid["storey"].values
     for colour, level in zip(cycle(COLOURS), stripes, strict=False):
@@ -130,13 +130,11 @@ def drift_against_intensity(dataset: xr.Dataset) -> Figure:
     Raises:
         ValueError: If the dataset has no drifts or no levels.
     """
-    _require(
-        dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding under ground motions"
-    )
+    require(dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding under ground motions")
     valid = _valid(dataset)
     level = valid["im_level"].values
     drift = 100 * valid["peak_storey_drift_ratio"].max("storey").values
-    figure = _figure(6.4, 4.6)
+    figure = new_figure(6.4, 4.6)
     axes = figure.subplots()
     shown = np.random.default_rng(0).permutation(level.size)[:20_000]  # more points than these only fill the stripes in
     axes.scatter(level[shown], drift[shown], s=3, color="0.7", lw=0, rasterized=True, label="samples")
@@ -170,10 +168,10 @@ def response_spectra(dataset: xr.Dataset) -> Figure:
     Raises:
         ValueError: If the dataset has no spectra.
     """
-    _require(dataset, "pseudo_spectral_acceleration", remedy="draw what response_spectra(motions, periods) returned")
+    require(dataset, "pseudo_spectral_acceleration", remedy="draw what response_spectra(motions, periods) returned")
     spectra = dataset["pseudo_spectral_acceleration"].transpose("damping_ratio", "motion", "period") / STANDARD_GRAVITY
     period, panels = dataset["period"].values, dataset.sizes["damping_ratio"]
-    figure = _figure(6.4 if panels == 1 else 1.0 + 3.4 * panels, 4.6)
+    figure = new_figure(6.4 if panels == 1 else 1.0 + 3.4 * panels, 4.6)
     for axes, panel in zip(figure.subplots(1, panels, sharey=True, squeeze=False)[0], spectra, strict=True):
         lines = [np.column_stack([period, values]) for values in panel.values]
         axes.add_collection(LineCollection(lines, colors="0.6", linewidths=0.5, alpha=0.6, label="motions"))
@@ -193,33 +191,22 @@ def response_spectra(dataset: xr.Dataset) -> Figure:
 
 
 def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
-    """Draw the storey force against the storey drift of one sample's whole history.
+    """Draw the storey force against the storey drift: of one sample's whole history, or of storeys pushed slowly.
 
     Args:
-        dataset: A run of a ShearBuilding with histories.
-        history: Which of them.
+        dataset: A run of a ShearBuilding with histories, or what `storey_hysteresis` or `pushover` returned.
+        history: Which of the histories.
 
     Raises:
-        ValueError: If the dataset has no histories of storey forces.
+        ValueError: If the dataset has no storey forces along a path.
     """
-    _require(
+    if "storey_drift" in dataset:
+        return storey_panels(dataset["storey_drift"].values, dataset["storey_force"].values)
+    require(
         dataset, "displacement", "storey_force", remedy="run simulate(..., histories=Histories(...)) of a ShearBuilding"
     )
     chosen = dataset.isel(history=history)
-    drift = np.diff(chosen["displacement"].values, axis=1, prepend=0.0)
-    force = chosen["storey_force"].values / 1e6
-    storeys = force.shape[1]
-    figure = _figure(2.2 * min(storeys, 5) + 0.6, 2.9 * -(-storeys // 5))
-    grid = figure.subplots(-(-storeys // 5), min(storeys, 5), sharex=True, sharey=True, squeeze=False)
-    for storey, axes in enumerate(grid.ravel()):
-        if storey >= storeys:
-            axes.set_axis_off()
-            continue
-        axes.plot(1000 * drift[:, storey], force[:, storey], color=COLOURS[0], lw=0.7)
-        axes.set_title(f"storey {storey + 1}", fontsize=9)
-        axes.grid(alpha=0.3)
-    figure.supxlabel("Storey drift [mm]", fontsize=9)
-    figure.supylabel("Storey force [MN]", fontsize=9)
+    figure = storey_panels(np.diff(chosen["displacement"].values, axis=1, prepend=0.0), chosen["storey_force"].values)
     at = dataset.isel(sample=int(chosen["history_sample"]))
     title = f"Sample {int(at['sample'])}"
     if "record" in at.coords:

@@ -8,9 +8,27 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.checks import finite_numbers
+from warpdyn.kernels.springs import SPRINGS
 from warpdyn.kernels.storey_path import storey_path_kernel
+from warpdyn.kernels.storey_step import storey_step_kernel
+from warpdyn.lateral_loads import floor_loads, storey_shears
 from warpdyn.laws import LAWS
 from warpdyn.structures import ShearBuilding
+
+TOLERANCE = 1e-9  # of storey forces off balance, over the base shear
+ITERATIONS = 50
+SHORTENINGS = 40  # of one correction
+SHORTEST_STEP = 2.0**-10  # of one that was asked for
+LEAST_STIFFNESS = 1e-6  # over the initial one, of what a correction takes for a storey without any
+
+
+def _spring(building: ShearBuilding) -> tuple[str, np.ndarray]:
+    """Return the building's row of SPRINGS and its coefficients [coefficient, storey]."""
+    parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
+    law = LAWS[building.law]
+    spring = law.spring(parameters)
+    coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters, spring)))
+    return spring, np.ascontiguousarray(coefficients, np.float64)
 
 
 def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
@@ -32,21 +50,165 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
         path = np.repeat(path[:, None], building.storeys, axis=1)
     if path.ndim != 2 or path.shape[1] != building.storeys or not path.size:
         raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
-    parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
-    law = LAWS[building.law]
-    spring = law.spring(parameters)
-    coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters, spring)))
-    arrays = [wp.array(np.ascontiguousarray(values, np.float64), device="cpu") for values in (coefficients, path)]
+    spring, coefficients = _spring(building)
+    arrays = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
     results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
     kernel = storey_path_kernel(spring, "float64")
     wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
-    dims = ("step", "storey")
     force, dissipated = (result.numpy() for result in results)
+    return _labelled(path, force, dissipated)
+
+
+def pushover(
+    building: ShearBuilding, roof_displacement: ArrayLike, *, pattern: str | ArrayLike = "first_mode"
+) -> xr.Dataset:
+    """Push a building slowly by lateral loads of one pattern until its roof has gone through given displacements.
+
+    The roof's displacement is prescribed and the base shear follows, so that a building is pushed past its peak; within
+    a step every storey goes straight to its next drift. Where storeys soften, a step ends in the balance that is
+    downhill from an elastic step. Viscous damping has no say.
+
+    Args:
+        building: The building.
+        roof_displacement: To go through, from 0 [m], in steps that are short beside the yield displacement for
+            Bouc-Wen storeys, to and fro if asked; shape [step].
+        pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
+            "uniform" (floor mass), or floor loads of any scale, shape [floor].
+
+    Returns:
+        `roof_displacement` [m] and `base_shear` [N], shape [step]; `storey_drift` [m], `storey_force` [N] and
+        `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey]; `floor_load`, its sum 1.
+
+    Raises:
+        ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
+        RuntimeError: If a step finds no balance.
+    """
+    path = finite_numbers("roof_displacement", roof_displacement)
+    if path.ndim != 1 or not path.size:
+        raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
+    parameters = building.parameters
+    loads = floor_loads(pattern, parameters["mass"], parameters["height"], parameters["stiffness"])
+    chain = _PushedChain(building, storey_shears(loads))
+    shape = (path.size, building.storeys)
+    drift, force, dissipated, base_shear = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), []
+    for step, displacement in enumerate(path):
+        try:
+            base_shear.append(chain.push(displacement))
+        except RuntimeError as error:
+            raise RuntimeError(f"step {step}, to {displacement:g} m: {error}") from None
+        drift[step], force[step], dissipated[step] = chain.drift, chain.force, chain.work - chain.recoverable
+    along = {"units": "m", "long_name": "roof displacement"}
+    return _labelled(drift, force, dissipated).assign(
+        roof_displacement=("step", path, along),
+        base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "base shear"}),
+        floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
+    )
+
+
+class _PushedChain:
+    """A chain of storeys in balance under lateral loads, and its way to the next roof displacement."""
+
+    def __init__(self, building: ShearBuilding, shears: np.ndarray) -> None:
+        storeys = building.storeys
+        row, coefficients = _spring(building)
+        self.shears, self.stiffness = shears, building.parameters["stiffness"]
+        # Elastic drifts under the loads, of sum 1, and the base shear of a roof displacement of 1.
+        self.elastic_drift = shears / self.stiffness
+        self.roof_stiffness = 1 / self.elastic_drift.sum()
+        self.elastic_drift *= self.roof_stiffness
+        memory = (max(1, SPRINGS[row].memory), storeys)
+        # The kernel and numpy share these.
+        self.drift, self.trial = np.zeros(storeys), np.zeros(storeys)
+        self.memory, self.trial_memory = np.zeros(memory), np.full(memory, np.nan)
+        self.trial_force, self.tangent, self.trial_recoverable = (np.full(storeys, np.nan) for _ in range(3))
+        given = (coefficients, self.drift, self.memory, self.trial)
+        found = (self.trial_memory, self.trial_force, self.tangent, self.trial_recoverable)
+        self.kept = [wp.array(values, dtype=wp.float64, device="cpu", copy=False) for values in (*given, *found)]
+        self.launch = wp.launch(storey_step_kernel(row), dim=storeys, inputs=self.kept, device="cpu", record_cmd=True)
+        self.force, self.work, self.recoverable = np.zeros(storeys), np.zeros(storeys), np.zeros(storeys)
+        self.largest_shear = 0.0
+
+    def push(self, displacement: float) -> float:
+        """Take the roof to a displacement, in shorter steps where one is too long; return the base shear."""
+        begin, done, share = float(self.drift.sum()), 0.0, 1.0
+        while done < 1:
+            base_shear = self._step(begin + (done + share) * (displacement - begin))
+            if base_shear is not None:
+                done += share
+            elif share > SHORTEST_STEP:
+                share *= 0.5
+            else:
+                raise RuntimeError(
+                    "the storeys find no balance, in however short steps; one may soften faster than the others unload"
+                )
+        return base_shear
+
+    def _step(self, displacement: float) -> float | None:
+        """Take the roof to a displacement in one step; return the base shear, or None if there is no balance."""
+        move = displacement - self.drift.sum()
+        scale = max(self.largest_shear, abs(move) * self.roof_stiffness)
+        self.trial[:] = self.drift + move * self.elastic_drift
+        self.launch.launch()
+        for _ in range(ITERATIONS):
+            # Each storey's estimate of the base shear; in balance they agree.
+            shear = self.trial_force / self.shears
+            base_shear, correction = self._correction(shear, self.tangent / self.shears)
+            if np.abs(self.trial_force - base_shear * self.shears).max() <= TOLERANCE * scale:
+                self._accept()
+                self.largest_shear = max(self.largest_shear, abs(base_shear))
+                return base_shear
+            self._descend(base_shear, correction)
+        return None
+
+    def _correction(self, shear: np.ndarray, slope: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the base shear and the corrections of the drifts, of sum 0, by Newton's rule.
+
+        A balance is a minimum of the work, sum of integral F / S d(drift), at the given sum of drifts. Where the
+        tangents do not lead down, the initial stiffnesses do.
+        """
+        initial = self.stiffness / self.shears
+        least = LEAST_STIFFNESS * initial
+        slope = np.where(np.abs(slope) < least, least, slope)
+        for hardness in (slope, initial):
+            flexibility = 1 / hardness
+            softening = np.count_nonzero(hardness < 0)
+            # One storey may soften while the others unload, if these are stiff enough.
+            if softening == 0 or (softening == 1 and flexibility.sum() < 0):
+                break
+        base_shear = float((shear * flexibility).sum() / flexibility.sum())
+        correction = (base_shear - shear) * flexibility
+        # What rounding leaves of the sum goes to the softest storey, which minds it least.
+        correction[np.abs(flexibility).argmax()] -= correction.sum()
+        return base_shear, correction
+
+    def _descend(self, base_shear: float, correction: np.ndarray) -> None:
+        """Go along the correction, less far where the work would rise again beyond."""
+        start, share = self.trial.copy(), 1.0
+        downhill = self._slope(base_shear, correction)
+        for _ in range(SHORTENINGS):
+            self.trial[:] = start + share * correction
+            self.launch.launch()
+            if self._slope(base_shear, correction) <= -0.5 * downhill:
+                return
+            share *= 0.5
+
+    def _slope(self, base_shear: float, correction: np.ndarray) -> float:
+        """Return how the work changes along a correction, less what is 0 as its sum is."""
+        return float((self.trial_force / self.shears - base_shear) @ correction)
+
+    def _accept(self) -> None:
+        self.work += 0.5 * (self.trial_force + self.force) * (self.trial - self.drift)
+        self.drift[:], self.memory[:], self.force[:] = self.trial, self.trial_memory, self.trial_force
+        self.recoverable[:] = self.trial_recoverable
+
+
+def _labelled(drift: np.ndarray, force: np.ndarray, dissipated: np.ndarray) -> xr.Dataset:
+    dims = ("step", "storey")
     return xr.Dataset(
         {
-            "storey_drift": (dims, path, {"units": "m", "long_name": "storey drift"}),
+            "storey_drift": (dims, drift, {"units": "m", "long_name": "storey drift"}),
             "storey_force": (dims, force, {"units": "N", "long_name": "restoring force of the storey"}),
             "dissipated_energy": (dims, dissipated, {"units": "J", "long_name": "work done less what is stored"}),
         },
-        coords={"storey": np.arange(1, building.storeys + 1)},
+        coords={"storey": np.arange(1, drift.shape[1] + 1)},
     )

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.calibration import CalibratedChain
 from warpdyn.checks import finite_numbers, one_of, real_numbers, whole_number
 from warpdyn.laws import LAWS, Parameter
 from warpdyn.modal import chain_stiffness_matrix, modal_properties
@@ -27,8 +28,10 @@ DAMPING = {
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
-class ShearBuilding:
+class ShearBuilding(CalibratedChain):
     """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
+
+    `from_hazus`, `from_capacity` and `from_periods` make one from what is known of the building as a whole.
 
     Args:
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.

@@ -1,0 +1,74 @@
+"""The modal table and the figures of buildings: what is in them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import warpdyn as wd
+from warpdyn import plots
+
+BUILDING = wd.ShearBuilding.from_hazus("C1M", "high", 5)
+PUSHED = wd.pushover(BUILDING, np.linspace(0, 0.3, 61)[1:])
+
+
+def words(figure: Figure) -> list[str]:
+    figure.draw_without_rendering()
+    return [text.get_text() for axes in figure.axes for text in axes.texts]
+
+
+def test_modal_table_has_the_closed_forms() -> None:
+    lines = wd.modal_table(BUILDING.modal()).splitlines()
+    assert lines[0].split("  ")[0].strip() == "mode"
+    # A uniform chain of five storeys: w = 2 sin((2 j - 1) pi / 22) sqrt(k / m).
+    ratio = np.sin(np.pi / 22) / np.sin((2 * np.arange(1, 6) - 1) * np.pi / 22)
+    for mode, line in enumerate(lines[1:]):
+        number, period, frequency = (float(text) for text in line.split()[:3])
+        assert number == mode + 1
+        assert period == pytest.approx(0.75 * ratio[mode], rel=1e-4)
+        assert frequency == pytest.approx(1 / period, rel=1e-4)
+    assert lines[1].split()[5:] == ["87.95", "%", "87.95", "%"]  # of the mass: 0.87953
+    assert lines[-1].endswith("100.00 %")
+    assert len({len(line) for line in lines}) == 1
+    assert len(wd.modal_table(BUILDING.modal().isel(mode=slice(2))).splitlines()) == 3
+
+
+def test_drawing_names_springs_and_masses() -> None:
+    text = words(plots.building(BUILDING))
+    assert text.count("m = 1000 t") == 5
+    assert "k = 866 MN/m\nFy = 8.96 MN" in text
+    assert "first mode\n0.75 s, 88 % of the mass" in text
+
+
+@pytest.mark.parametrize("storeys", [1, 3, 11, 40])
+def test_drawings_of_low_and_tall_buildings(storeys: int) -> None:
+    text = words(plots.building(wd.ShearBuilding.from_hazus("W1", "low", storeys)))
+    assert 1 <= sum(each.startswith("m = ") for each in text) <= 10
+
+
+def test_pushover_and_hysteresis_are_drawn_from_one_dataset() -> None:
+    curve, profile = plots.pushover(PUSHED).axes
+    line = curve.lines[0]
+    np.testing.assert_allclose(line.get_xdata()[1:], 1000 * PUSHED["roof_displacement"])
+    np.testing.assert_allclose(line.get_ydata()[1:], PUSHED["base_shear"] / 1e6)
+    # A storey's drift is drawn from its floor to its ceiling, at half its height too.
+    outline = profile.lines[-1]
+    assert outline.get_drawstyle() == "steps-post"
+    np.testing.assert_allclose(outline.get_xdata()[1:], 1000 * PUSHED["storey_drift"].values[-1])
+    panels = plots.hysteresis(PUSHED).axes
+    assert len(panels) == 5
+    np.testing.assert_allclose(panels[4].lines[0].get_ydata(), PUSHED["storey_force"].values[:, 4] / 1e6)
+
+
+def test_storey_hysteresis_is_drawn() -> None:
+    figure = plots.hysteresis(wd.storey_hysteresis(BUILDING, [0.01, -0.01, 0.02]))
+    assert len(figure.axes) == 5
+
+
+def test_a_dataset_without_a_pushover_is_refused() -> None:
+    with pytest.raises(
+        ValueError, match=r"no roof_displacement, base_shear: draw what pushover\(building, ...\) returned"
+    ):
+        plots.pushover(xr.Dataset())

@@ -1,0 +1,49 @@
+"""The kernel that tries one step of every storey of a building, by the device functions of whole histories' kernels."""
+
+import functools
+
+import warp as wp
+
+from warpdyn.kernels.springs import SPRINGS
+
+
+@functools.cache
+def storey_step_kernel(law: str) -> wp.Kernel:
+    """Return the kernel of a row of SPRINGS, in double precision; each thread tries a step of one storey."""
+    spring = SPRINGS[law]
+    HAS_MEMORY, C, M = spring.evolve is not None, spring.coefficients, max(1, spring.memory)
+    force_of, tangent_of, recoverable_of = spring.force, spring.tangent, spring.recoverable
+    advance = spring.advance or spring.force
+    coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
+    memory_vector = wp.types.vector(length=M, dtype=wp.float64)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def try_storey_step(
+        coefficients: wp.array2d(dtype=wp.float64),  # [coefficient, storey]
+        accepted_drift: wp.array(dtype=wp.float64),
+        accepted_memory: wp.array2d(dtype=wp.float64),  # [memory, storey]
+        drift: wp.array(dtype=wp.float64),
+        memory: wp.array2d(dtype=wp.float64),  # after the step
+        force: wp.array(dtype=wp.float64),
+        tangent: wp.array(dtype=wp.float64),
+        recoverable: wp.array(dtype=wp.float64),
+    ):
+        storey = wp.tid()
+        c = coefficient_vector()
+        for q in range(C):
+            c[q] = coefficients[q, storey]
+        before = memory_vector()
+        for q in range(M):
+            before[q] = accepted_memory[q, storey]
+        now = drift[storey]
+        increment = now - accepted_drift[storey]
+        after = before
+        if HAS_MEMORY:
+            after = advance(now, increment, before, c)
+        for q in range(M):
+            memory[q, storey] = after[q]
+        force[storey] = force_of(now, after, c)
+        tangent[storey] = tangent_of(now, increment, before, after, c)
+        recoverable[storey] = recoverable_of(now, after, c)
+
+    return try_storey_step
