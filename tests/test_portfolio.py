@@ -10,7 +10,7 @@ from test_simulate import MOTIONS, make_motion
 
 import warpdyn as wd
 from warpdyn.kernels import devices
-from warpdyn.portfolio_groups import ROUND_STEP
+from warpdyn.portfolio_groups import ROUND_STEP, groups_of, scenes_of
 from warpdyn.timeline import STEPS_PER_PERIOD
 
 module = importlib.import_module("warpdyn.simulate_portfolio")  # whose name is that of its function, too
@@ -127,6 +127,18 @@ def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
     assert run.sizes["sample"] == 600
     assert len(runs) <= 6
     assert sum(runs) == 600
+
+
+def test_whatever_a_building_is_beside_its_parameters_decides_on_its_group():
+    # All buildings of a group are built like its first one. Whoever gives ShearBuilding one more attribute must have
+    # `groups_of` tell buildings apart by it, and add it here.
+    told_apart = {"storeys", "law", "damping", "damping_modes"}
+    assert set(vars(chain(2))) == told_apart | {"parameters", "parameter_table"}
+    kinds = [chain(3), chain(3, damping_modes=(1, 3)), chain(3, damping="modal"), chain(3, law="bouc_wen"), chain(2)]
+    kinds.append(chain(3, law="bouc_wen", exponent=2.0))  # which has a kernel of its own
+    city = wd.Portfolio({f"{i}": wd.Archetype(kind) for i, kind in enumerate(kinds)})
+    scenes = scenes_of(city, wd.Scene(kinds[0], MOTIONS[0]))
+    assert len(groups_of(city, scenes, "rk4", 0, is_stepped=True)) == len(kinds)
 
 
 def replaced(building, factor):
