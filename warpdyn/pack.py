@@ -9,12 +9,12 @@ import numpy as np
 from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.kernels.build import fitted
 from warpdyn.kernels.plan import Plan
+from warpdyn.kernels.vibration import circular_frequencies
 from warpdyn.laws import LAWS
 from warpdyn.method_kinds import Method
 from warpdyn.methods import METHODS
 from warpdyn.modal import (
     chain_stiffness_matrix,
-    circular_frequencies,
     modal_damping_matrix,
     rayleigh_coefficients,
 )
