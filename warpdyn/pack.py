@@ -20,6 +20,7 @@ from warpdyn.modal import (
 )
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.propagators import damping_of, pack_linear
+from warpdyn.sample import STRUCTURES_AT_A_TIME, parts
 from warpdyn.scene import Scene
 from warpdyn.stability import (
     highest_damping_rate,
@@ -69,12 +70,13 @@ def pack_chain(scene: Scene, parameters: Arrays, spring: str, rayleigh: np.ndarr
     """Return the arrays of the chain's kernels, structures last."""
     mass, stiffness = parameters["mass"], parameters["stiffness"]
     structures, storeys = mass.shape
-    coefficients = np.stack(LAWS[scene.structure.law].coefficients(parameters, spring), axis=2)
+    # Structures are next to each other, as kernels have them and as they were drawn.
+    coefficients = np.stack([values.T for values in LAWS[scene.structure.law].coefficients(parameters, spring)], axis=1)
     packed = {
         "mass": mass.T,
         "inverse_mass": 1 / mass.T,
         "inverse_height": 1 / parameters["height"].T,
-        "coefficients": coefficients.reshape(structures, -1).T,
+        "coefficients": coefficients.reshape(-1, structures),
     }
     if scene.structure.damping == "storey":
         packed["storey_damping"] = parameters["damping_coefficient"].T
@@ -214,16 +216,16 @@ def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
 def vibration_of(scene: Scene, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
     """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
     count = len(next(iter(drawn.values()))) if drawn else 1
-    together = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
+    at_a_time = STRUCTURES_AT_A_TIME
+    if scene.structure.damping in ("storey", "matrix"):
+        at_a_time = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
 
-    def part(start: int) -> tuple[np.ndarray, ...]:
-        return _vibration(scene, parameters_of(scene, drawn, slice(start, start + together)), method)
+    def part(structures: slice) -> tuple[np.ndarray, ...]:
+        return _vibration(scene, parameters_of(scene, drawn, structures), method)
 
-    if count <= together:
-        return Vibration(*part(0))
-    with ThreadPoolExecutor(threads) as pool:  # eigenvalues are what takes the time, and numpy lets go for them
-        parts = list(pool.map(part, range(0, count, together)))
-    return Vibration(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+    with ThreadPoolExecutor(threads) as pool:
+        found = list(pool.map(part, parts(count, at_a_time)))
+    return Vibration(*(np.concatenate(values) for values in zip(*found, strict=True)))
 
 
 def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:

@@ -52,7 +52,7 @@ class Run:
 
     def draw(self, structures: np.ndarray) -> Drawn:
         """Return the parameters and the vibration of some structures, given by their indices, increasing."""
-        drawn = self.sampler.draw(structures)
+        drawn = self.sampler.draw(structures, self.threads)
         return drawn, pack.vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method], self.threads)
 
     def ensemble(self, structures: np.ndarray, queue: Queue, known: Drawn | None = None) -> tuple[Ensemble, Vibration]:

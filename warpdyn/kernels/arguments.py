@@ -62,3 +62,11 @@ def as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
 def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
     """Return values as an array of a struct, where they are."""
     return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)
+
+
+def lane_rows(rows: int, count: int, lanes: int, value: float) -> np.ndarray:
+    """Return rows of at least so many doubles, a whole and odd number of times as many as a thread has lanes.
+
+    Rows a power of 2 long would get into each other's way in a processor's cache.
+    """
+    return np.full((rows, (-(-count // lanes) | 1) * lanes), value)

@@ -12,6 +12,7 @@ import functools
 import numpy as np
 import warp as wp
 
+from warpdyn.kernels.arguments import lane_rows
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.kernels.plan import CPU_FLAGS
 from warpdyn.kernels.processor import align_rows
@@ -137,11 +138,9 @@ def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
         Circular frequencies [rad/s], ascending, shape [structure, mode], structures next to each other in memory.
     """
     structures, storeys = mass.shape
-    blocks = -(-structures // CPU_LANES)
-    kernel = frequencies_kernel(storeys, CPU_LANES)
-    # Whole rows of lanes, and an odd number of them: rows of a power of 2 get into each other's way in a cache.
-    arrays = [np.ones((storeys, (blocks | 1) * CPU_LANES)) for _ in range(3)]
+    arrays = [lane_rows(storeys, structures, CPU_LANES, 1.0) for _ in range(3)]
     for array, values in zip(arrays, (mass, stiffness), strict=False):
         array[:, :structures] = values.T
-    wp.launch(kernel, dim=blocks, inputs=[wp.array(array, copy=False, device="cpu") for array in arrays], device="cpu")
+    inputs = [wp.array(array, copy=False, device="cpu") for array in arrays]
+    wp.launch(frequencies_kernel(storeys, CPU_LANES), dim=-(-structures // CPU_LANES), inputs=inputs, device="cpu")
     return arrays[2][:, :structures].T
