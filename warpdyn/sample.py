@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -13,11 +12,10 @@ from warpdyn.kernels.arguments import lane_rows
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.kernels.parameters import correlate_normals, fill_uniforms
 from warpdyn.laws import LAWS
+from warpdyn.parts import in_parts
 from warpdyn.philox import Purpose
 from warpdyn.scatter import Listed, Scatter, combined, correlation_factor, nominal_values, variables_of
 from warpdyn.structures import LinearSystem, ShearBuilding
-
-STRUCTURES_AT_A_TIME = 2**13  # what is worked out of so many stays in a processor's cache
 
 
 class Sampler:
@@ -90,8 +88,7 @@ class Sampler:
                 row += count
             self._check({name: values[part] for name, values in drawn.items()}, structures[part])
 
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(fill, parts(structures.size)))  # a list raises what the first part raised
+        in_parts(fill, structures.size, threads)
         return drawn
 
     def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray) -> None:
@@ -138,8 +135,3 @@ class Sampler:
         if first == 0 and count > 1:  # the first alone: scipy warns of a first part that is no power of 2 long
             return np.concatenate([self._sobol.random(1), self._sobol.random(count - 1)])
         return self._sobol.random(count)
-
-
-def parts(structures: int, at_a_time: int = STRUCTURES_AT_A_TIME) -> list[slice]:
-    """Return the parts in which so many structures are best worked on."""
-    return [slice(first, min(first + at_a_time, structures)) for first in range(0, structures, at_a_time)]

@@ -21,6 +21,7 @@ LEAST_CELL = 1e-12
 TABLE_MARGIN = 1e-5
 # Beyond a damping ratio of a million a limit stands still or goes with the ratio's inverse, as `limit_scale` has it.
 LAST_PLACE = 2 - 1e-6
+CELLS = 1000  # of the table, before they are refined
 
 
 def stability_limit(method: Method, damping_ratio: float) -> float:
@@ -220,7 +221,7 @@ def _over_mass(mass: np.ndarray, name: str, matrix: np.ndarray) -> np.ndarray:
 @cache
 def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
     """Places of damping ratios, refined where the limit is steep, and the limits there times `limit_scale`."""
-    place = np.concatenate([[0, LEAST_DAMPING_RATIO], np.linspace(0, LAST_PLACE, 1001)[1:]])
+    place = np.concatenate([[0, LEAST_DAMPING_RATIO], np.linspace(0, LAST_PLACE, CELLS + 1)[1:]])
     limit = oscillator_limits(method, _ratio(place))
     while np.isfinite(limit).all():  # a method has limits at all damping ratios, or at none
         coarse = np.abs(np.diff(limit)) > TABLE_TOLERANCE * np.maximum(limit[:-1], limit[1:])
@@ -260,8 +261,19 @@ def _looked_up(
     """Return the step [s] that a table gives oscillators."""
     grid, cell_limit = table(method)
     place = np.where(zeta > 1, 2 - 1 / np.maximum(zeta, 1), zeta)
-    cell = np.clip(np.searchsorted(grid, place, side="right") - 1, 0, cell_limit.size - 1)
+    first, is_refined = _first_cells(method)
+    coarse = np.minimum(CELLS / LAST_PLACE * place, CELLS - 1).astype(np.int32)
+    cell, refined = np.array(first[coarse]), is_refined[coarse]
+    if refined.any():
+        cell[refined] = np.clip(np.searchsorted(grid, place[refined], side="right") - 1, 0, cell_limit.size - 1)
     return cell_limit[cell] / (limit_scale(method, zeta) * frequency)
+
+
+@cache
+def _first_cells(method: Method) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first cell in each cell before refinement, found without a search, and whether there are more."""
+    edges = np.searchsorted(_nodes(method)[0], np.linspace(0, LAST_PLACE, CELLS + 1))
+    return edges[:-1], np.diff(edges) > 1
 
 
 def _ratio(place: np.ndarray) -> np.ndarray:
