@@ -65,8 +65,10 @@ def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
 
 
 def lane_rows(rows: int, count: int, lanes: int, value: float) -> np.ndarray:
-    """Return rows of at least so many doubles, a whole and odd number of times as many as a thread has lanes.
+    """Return rows for so many doubles, which hold a value beyond them up to a whole number of a thread's lanes.
 
-    Rows a power of 2 long would get into each other's way in a processor's cache.
+    The number is odd: rows a power of 2 long would get into each other's way in a processor's cache.
     """
-    return np.full((rows, (-(-count // lanes) | 1) * lanes), value)
+    array = np.empty((rows, (-(-count // lanes) | 1) * lanes))
+    array[:, count:] = value
+    return array

@@ -13,10 +13,11 @@ import numpy as np
 import warp as wp
 
 from warpdyn.kernels.arguments import lane_rows
-from warpdyn.kernels.build import CPU_LANES
 from warpdyn.kernels.plan import CPU_FLAGS
 from warpdyn.kernels.processor import align_rows
 
+# Measured: a division waits for the one before it, so that more lanes than registers hold are quicker all the same.
+LANES_OF_CHAINS = 64
 MOST_ITERATIONS = 200  # three or so find an eigenvalue, a few more where several are alike
 
 
@@ -138,9 +139,11 @@ def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
         Circular frequencies [rad/s], ascending, shape [structure, mode], structures next to each other in memory.
     """
     structures, storeys = mass.shape
-    arrays = [lane_rows(storeys, structures, CPU_LANES, 1.0) for _ in range(3)]
+    arrays = [lane_rows(storeys, structures, LANES_OF_CHAINS, 1.0) for _ in range(3)]
     for array, values in zip(arrays, (mass, stiffness), strict=False):
         array[:, :structures] = values.T
     inputs = [wp.array(array, copy=False, device="cpu") for array in arrays]
-    wp.launch(frequencies_kernel(storeys, CPU_LANES), dim=-(-structures // CPU_LANES), inputs=inputs, device="cpu")
+    wp.launch(
+        frequencies_kernel(storeys, LANES_OF_CHAINS), dim=-(-structures // LANES_OF_CHAINS), inputs=inputs, device="cpu"
+    )
     return arrays[2][:, :structures].T
