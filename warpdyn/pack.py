@@ -19,6 +19,7 @@ from warpdyn.modal import (
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.parts import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.propagators import damping_of, pack_linear
+from warpdyn.scatter import nominal_values
 from warpdyn.scene import Scene
 from warpdyn.stability import (
     highest_damping_rate,
@@ -43,11 +44,9 @@ def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = 
         count = len(next(iter(drawn.values()))[structures])
     else:
         count = structures.size if isinstance(structures, np.ndarray) else 1
-    values = scene.structure.parameters
-    nominal = values if scene.structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
     return {
         name: drawn[name][structures] if name in drawn else np.broadcast_to(value, (count, *value.shape))
-        for name, value in nominal.items()
+        for name, value in nominal_values(scene.structure).items()
     }
 
 

@@ -3,7 +3,7 @@
 Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns a counter of
 four words into four random words, under a key of two. The key is the seed; the counter holds, from its first word on, a
 counter, the purpose and the sample's index in two words. A sample's numbers so depend on the seed and its own index
-alone, however samples are divided. `kernels.philox` is the same on the device; this looks one sample's up.
+alone, however samples are divided. `kernels.philox` is the same in kernels; this looks a few up.
 """
 
 from __future__ import annotations

@@ -196,8 +196,7 @@ def correlation_factor(
     """
     variables: list[tuple[str, int]] = []
     for name, spread in scatter.items():
-        if isinstance(spread, Factor):
-            variables += [(name, i) for i in range(structure.dofs if spread.per == "storey" else 1)]
+        variables += [(name, i) for i in range(variables_of(structure, spread))]
     matrix = np.eye(len(variables))
     for row, (p, i) in enumerate(variables):
         for column, (q, j) in enumerate(variables[:row]):
