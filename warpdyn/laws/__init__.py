@@ -2,8 +2,20 @@
 
 from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
+from warpdyn.laws.ibarra_medina_krawinkler import (
+    IBARRA_MEDINA_KRAWINKLER_BILINEAR,
+    IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED,
+    IBARRA_MEDINA_KRAWINKLER_PINCHING,
+)
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
 
-LAWS = {"elastic": Law(), "bilinear": BILINEAR, "bouc_wen": BOUC_WEN}
+LAWS = {
+    "elastic": Law(),
+    "bilinear": BILINEAR,
+    "bouc_wen": BOUC_WEN,
+    "ibarra_medina_krawinkler_bilinear": IBARRA_MEDINA_KRAWINKLER_BILINEAR,
+    "ibarra_medina_krawinkler_peak_oriented": IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED,
+    "ibarra_medina_krawinkler_pinching": IBARRA_MEDINA_KRAWINKLER_PINCHING,
+}
 
 __all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]
