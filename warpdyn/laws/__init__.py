@@ -2,8 +2,17 @@
 
 from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
+from warpdyn.laws.elastic_perfectly_plastic import ELASTIC_PERFECTLY_PLASTIC
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
+from warpdyn.laws.multilinear import QUADRILINEAR, TRILINEAR
 
-LAWS = {"elastic": Law(), "bilinear": BILINEAR, "bouc_wen": BOUC_WEN}
+LAWS = {
+    "elastic": Law(),
+    "bilinear": BILINEAR,
+    "bouc_wen": BOUC_WEN,
+    "elastic_perfectly_plastic": ELASTIC_PERFECTLY_PLASTIC,
+    "trilinear": TRILINEAR,
+    "quadrilinear": QUADRILINEAR,
+}
 
 __all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]
