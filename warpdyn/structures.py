@@ -38,7 +38,8 @@ class ShearBuilding(CalibratedChain):
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
         law: Storey law: "elastic", "bilinear" (kinematic hardening), "bouc_wen", "elastic_perfectly_plastic",
-            "trilinear" and "quadrilinear" (corners at `ductility_2`, `force_ratio_2` and so on; kinematic hardening).
+            "trilinear" and "quadrilinear" (corners at `ductility_2`, `force_ratio_2` and so on; kinematic hardening),
+            "menegotto_pinto" (Steel02).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
             mass and initial stiffness); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.

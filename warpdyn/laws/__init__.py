@@ -4,6 +4,7 @@ from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
 from warpdyn.laws.elastic_perfectly_plastic import ELASTIC_PERFECTLY_PLASTIC
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
+from warpdyn.laws.menegotto_pinto import MENEGOTTO_PINTO
 from warpdyn.laws.multilinear import QUADRILINEAR, TRILINEAR
 
 LAWS = {
@@ -13,6 +14,7 @@ LAWS = {
     "elastic_perfectly_plastic": ELASTIC_PERFECTLY_PLASTIC,
     "trilinear": TRILINEAR,
     "quadrilinear": QUADRILINEAR,
+    "menegotto_pinto": MENEGOTTO_PINTO,
 }
 
 __all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]

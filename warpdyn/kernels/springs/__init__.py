@@ -7,6 +7,7 @@ The coefficients are prepared once per structure (`warpdyn.laws`), so that no di
 from warpdyn.kernels.springs.bilinear import BILINEAR
 from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
 from warpdyn.kernels.springs.elastic import ELASTIC
+from warpdyn.kernels.springs.menegotto_pinto import MENEGOTTO_PINTO, MENEGOTTO_PINTO_ISOTROPIC
 from warpdyn.kernels.springs.multilinear import MULTILINEAR_2, MULTILINEAR_3
 
 SPRINGS = {
@@ -17,4 +18,6 @@ SPRINGS = {
     "bouc_wen": BOUC_WEN,
     "multilinear_2": MULTILINEAR_2,
     "multilinear_3": MULTILINEAR_3,
+    "menegotto_pinto": MENEGOTTO_PINTO,
+    "menegotto_pinto_isotropic": MENEGOTTO_PINTO_ISOTROPIC,
 }
