@@ -39,7 +39,7 @@ class ShearBuilding(CalibratedChain):
         height: Storey height [m], shape [storey].
         law: Storey law: "elastic", "bilinear" (kinematic hardening), "bouc_wen", "elastic_perfectly_plastic",
             "trilinear" and "quadrilinear" (corners at `ductility_2`, `force_ratio_2` and so on; kinematic hardening),
-            "menegotto_pinto" (Steel02).
+            "menegotto_pinto" (Steel02), "peak_oriented" (Clough) or "takeda".
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
             mass and initial stiffness); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.

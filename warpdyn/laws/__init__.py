@@ -6,6 +6,7 @@ from warpdyn.laws.elastic_perfectly_plastic import ELASTIC_PERFECTLY_PLASTIC
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
 from warpdyn.laws.menegotto_pinto import MENEGOTTO_PINTO
 from warpdyn.laws.multilinear import QUADRILINEAR, TRILINEAR
+from warpdyn.laws.peak_oriented import PEAK_ORIENTED, TAKEDA
 
 LAWS = {
     "elastic": Law(),
@@ -15,6 +16,8 @@ LAWS = {
     "trilinear": TRILINEAR,
     "quadrilinear": QUADRILINEAR,
     "menegotto_pinto": MENEGOTTO_PINTO,
+    "peak_oriented": PEAK_ORIENTED,
+    "takeda": TAKEDA,
 }
 
 __all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]

@@ -9,6 +9,7 @@ from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
 from warpdyn.kernels.springs.elastic import ELASTIC
 from warpdyn.kernels.springs.menegotto_pinto import MENEGOTTO_PINTO, MENEGOTTO_PINTO_ISOTROPIC
 from warpdyn.kernels.springs.multilinear import MULTILINEAR_2, MULTILINEAR_3
+from warpdyn.kernels.springs.peak_oriented import PEAK_ORIENTED, TAKEDA
 
 SPRINGS = {
     "elastic": ELASTIC,
@@ -20,4 +21,6 @@ SPRINGS = {
     "multilinear_3": MULTILINEAR_3,
     "menegotto_pinto": MENEGOTTO_PINTO,
     "menegotto_pinto_isotropic": MENEGOTTO_PINTO_ISOTROPIC,
+    "peak_oriented": PEAK_ORIENTED,
+    "takeda": TAKEDA,
 }
