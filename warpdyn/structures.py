@@ -37,9 +37,11 @@ class ShearBuilding(CalibratedChain):
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
-        law: Storey law: "elastic", "bilinear" (kinematic hardening), "bouc_wen", or with a capping point and cyclic
-            deterioration "ibarra_medina_krawinkler_bilinear", "ibarra_medina_krawinkler_peak_oriented" or
-            "ibarra_medina_krawinkler_pinching" (parameters: `warpdyn.laws.ibarra_medina_krawinkler`).
+        law: Storey law, a row of `warpdyn.laws.LAWS`: "elastic", "bilinear" (kinematic hardening),
+            "elastic_perfectly_plastic", "trilinear", "quadrilinear", "menegotto_pinto" (Steel02), "bouc_wen",
+            "peak_oriented" (Clough), "takeda", or with a capping point and cyclic deterioration
+            "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or "..._pinching". Each law's module says what its
+            parameters are and what OpenSees calls them.
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
             mass and initial stiffness); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.

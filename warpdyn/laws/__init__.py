@@ -2,12 +2,16 @@
 
 from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
+from warpdyn.laws.elastic_perfectly_plastic import ELASTIC_PERFECTLY_PLASTIC
 from warpdyn.laws.ibarra_medina_krawinkler import (
     IBARRA_MEDINA_KRAWINKLER_BILINEAR,
     IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED,
     IBARRA_MEDINA_KRAWINKLER_PINCHING,
 )
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
+from warpdyn.laws.menegotto_pinto import MENEGOTTO_PINTO
+from warpdyn.laws.multilinear import QUADRILINEAR, TRILINEAR
+from warpdyn.laws.peak_oriented import PEAK_ORIENTED, TAKEDA
 
 LAWS = {
     "elastic": Law(),
@@ -16,6 +20,12 @@ LAWS = {
     "ibarra_medina_krawinkler_bilinear": IBARRA_MEDINA_KRAWINKLER_BILINEAR,
     "ibarra_medina_krawinkler_peak_oriented": IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED,
     "ibarra_medina_krawinkler_pinching": IBARRA_MEDINA_KRAWINKLER_PINCHING,
+    "elastic_perfectly_plastic": ELASTIC_PERFECTLY_PLASTIC,
+    "trilinear": TRILINEAR,
+    "quadrilinear": QUADRILINEAR,
+    "menegotto_pinto": MENEGOTTO_PINTO,
+    "peak_oriented": PEAK_ORIENTED,
+    "takeda": TAKEDA,
 }
 
 __all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]

@@ -17,6 +17,9 @@ from warpdyn.kernels.springs.ibarra_medina_krawinkler_peak import (
     IBARRA_MEDINA_KRAWINKLER_PINCHING,
     IBARRA_MEDINA_KRAWINKLER_PINCHING_POWER,
 )
+from warpdyn.kernels.springs.menegotto_pinto import MENEGOTTO_PINTO, MENEGOTTO_PINTO_ISOTROPIC
+from warpdyn.kernels.springs.multilinear import MULTILINEAR_2, MULTILINEAR_3
+from warpdyn.kernels.springs.peak_oriented import PEAK_ORIENTED, TAKEDA
 
 SPRINGS = {
     "elastic": ELASTIC,
@@ -30,4 +33,10 @@ SPRINGS = {
     "ibarra_medina_krawinkler_peak_oriented_power": IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED_POWER,
     "ibarra_medina_krawinkler_pinching": IBARRA_MEDINA_KRAWINKLER_PINCHING,
     "ibarra_medina_krawinkler_pinching_power": IBARRA_MEDINA_KRAWINKLER_PINCHING_POWER,
+    "multilinear_2": MULTILINEAR_2,
+    "multilinear_3": MULTILINEAR_3,
+    "menegotto_pinto": MENEGOTTO_PINTO,
+    "menegotto_pinto_isotropic": MENEGOTTO_PINTO_ISOTROPIC,
+    "peak_oriented": PEAK_ORIENTED,
+    "takeda": TAKEDA,
 }
