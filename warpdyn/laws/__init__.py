@@ -2,8 +2,14 @@
 
 from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
+from warpdyn.laws.hysteretic import HYSTERETIC
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
 
-LAWS = {"elastic": Law(), "bilinear": BILINEAR, "bouc_wen": BOUC_WEN}
+LAWS = {
+    "elastic": Law(),
+    "bilinear": BILINEAR,
+    "bouc_wen": BOUC_WEN,
+    "hysteretic": HYSTERETIC,
+}
 
 __all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]

@@ -7,6 +7,7 @@ The coefficients are prepared once per structure (`warpdyn.laws`), so that no di
 from warpdyn.kernels.springs.bilinear import BILINEAR
 from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
 from warpdyn.kernels.springs.elastic import ELASTIC
+from warpdyn.kernels.springs.hysteretic import HYSTERETIC, HYSTERETIC_SOFTER
 
 SPRINGS = {
     "elastic": ELASTIC,
@@ -14,4 +15,6 @@ SPRINGS = {
     "bouc_wen_1": BOUC_WEN_1,
     "bouc_wen_2": BOUC_WEN_2,
     "bouc_wen": BOUC_WEN,
+    "hysteretic": HYSTERETIC,
+    "hysteretic_softer_unloading": HYSTERETIC_SOFTER,
 }
