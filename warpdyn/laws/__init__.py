@@ -4,12 +4,14 @@ from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
 from warpdyn.laws.hysteretic import HYSTERETIC
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
+from warpdyn.laws.pinching4 import PINCHING4
 
 LAWS = {
     "elastic": Law(),
     "bilinear": BILINEAR,
     "bouc_wen": BOUC_WEN,
     "hysteretic": HYSTERETIC,
+    "pinching4": PINCHING4,
 }
 
 __all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]

@@ -8,6 +8,7 @@ from warpdyn.kernels.springs.bilinear import BILINEAR
 from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
 from warpdyn.kernels.springs.elastic import ELASTIC
 from warpdyn.kernels.springs.hysteretic import HYSTERETIC, HYSTERETIC_SOFTER
+from warpdyn.kernels.springs.pinching4 import PINCHING4, PINCHING4_CYCLE, PINCHING4_ENERGY
 
 SPRINGS = {
     "elastic": ELASTIC,
@@ -17,4 +18,7 @@ SPRINGS = {
     "bouc_wen": BOUC_WEN,
     "hysteretic": HYSTERETIC,
     "hysteretic_softer_unloading": HYSTERETIC_SOFTER,
+    "pinching4": PINCHING4,
+    "pinching4_energy_damage": PINCHING4_ENERGY,
+    "pinching4_cycle_damage": PINCHING4_CYCLE,
 }
