@@ -34,7 +34,9 @@ class ShearBuilding:
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
-        law: Storey law: "elastic", "bilinear" (kinematic hardening) or "bouc_wen".
+        law: Storey law: "elastic", "bilinear" (kinematic hardening) or "bouc_wen"; "baber_noori" (Bouc-Wen that
+            degrades and pinches), "hysteretic" (trilinear, pinching, damaged) or "pinching4" (four points, pinching,
+            damaged). Each law's parameters are in its file of `warpdyn.laws`, beside OpenSees' names of them.
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
             mass and initial stiffness); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.

@@ -1,5 +1,6 @@
 """Storey laws as data: the parameters a scene gives them, their bounds, and the coefficients a kernel reads."""
 
+from warpdyn.laws.baber_noori import BABER_NOORI
 from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
 from warpdyn.laws.hysteretic import HYSTERETIC
@@ -10,6 +11,7 @@ LAWS = {
     "elastic": Law(),
     "bilinear": BILINEAR,
     "bouc_wen": BOUC_WEN,
+    "baber_noori": BABER_NOORI,
     "hysteretic": HYSTERETIC,
     "pinching4": PINCHING4,
 }

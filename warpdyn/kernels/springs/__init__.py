@@ -4,6 +4,7 @@ A law sees the storey drift [m], its own memory and its coefficients, both as sh
 The coefficients are prepared once per structure (`warpdyn.laws`), so that no division stands in the time loop.
 """
 
+from warpdyn.kernels.springs.baber_noori import BABER_NOORI, BABER_NOORI_PINCHING
 from warpdyn.kernels.springs.bilinear import BILINEAR
 from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
 from warpdyn.kernels.springs.elastic import ELASTIC
@@ -16,6 +17,8 @@ SPRINGS = {
     "bouc_wen_1": BOUC_WEN_1,
     "bouc_wen_2": BOUC_WEN_2,
     "bouc_wen": BOUC_WEN,
+    "baber_noori": BABER_NOORI,
+    "baber_noori_pinching": BABER_NOORI_PINCHING,
     "hysteretic": HYSTERETIC,
     "hysteretic_softer_unloading": HYSTERETIC_SOFTER,
     "pinching4": PINCHING4,
