@@ -6,6 +6,7 @@ from opensees import finer, growing, material_forces, ratcheting, wandering
 from storey_steps import steps
 
 import warpdyn as wd
+from warpdyn.laws import LAWS
 from warpdyn.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
@@ -156,6 +157,12 @@ def test_energy_closes_and_never_falls(rules):
         assert dissipated[-1] > 10 * YIELD_ENERGY
 
 
+def test_rows():
+    for name, rules in RULES.items():
+        row = "baber_noori_pinching" if name in PINCHING else "baber_noori"
+        assert LAWS["baber_noori"].spring(building(SHAPES[0], rules).parameters) == row
+
+
 @pytest.mark.parametrize("rules", RULES)
 def test_tangents_and_precision(rules):
     drift = finer(PROTOCOLS["ratcheting"], 4)
@@ -165,6 +172,8 @@ def test_tangents_and_precision(rules):
         # The chord is across a step of RK4; where one goes through the kink at z = 0 it is less close.
         assert (np.abs(double.tangent - double.chord) < 2e-3 * STIFFNESS).mean() > 0.98
         np.testing.assert_allclose(double.tangent, double.chord, rtol=0, atol=0.05 * STIFFNESS)
+        stiffest = LAWS["baber_noori"].stiffest(storey.parameters)[0]
+        assert double.tangent.max() < stiffest * (1 + 1e-3)  # z falls back to a bound that falls, a little later
         single = steps(storey, drift.astype(np.float32), "float32")
         double = steps(storey, drift.astype(np.float32).astype(np.float64))
         assert single.force.dtype == np.float32

@@ -6,6 +6,7 @@ from opensees import growing, material_forces, ratcheting, wandering
 from storey_steps import steps
 
 import warpdyn as wd
+from warpdyn.laws import LAWS
 from warpdyn.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
@@ -97,6 +98,12 @@ def test_energy_closes_and_never_falls(backbone, rules):
     assert dissipated[-1] > YIELD_FORCE * YIELD_DRIFT
 
 
+def test_rows():
+    for rules in RULES.values():
+        row = "hysteretic_softer_unloading" if rules[4] > 0 else "hysteretic"
+        assert LAWS["hysteretic"].spring(building(BACKBONES["level"], rules).parameters) == row
+
+
 @pytest.mark.parametrize("rules", RULES)
 def test_trials_tangents_and_precision(rules):
     drift = PROTOCOLS["partial cycles"]
@@ -106,6 +113,8 @@ def test_trials_tangents_and_precision(rules):
         # A chord of 1e-7 of the drifts straddles a corner at most where a step ends on one.
         close = np.abs(double.tangent - double.chord) < 1e-5 * STIFFNESS
         assert close.mean() > 0.99
+        # Only the step that ends a gap may go up a steeper line: the next is held to the unloading stiffness.
+        assert (double.tangent > STIFFNESS * (1 + 1e-9)).mean() < 2e-3
         single = steps(building(backbone, RULES[rules]), drift.astype(np.float32), "float32")
         double = steps(building(backbone, RULES[rules]), drift.astype(np.float32).astype(np.float64))
         assert single.trial_force.dtype == np.float32
