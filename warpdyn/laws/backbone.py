@@ -17,8 +17,9 @@ def corner_parameters(corner: int) -> dict[str, Parameter]:
 
 def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return ductilities and force ratios of the backbone's corners, that of yield first."""
-    one = np.ones(np.broadcast_shapes(*(np.shape(values) for values in p.values())))
     numbers = range(2, count + 1)
+    names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
+    one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
     return [one, *(p[f"ductility_{i}"] * one for i in numbers)], [one, *(p[f"force_ratio_{i}"] * one for i in numbers)]
 
 
@@ -32,7 +33,7 @@ def backbone_problem(p: Values, count: int) -> str | None:
             bound = last if i == 1 else f"{last}{drift[i - 1][first_place(bad)]:g}"
             return f"{name} is {values[first_place(bad)]:g} ({place_in_words(bad)}); it must be above {bound}"
         rise, length = force[i] - force[i - 1], drift[i] - drift[i - 1]
-        if np.any(bad := rise > length):
+        if np.any(bad := rise > length * (1 + 1e-9)):  # rounding is forgiven
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_in_words(bad)}); it must be at most "
