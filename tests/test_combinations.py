@@ -63,6 +63,8 @@ VALUES = {  # of every parameter that a law or a damping takes
     "force_ratio_3": 1.8,
     "cracking_ratio": 0.5,
     "cracked_stiffness_ratio": 0.4,
+    "ductility_4": 10.0,
+    "force_ratio_4": 1.0,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
@@ -74,6 +76,10 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
     {"exponent": 3.0},
     {"isotropic_hardening": 0.1},
     {"deterioration_exponent": 1.5},
+    {"unloading_exponent": 0.5},
+    {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
+    {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
+    {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},
 )
 
 

@@ -39,9 +39,10 @@ class ShearBuilding(CalibratedChain):
         height: Storey height [m], shape [storey].
         law: Storey law, a row of `warpdyn.laws.LAWS`: "elastic", "bilinear" (kinematic hardening),
             "elastic_perfectly_plastic", "trilinear", "quadrilinear", "menegotto_pinto" (Steel02), "bouc_wen",
-            "peak_oriented" (Clough), "takeda", or with a capping point and cyclic deterioration
-            "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or "..._pinching". Each law's module says what its
-            parameters are and what OpenSees calls them.
+            "baber_noori" (Bouc-Wen that degrades and pinches), "peak_oriented" (Clough), "takeda", "hysteretic"
+            (trilinear, pinching, damaged), "pinching4" (four points, pinching, damaged), or with a capping point and
+            cyclic deterioration "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or "..._pinching". Each law's
+            parameters are in its file of `warpdyn.laws`, beside OpenSees' names of them.
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
             mass and initial stiffness); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.

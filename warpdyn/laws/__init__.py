@@ -1,8 +1,10 @@
 """Storey laws as data: the parameters a scene gives them, their bounds, and the coefficients a kernel reads."""
 
+from warpdyn.laws.baber_noori import BABER_NOORI
 from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
 from warpdyn.laws.elastic_perfectly_plastic import ELASTIC_PERFECTLY_PLASTIC
+from warpdyn.laws.hysteretic import HYSTERETIC
 from warpdyn.laws.ibarra_medina_krawinkler import (
     IBARRA_MEDINA_KRAWINKLER_BILINEAR,
     IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED,
@@ -12,6 +14,7 @@ from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
 from warpdyn.laws.menegotto_pinto import MENEGOTTO_PINTO
 from warpdyn.laws.multilinear import QUADRILINEAR, TRILINEAR
 from warpdyn.laws.peak_oriented import PEAK_ORIENTED, TAKEDA
+from warpdyn.laws.pinching4 import PINCHING4
 
 LAWS = {
     "elastic": Law(),
@@ -26,6 +29,9 @@ LAWS = {
     "menegotto_pinto": MENEGOTTO_PINTO,
     "peak_oriented": PEAK_ORIENTED,
     "takeda": TAKEDA,
+    "baber_noori": BABER_NOORI,
+    "hysteretic": HYSTERETIC,
+    "pinching4": PINCHING4,
 }
 
 __all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]

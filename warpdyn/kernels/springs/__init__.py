@@ -4,9 +4,11 @@ A law sees the storey drift [m], its own memory and its coefficients, both as sh
 The coefficients are prepared once per structure (`warpdyn.laws`), so that no division stands in the time loop.
 """
 
+from warpdyn.kernels.springs.baber_noori import BABER_NOORI, BABER_NOORI_PINCHING
 from warpdyn.kernels.springs.bilinear import BILINEAR
 from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
 from warpdyn.kernels.springs.elastic import ELASTIC
+from warpdyn.kernels.springs.hysteretic import HYSTERETIC, HYSTERETIC_SOFTER
 from warpdyn.kernels.springs.ibarra_medina_krawinkler_bilinear import (
     IBARRA_MEDINA_KRAWINKLER_BILINEAR,
     IBARRA_MEDINA_KRAWINKLER_BILINEAR_POWER,
@@ -20,6 +22,7 @@ from warpdyn.kernels.springs.ibarra_medina_krawinkler_peak import (
 from warpdyn.kernels.springs.menegotto_pinto import MENEGOTTO_PINTO, MENEGOTTO_PINTO_ISOTROPIC
 from warpdyn.kernels.springs.multilinear import MULTILINEAR_2, MULTILINEAR_3
 from warpdyn.kernels.springs.peak_oriented import PEAK_ORIENTED, TAKEDA
+from warpdyn.kernels.springs.pinching4 import PINCHING4, PINCHING4_CYCLE, PINCHING4_ENERGY
 
 SPRINGS = {
     "elastic": ELASTIC,
@@ -39,4 +42,11 @@ SPRINGS = {
     "menegotto_pinto_isotropic": MENEGOTTO_PINTO_ISOTROPIC,
     "peak_oriented": PEAK_ORIENTED,
     "takeda": TAKEDA,
+    "baber_noori": BABER_NOORI,
+    "baber_noori_pinching": BABER_NOORI_PINCHING,
+    "hysteretic": HYSTERETIC,
+    "hysteretic_softer_unloading": HYSTERETIC_SOFTER,
+    "pinching4": PINCHING4,
+    "pinching4_energy_damage": PINCHING4_ENERGY,
+    "pinching4_cycle_damage": PINCHING4_CYCLE,
 }
