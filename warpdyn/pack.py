@@ -19,6 +19,7 @@ from warpdyn.modal import (
     rayleigh_coefficients,
 )
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.p_delta import stiffness_under_gravity, storey_weight_over_height
 from warpdyn.propagators import damping_of, pack_linear
 from warpdyn.scene import Scene
 from warpdyn.stability import (
@@ -82,8 +83,11 @@ def pack_chain(scene: Scene, parameters: Arrays, spring: str, rayleigh: np.ndarr
         packed["storey_damping"] = (rayleigh[:, 1:] * stiffness).T
         packed["mass_damping"] = rayleigh[:, 0]
     elif scene.structure.damping == "modal":
-        matrices = modal_damping_matrix(mass, chain_stiffness_matrix(stiffness), parameters["damping_ratio"])
+        matrix = chain_stiffness_matrix(stiffness_under_gravity(parameters))
+        matrices = modal_damping_matrix(mass, matrix, parameters["damping_ratio"])
         packed["damping_matrix"] = matrices.reshape(structures, storeys * storeys).T
+    if "gravity_load" in parameters:
+        packed["storey_weight_over_height"] = storey_weight_over_height(parameters).T
     return packed
 
 
@@ -131,6 +135,7 @@ def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
         recorders=scene.record,
         method=method,
         dtype=dtype,
+        p_delta="gravity_load" in scene.structure.parameters and METHODS[method].kind != "exact",
     )
     return fitted(plan, is_gpu)
 
@@ -241,11 +246,16 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         rate = highest_damping_rate(mass_matrix, damping_matrix)
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
         return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
-    initial = circular_frequencies(mass, stiffness)
+    effective = stiffness_under_gravity(parameters)
+    initial = circular_frequencies(mass, effective)
     period, rayleigh = 2 * np.pi / initial[:, 0], np.zeros((len(mass), 2))
-    if damping == "storey":
-        dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
-        eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
+    if damping == "rayleigh":
+        first, second = (initial[:, mode - 1] for mode in scene.structure.damping_modes)
+        rayleigh = np.stack(rayleigh_coefficients(first, second, parameters["damping_ratio"]), axis=1)
+    if damping_of(scene) == "general":
+        dampers = chain_stiffness_matrix(parameters.get("damping_coefficient", rayleigh[:, 1:] * stiffness))
+        dampers += rayleigh[:, :1, None] * mass[:, :, None] * np.eye(mass.shape[1])
+        eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(effective))
         rate, decay = highest_damping_rate(mass, dampers), _slowest_decay(eigenvalues)
         stable = stable_step_of_eigenvalues(method, eigenvalues, initial[:, -1], rate)
     else:
@@ -254,8 +264,6 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         if damping == "modal":
             ratios += parameters["damping_ratio"][:, None]
         elif damping == "rayleigh":
-            first, second = (initial[:, mode - 1] for mode in scene.structure.damping_modes)
-            rayleigh = np.stack(rayleigh_coefficients(first, second, parameters["damping_ratio"]), axis=1)
             ratios += (rayleigh[:, :1] / initial + rayleigh[:, 1:] * initial) / 2
         stable = stable_step(method, initial, ratios).min(axis=1)
         rate = (2 * ratios * initial).max(axis=1)
@@ -263,8 +271,8 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         slower = np.where(ratios > 1, ratios + np.sqrt(np.maximum(ratios**2 - 1, 0)), 1.0)
         decay = (initial * np.where(ratios > 1, 1 / slower, ratios)).min(axis=1)
     if scene.structure.law != "elastic":
-        stiffest = LAWS[scene.structure.law].stiffest(parameters)
-        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > stiffness) else initial[:, -1]
+        stiffest = stiffness_under_gravity(parameters, LAWS[scene.structure.law].stiffest(parameters))
+        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else initial[:, -1]
         stable = stable_step_of_yielding(method, highest, rate, stable)
     return period, decay, stable, rayleigh
 

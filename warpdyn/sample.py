@@ -9,6 +9,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from warpdyn.laws import LAWS
+from warpdyn.p_delta import buckling_problem
 from warpdyn.random_numbers import SCATTER, consecutive, generator_of, uniform_rows
 from warpdyn.scatter import Factor, Listed, Scatter, Value, correlation_factor
 from warpdyn.structures import LinearSystem, ShearBuilding
@@ -89,7 +90,8 @@ class Sampler:
             problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures)
             if problem:
                 raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
-        problem = LAWS[self.structure.law].problem({**self.structure.parameters, **drawn})
+        values = {**self.structure.parameters, **drawn}
+        problem = LAWS[self.structure.law].problem(values) or buckling_problem(values)
         if problem:
             counted = f", counted from structure {structures[0]}" if structures[0] else ""
             raise ValueError(f"drawn{counted}: {problem}")
