@@ -17,6 +17,7 @@ from warpdyn.modal import (
     rayleigh_coefficients,
 )
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.p_delta import stiffness_under_gravity, storey_weight_over_height
 from warpdyn.parts import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.propagators import damping_of, pack_linear
 from warpdyn.scatter import nominal_values
@@ -81,8 +82,11 @@ def pack_chain(scene: Scene, parameters: Arrays, spring: str, rayleigh: np.ndarr
         packed["storey_damping"] = (rayleigh[:, 1:] * stiffness).T
         packed["mass_damping"] = rayleigh[:, 0]
     elif scene.structure.damping == "modal":
-        matrices = modal_damping_matrix(mass, chain_stiffness_matrix(stiffness), parameters["damping_ratio"])
+        matrix = chain_stiffness_matrix(stiffness_under_gravity(parameters))
+        matrices = modal_damping_matrix(mass, matrix, parameters["damping_ratio"])
         packed["damping_matrix"] = matrices.reshape(structures, storeys * storeys).T
+    if "gravity_load" in parameters:
+        packed["storey_weight_over_height"] = storey_weight_over_height(parameters).T
     return packed
 
 
@@ -144,6 +148,7 @@ def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
         recorders=scene.record,
         method=method,
         dtype=dtype,
+        p_delta="gravity_load" in scene.structure.parameters and METHODS[method].kind != "exact",
     )
     return fitted(plan, is_gpu)
 
@@ -228,7 +233,7 @@ def vibration_of(scene: Scene, drawn: Arrays, method: Method, threads: int = 1) 
     """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
     count = len(next(iter(drawn.values()))) if drawn else 1
     at_a_time = STRUCTURES_AT_A_TIME
-    if scene.structure.damping in ("storey", "matrix"):
+    if scene.structure.family == "dense" or damping_of(scene) == "general":
         at_a_time = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
 
     def part(structures: slice) -> tuple[np.ndarray, ...]:
@@ -253,11 +258,16 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         rate = highest_damping_rate(mass_matrix, damping_matrix)
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
         return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
-    frequency = circular_frequencies(mass, stiffness).T  # [mode, structure]
+    effective = stiffness_under_gravity(parameters)
+    frequency = circular_frequencies(mass, effective).T  # [mode, structure]
     period, rayleigh = 2 * np.pi / frequency[0], np.zeros((2, len(mass)))
-    if damping == "storey":
-        dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
-        eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
+    if damping == "rayleigh":
+        first, second = (frequency[mode - 1] for mode in scene.structure.damping_modes)
+        rayleigh[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
+    if damping_of(scene) == "general":
+        dampers = chain_stiffness_matrix(parameters.get("damping_coefficient", rayleigh[1][:, None] * stiffness))
+        dampers += rayleigh[0][:, None, None] * mass[:, :, None] * np.eye(mass.shape[1])
+        eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(effective))
         rate, decay = highest_damping_rate(mass, dampers), _slowest_decay(eigenvalues)
         stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
     else:
@@ -266,8 +276,6 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         if damping == "modal":
             ratios += parameters["damping_ratio"]
         elif damping == "rayleigh":
-            first, second = (frequency[mode - 1] for mode in scene.structure.damping_modes)
-            rayleigh[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
             ratios += (rayleigh[0] / frequency + rayleigh[1] * frequency) / 2
         stable = stable_step(method, frequency, ratios).min(axis=0)
         rates = ratios * frequency
@@ -277,8 +285,8 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
         decay = rates.min(axis=0)
     if scene.structure.law != "elastic":
-        stiffest = LAWS[scene.structure.law].stiffest(parameters)
-        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > stiffness) else frequency[-1]
+        stiffest = stiffness_under_gravity(parameters, LAWS[scene.structure.law].stiffest(parameters))
+        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
         stable = stable_step_of_yielding(method, highest, rate, stable)
     return period, decay, stable, rayleigh.T
 

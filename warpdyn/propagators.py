@@ -17,6 +17,7 @@ from warpdyn.methods import METHODS, ImplicitMethod, Method
 from warpdyn.modal import chain_stiffness_matrix, rayleigh_coefficients
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.oscillators import HIGHEST_POWER, halvings_of, oscillator_increments
+from warpdyn.p_delta import stiffness_under_gravity
 from warpdyn.scene import Scene
 
 Arrays = dict[str, np.ndarray]
@@ -51,7 +52,9 @@ def damping_of(scene: Scene) -> str:
     Modes of the same frequency that the damping couples count as general; the same propagator, with more to multiply.
     """
     if scene.structure.family == "chain":
-        return "general" if scene.structure.damping == "storey" else "classical"
+        # Rayleigh's part of the stiffness is that of the springs alone: what gravity takes off is not in it.
+        couples = scene.structure.damping == "rayleigh" and "gravity_load" in scene.structure.parameters
+        return "general" if scene.structure.damping == "storey" or couples else "classical"
     matrices = scene.structure.parameters
     shape = eigh(matrices["stiffness"], matrices["mass"])[1]
     damping = np.abs(shape.T @ matrices["damping"] @ shape)
@@ -144,7 +147,7 @@ def _increments(
 
 def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
     """Return the modes of shear chains, their shapes as storey drifts, of unit modal mass."""
-    structure, mass, stiffness = scene.structure, parameters["mass"], parameters["stiffness"]
+    structure, mass, stiffness = scene.structure, parameters["mass"], stiffness_under_gravity(parameters)
     root = np.sqrt(mass)
     matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
     shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
@@ -157,6 +160,10 @@ def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
         omega = np.sqrt(squared[:, [mode - 1 for mode in structure.damping_modes]])
         of_mass, of_stiffness = rayleigh_coefficients(*omega.T, parameters["damping_ratio"])
         damping = of_mass[:, None] + of_stiffness[:, None] * squared
+        if damping_of(scene) == "general":
+            dampers = of_stiffness[:, None] * parameters["stiffness"]
+            damping = drift.transpose(0, 2, 1) @ (dampers[:, :, None] * drift)
+            damping += of_mass[:, None, None] * np.eye(structure.dofs)
     elif structure.damping == "modal":
         damping = 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
     else:

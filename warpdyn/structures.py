@@ -13,6 +13,7 @@ from warpdyn.calibration import CalibratedChain
 from warpdyn.checks import finite_numbers, one_of, real_numbers, whole_number
 from warpdyn.laws import LAWS, Parameter
 from warpdyn.modal import chain_stiffness_matrix, modal_properties
+from warpdyn.p_delta import buckling_problem, stiffness_under_gravity
 
 MAXIMUM_STOREYS = 60
 MAXIMUM_DOFS = 32
@@ -25,6 +26,7 @@ DAMPING = {
     "rayleigh": {"damping_ratio": DAMPING_RATIO},
     "modal": {"damping_ratio": DAMPING_RATIO},
 }
+GRAVITY_LOAD = Parameter("N", "vertical load of the floor that leans with the building", low=0.0)
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
@@ -44,8 +46,10 @@ class ShearBuilding(CalibratedChain):
             cyclic deterioration "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or "..._pinching". Each law's
             parameters are in its file of `warpdyn.laws`, beside OpenSees' names of them.
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
-            mass and initial stiffness); or "modal" (`damping_ratio` in every mode).
+            mass and initial stiffness, without P-Delta); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
+        gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, that leans with the
+            building (P-Delta); None for no P-Delta.
         **parameters: What the law and the damping take, one value or one a storey: `yield_force` [N],
             `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`.
 
@@ -53,8 +57,12 @@ class ShearBuilding(CalibratedChain):
     (Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v), where -beta < gamma <= beta. Its z is bounded by
     (beta + gamma)^(-1/n), which is 1 at the defaults, beta = gamma = 0.5: elsewhere it yields at that multiple of Fy.
 
+    With a gravity load each storey carries those from its floor up, W, and over its height h they push it over with the
+    force W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
+    base shear and storey forces are those of the springs alone: the shear in the columns.
+
     Raises:
-        ValueError: If a value is out of bounds, lengths differ, or a name is unknown.
+        ValueError: If a value is out of bounds, lengths differ, a name is unknown, or a storey buckles under its load.
     """
 
     family = "chain"
@@ -68,6 +76,7 @@ class ShearBuilding(CalibratedChain):
         law: str = "elastic",
         damping: str = "none",
         damping_modes: tuple[int, int] | None = None,
+        gravity_load: ArrayLike | None = None,
         **parameters: ArrayLike,
     ) -> None:
         one_of("storey law", law, LAWS)
@@ -78,11 +87,14 @@ class ShearBuilding(CalibratedChain):
                 "mass": Parameter("kg", "floor mass", low=0.0, low_open=True),
                 "stiffness": Parameter("N m-1", "initial storey stiffness", low=0.0, low_open=True),
                 "height": Parameter("m", "storey height", low=0.0, low_open=True),
+                **({} if gravity_load is None else {"gravity_load": GRAVITY_LOAD}),
                 **LAWS[law].parameters,
                 **DAMPING[damping],
             }
         )
         given = {"mass": mass, "stiffness": stiffness, "height": height, **parameters}
+        if gravity_load is not None:
+            given["gravity_load"] = gravity_load
         for name in given:
             if name not in self.parameter_table:
                 takes = ", ".join(self.parameter_table)
@@ -116,7 +128,7 @@ class ShearBuilding(CalibratedChain):
             if problem:
                 raise ValueError(problem)
             arrays[name].flags.writeable = False
-        problem = LAWS[law].problem(arrays)
+        problem = LAWS[law].problem(arrays) or buckling_problem(arrays)
         if problem:
             raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
@@ -142,7 +154,9 @@ class ShearBuilding(CalibratedChain):
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped building."""
-        return modal_properties(self.parameters["mass"], chain_stiffness_matrix(self.parameters["stiffness"]))
+        return modal_properties(
+            self.parameters["mass"], chain_stiffness_matrix(stiffness_under_gravity(self.parameters))
+        )
 
     @property
     def fundamental_period(self) -> float:

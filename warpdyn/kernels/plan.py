@@ -37,6 +37,7 @@ class Plan:
         lanes: Samples a thread carries.
         max_unroll: Loops up to this count are unrolled before the compiler sees them.
         sections: Threads that share a sample's storeys (a GPU's chains of many storeys), a power of 2.
+        p_delta: Whether gravity pushes leaning storeys over (chain, integrated step by step).
     """
 
     family: str
@@ -50,6 +51,7 @@ class Plan:
     lanes: int = 1
     max_unroll: int = 1
     sections: int = 1
+    p_delta: bool = False
 
 
 # On a processor too, products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where
@@ -133,7 +135,7 @@ def values_held(plan: Plan) -> dict[str, int]:
         structure = (3 * n) ** 2 + 6 * n if kind == "implicit" else 2 * n * n + n
         working = 3 * n if kind == "implicit" else 4 * n
     else:
-        structure = n * (1 + spring.coefficients) + dampers[plan.damping]
+        structure = n * (1 + spring.coefficients + plan.p_delta) + dampers[plan.damping]
         working = 2 * moving * n
     if kind == "explicit":
         method = tableau(plan)
@@ -179,6 +181,7 @@ def structs(dtype_name: str) -> SimpleNamespace:
         inverse_height: table
         coefficients: table  # of the storey law, [storey x coefficient, structure]
         storey_damping: table
+        storey_weight_over_height: table  # of gravity
         mass_damping: plain  # Rayleigh's factor of the mass, [structure]
         damping_matrix: table  # [dof x dof, structure]
         # A linear system's matrices are those of the nominal system, [dof, dof]; each structure scales them.
