@@ -19,10 +19,13 @@ from warpdyn.records import far_field
 
 LIMIT = 0.1  # collapse drift ratio
 RECORDS = (0, 9, 18, 27, 36)  # of the far-field set: five earthquakes
-LEVELS = (0.3, 1.0, 2.5)  # Sa(T1) over what brings the building to yield
-OURS, THEIRS = 2.5e-3, 2.5e-4  # longest steps [s]; OpenSees' is of second order, and of first with a law's own rate
+OURS, THEIRS = (
+    2.5e-3,
+    5e-4,
+)  # longest steps [s]; OpenSees' is of second order, of first with the rate of Bouc-Wen storeys
 DAMPING_RATIO = 0.05
 TAIL = 12.0  # periods of free vibration
+MASS, HEIGHT = 1.0e5, 3.2  # of a floor [kg], of a storey [m]
 
 
 @dataclass(frozen=True)
@@ -31,55 +34,130 @@ class Compared:
 
     Args:
         building: The building.
-        materials: Uniaxial material and parameters of each storey.
+        material: OpenSees' uniaxial material of its storeys.
+        parameters: From yield force [N] and stiffness [N/m] of a storey to the material's parameters, in its order.
         yields_at: Sa(T1) at which it yields, roughly [g].
+        strengths: Of its motions, over that; the largest brings some to collapse.
     """
 
     building: wd.ShearBuilding
-    materials: list[tuple[str, list[float]]]
+    material: str
+    parameters: Callable[[float, float], list[float | str]]
     yields_at: float
+    strengths: tuple[float, ...]
+
+    @property
+    def levels(self) -> list[float]:
+        """Sa(T1) of its motions [g]."""
+        return [self.yields_at * strength for strength in self.strengths]
+
+    @property
+    def materials(self) -> list[tuple[str, list[float | str]]]:
+        """The material of each storey, from the ground up."""
+        p = self.building.parameters
+        storeys = zip(p["yield_force"].tolist(), p["stiffness"].tolist(), strict=True)
+        return [(self.material, self.parameters(force, stiffness)) for force, stiffness in storeys]
 
     @property
     def weight_over_height(self) -> np.ndarray:
         """Gravity load that each storey carries over its height [N/m]; 0 without P-Delta."""
-        return np.zeros(self.building.storeys)
+        p = self.building.parameters
+        loads = p.get("gravity_load", np.zeros(self.building.storeys))
+        return np.cumsum(loads[::-1])[::-1] / p["height"]
 
 
-def frame(storeys: int, law: str, **parameters: object) -> wd.ShearBuilding:
-    """Return a building of a tenth of a second a storey whose strength follows the shears of a triangular load."""
-    mass = np.full(storeys, 1.0e5)
-    period = 0.4 if storeys == 1 else 0.12 * storeys + 0.1
-    shear = np.cumsum(np.arange(storeys, 0, -1.0))
-    stiffness = shear / shear[-1]
-    unit = wd.ShearBuilding(mass, stiffness * 1e8, 3.2).fundamental_period
+def frame(storeys: int, coefficient: float, law: str, **parameters: object) -> wd.ShearBuilding:
+    """Return a building of a tenth of a second a storey whose strength follows the shears of a triangular load.
+
+    Args:
+        storeys: Their number.
+        coefficient: Strength of the first storey over the building's weight.
+        law: Storey law.
+        **parameters: Its own, and the gravity load.
+    """
+    mass = np.full(storeys, MASS)
+    period = 0.4 if storeys == 1 else 0.1 * storeys + 0.1
+    shear = np.cumsum(np.arange(storeys, 0, -1.0))[::-1]
+    stiffness = shear / shear[0]
+    unit = wd.ShearBuilding(mass, stiffness * 1e8, HEIGHT).fundamental_period
     stiffness = stiffness * 1e8 * (unit / period) ** 2
-    yield_force = 0.2 * mass.sum() * STANDARD_GRAVITY * shear / shear[-1]
+    yield_force = coefficient * mass.sum() * STANDARD_GRAVITY * shear / shear[0]
     damping = {"damping": "rayleigh", "damping_ratio": DAMPING_RATIO}
-    return wd.ShearBuilding(mass, stiffness, 3.2, law=law, yield_force=yield_force, **damping, **parameters)
+    return wd.ShearBuilding(mass, stiffness, HEIGHT, law=law, yield_force=yield_force, **damping, **parameters)
 
 
-def bilinear(storeys: int) -> Compared:
+def bilinear(storeys: int, coefficient: float) -> Compared:
     """Return a building of bilinear storeys: Steel01."""
-    building = frame(storeys, "bilinear", hardening_ratio=0.03)
-    p = building.parameters
-    steel = [("Steel01", [f, k, 0.03]) for f, k in zip(p["yield_force"], p["stiffness"], strict=True)]
-    return Compared(building, steel, 0.2)
+    building = frame(storeys, coefficient, "bilinear", hardening_ratio=0.03)
+    return Compared(building, "Steel01", lambda force, stiffness: [force, stiffness, 0.03], coefficient, (2, 6, 10))
 
 
-def bouc_wen(storeys: int) -> Compared:
-    """Return a building of Bouc-Wen storeys; OpenSees' memory is a deformation."""
-    building = frame(storeys, "bouc_wen", hardening_ratio=0.03)
-    p = building.parameters
-    rows = [
-        ("BoucWen", [0.03, k, 1.0, 0.5 * k / f, 0.5 * k / f, 1.0, 0.0, 0.0, 0.0])
-        for f, k in zip(p["yield_force"], p["stiffness"], strict=True)
-    ]
-    return Compared(building, rows, 0.2)
+def menegotto_pinto(storeys: int, coefficient: float) -> Compared:
+    """Return a building of Menegotto and Pinto's storeys: Steel02, with isotropic hardening."""
+    own = {"hardening_ratio": 0.02, "transition_curvature": 18.0}
+    own |= {"isotropic_hardening": 0.02, "isotropic_hardening_ductility": 3.0}
+    building = frame(storeys, coefficient, "menegotto_pinto", **own)
+    curve = [0.02, 18.0, 0.925, 0.15, 0.02, 3.0, 0.02, 3.0]
+    return Compared(building, "Steel02", lambda force, stiffness: [force, stiffness, *curve], coefficient, (2, 6, 14))
+
+
+def ibarra_medina_krawinkler(storeys: int, coefficient: float) -> Compared:
+    """Return a building of peak-oriented storeys that deteriorate, caps at 2 % and has no strength left at 12 %."""
+    to_capping, post_capping, ratio, residual, lasting = 0.02 * HEIGHT, 0.10 * HEIGHT, 1.1, 0.05, 0.8 * HEIGHT
+    own = {"plastic_drift_to_capping": to_capping, "post_capping_drift": post_capping}
+    own |= {"capping_force_ratio": ratio, "residual_force_ratio": residual}
+    modes = ("strength", "post_capping", "unloading", "reloading")
+    own |= {f"{mode}_deterioration_drift": lasting for mode in modes}
+    building = frame(storeys, coefficient, "ibarra_medina_krawinkler_peak_oriented", **own)
+
+    def parameters(force: float, stiffness: float) -> list[float | str]:
+        side = [to_capping, post_capping, 1e9, force, ratio, residual]
+        return [stiffness, *side, *side, *[lasting] * 4, *[1.0] * 4, 1.0, 1.0]
+
+    return Compared(building, "IMKPeakOriented", parameters, coefficient, (2, 4, 8))
+
+
+def pinching4(storeys: int, coefficient: float) -> Compared:
+    """Return a building of four-point storeys, pinched as in GEM's toolkit and damaged by drift and energy."""
+    ductility, ratio = (4.0, 8.0, 16.0), (1.2, 1.3, 0.3)
+    pinching = {"reloading_drift": 0.5, "reloading_force": 0.25, "unloading_force": 0.05}
+    damage = {  # by drift, by energy, their exponents, limit
+        "stiffness": (0.3, 0.1, 0.8, 0.6, 0.5),
+        "reloading": (0.1, 0.1, 0.8, 0.6, 0.3),
+        "strength": (0.1, 0.2, 1.0, 0.6, 0.4),
+    }
+    own = {f"ductility_{i + 2}": value for i, value in enumerate(ductility)} | pinching
+    own |= {f"force_ratio_{i + 2}": value for i, value in enumerate(ratio)}
+    names = ("by_drift", "by_use", "drift_exponent", "use_exponent", "limit")
+    for kind, values in damage.items():
+        own |= {f"{kind}_damage_{name}": value for name, value in zip(names, values, strict=True)}
+    building = frame(storeys, coefficient, "pinching4", **own)
+
+    def parameters(force: float, stiffness: float) -> list[float | str]:
+        corners = zip((1.0, *ratio), (1.0, *ductility), strict=True)
+        side = [value for f, d in corners for value in (f * force, d * force / stiffness)]
+        numbers = [*side, *(-value for value in side), *pinching.values(), *pinching.values()]
+        return [*numbers, *(value for kind in damage.values() for value in kind), 10.0, "energy"]
+
+    return Compared(building, "Pinching4", parameters, coefficient, (1, 2, 5))
+
+
+def bouc_wen(storeys: int, coefficient: float) -> Compared:
+    """Return a building of Bouc-Wen storeys whose slope gravity turns negative; OpenSees' memory is a deformation."""
+    building = frame(storeys, coefficient, "bouc_wen", hardening_ratio=0.02, gravity_load=MASS * STANDARD_GRAVITY)
+
+    def parameters(force: float, stiffness: float) -> list[float | str]:
+        return [0.02, stiffness, 1.0, 0.5 * stiffness / force, 0.5 * stiffness / force, 1.0, 0.0, 0.0, 0.0]
+
+    return Compared(building, "BoucWen", parameters, coefficient, (1.5, 4, 8))
 
 
 BUILDINGS: dict[str, Callable[[], Compared]] = {
-    "bilinear, 3 storeys": lambda: bilinear(3),
-    "Bouc-Wen, 5 storeys": lambda: bouc_wen(5),
+    "bilinear, 1 storey": lambda: bilinear(1, 0.30),
+    "Menegotto-Pinto, 3 storeys": lambda: menegotto_pinto(3, 0.25),
+    "peak-oriented, 5 storeys": lambda: ibarra_medina_krawinkler(5, 0.20),
+    "four-point, 10 storeys": lambda: pinching4(10, 0.15),
+    "Bouc-Wen with P-Delta, 20 storeys": lambda: bouc_wen(20, 0.10),
 }
 
 
@@ -113,17 +191,17 @@ class Outcome:
         return float(np.abs(np.subtract(*self.residual)).max() / self.theirs.max())
 
 
-def compare(compared: Compared, record: int, level: float, longest_step: float = THEIRS) -> Outcome:
-    """Run a building under a far-field record at a level over that of its yielding, OpenSees at a step of its own."""
+def compare(compared: Compared, record: int, level: float, ours: float = OURS, theirs: float = THEIRS) -> Outcome:
+    """Run a building under a far-field record at a level [g], by both, at longest steps [s] of each."""
     building, period = compared.building, compared.building.fundamental_period
     scene = wd.Scene(
         building,
-        wd.Stripes([far_field()[record]], [level * compared.yields_at], wd.SpectralAcceleration(period)),
+        wd.Stripes([far_field()[record]], [level], wd.SpectralAcceleration(period)),
         record=("drift", "residual"),
         collapse_drift_ratio=LIMIT,
         tail=TAIL * period,
     )
-    run = wd.simulate(scene, longest_step=OURS, dtype="float64")
+    run = wd.simulate(scene, longest_step=ours, dtype="float64")
     motion = scene.excitation.motions[0]
     intervals = len(motion.values) - 1 + int(np.ceil(TAIL * period / motion.step * (1 - 1e-9)))
     p, modes = building.parameters, building.modal()["circular_frequency"].values
@@ -137,7 +215,7 @@ def compare(compared: Compared, record: int, level: float, longest_step: float =
         float(run["scale_factor_of_motion"][0]) * motion.values,
         motion.step,
         intervals,
-        int(np.ceil(motion.step / longest_step - 1e-9)),
+        int(np.ceil(motion.step / theirs - 1e-9)),
     )
     ratio = drift / p["height"]
     lost = ~np.isfinite(ratio).all()  # no equilibrium was found: OpenSees' way to collapse
@@ -154,16 +232,17 @@ def main() -> None:
     print(f"{'building':<32}{'record':>7}{'level':>6}  {'peak':>8} {'OpenSees':>8} {'apart':>8} {'residual apart':>15}")
     for name, make in BUILDINGS.items():
         if name.lower().startswith(tuple(sys.argv[1:] or [""])):
+            compared = make()
             for record in RECORDS:
-                for level in LEVELS:
-                    outcome = compare(make(), record, level)
+                for level in compared.levels:
+                    outcome = compare(compared, record, level)
                     rest = (
                         f"collapses {outcome.collapses}"
                         if any(outcome.collapses)
                         else f"{outcome.peak_error:8.2%} {outcome.residual_error:15.2%}"
                     )
                     peaks = f"{outcome.ours.max():8.4f} {outcome.theirs.max():8.4f}"
-                    print(f"{name:<32}{record:>7}{level:>6}  {peaks} {rest}", flush=True)
+                    print(f"{name:<32}{record:>7}{level:>6.2f}  {peaks} {rest}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,19 @@
-"""Whole histories beside OpenSees': one of each kind; `opensees_histories.py` runs all."""
+"""Whole histories beside OpenSees': one of each building, far beyond yield; `opensees_histories.py` runs all."""
 
 import pytest
 from opensees_histories import BUILDINGS, compare
 
+STEP = 2e-3  # s, of OpenSees: four times that of the whole table
+
 
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_a_yielding_history(name):
-    outcome = compare(BUILDINGS[name](), record=9, level=1.5, longest_step=1e-3)
-    assert outcome.theirs.max() > 0.002
+    compared = BUILDINGS[name]()
+    outcome = compare(compared, record=0, level=compared.levels[1], theirs=STEP)
+    p = compared.building.parameters
+    assert outcome.theirs.max() > 2 * (p["yield_force"] / p["stiffness"] / p["height"]).max()
     assert outcome.collapses == (False, False)
-    # What is left by OpenSees' step of 1 ms, and by ours of 2.5 ms.
-    assert outcome.peak_error < 0.002
-    assert outcome.residual_error < 0.002
+    # What OpenSees' step leaves. Its Bouc-Wen storeys are of first order in it: 0.3 % and 0.5 % at this one, a quarter
+    # of that at a quarter of it.
+    assert outcome.peak_error < 0.005
+    assert outcome.residual_error < 0.008
