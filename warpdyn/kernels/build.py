@@ -10,6 +10,7 @@ from warpdyn.kernels.dense import dense_kernel
 from warpdyn.kernels.implicit_chain import implicit_chain_kernel
 from warpdyn.kernels.linear import linear_kernel
 from warpdyn.kernels.plan import Plan, keeps_slopes, values_held
+from warpdyn.kernels.springs import SPRINGS
 from warpdyn.methods import METHODS
 
 # (structure's family, method's kind) -> kernel factory.
@@ -27,7 +28,9 @@ FAMILIES = {
 # A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; a few elastic
 # storeys share the loop among two samples, and where a chain needs more registers than there are, threads share it.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
-LONG_CHAIN, CPU_LONG_UNROLL = 8, 15  # longer ones than 8 storeys gain by it, up to this unrolling
+# Longer ones than 8 storeys gain by unrolling up to 15. So do laws of more than 8 values of memory, by three times: one
+# that is looked up by a variable index stays in memory, and its lanes go one by one.
+LONG_CHAIN, CPU_LONG_UNROLL = 8, 15
 GPU_LANES, GPU_LANES_OF_FEW_STOREYS, FEW_STOREYS, GPU_UNROLL = 1, 2, 3, 64
 # Registers of a thread, by what compiled kernels of 1 to 60 storeys took; those beside the storeys' own, by dtype; and
 # what sums of energies take [words].
@@ -56,7 +59,7 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
                     lanes = GPU_LANES_OF_FEW_STOREYS
             elif plan.dofs == 1:
                 lanes = CPU_LANES_OF_ONE_STOREY
-            elif LONG_CHAIN < plan.dofs <= CPU_LONG_UNROLL:
+            elif LONG_CHAIN < plan.dofs <= CPU_LONG_UNROLL or SPRINGS[plan.law].memory > CPU_UNROLL:
                 unroll = CPU_LONG_UNROLL
     return replace(plan, lanes=lanes, max_unroll=unroll if unrolls else 1, sections=sections)
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdyn.kernels.exponentials import exponential, power_of
 from warpdyn.kernels.springs.rate_law import along_drift
 from warpdyn.kernels.springs.spring import Spring
 
@@ -45,14 +46,14 @@ def _baber_noori(pinches: bool) -> Spring:
         speed = velocity * c[2]
         growth = wp.max(one - c[7] * energy, zero)
         nu = one + c[8] * energy
-        rate = growth * speed - nu * wp.pow(wp.abs(z), c[5]) * (c[4] * speed + c[3] * wp.abs(speed) * wp.sign(z))
+        rate = growth * speed - nu * power_of(wp.abs(z), c[5]) * (c[4] * speed + c[3] * wp.abs(speed) * wp.sign(z))
         rate = rate / (one + c[9] * energy)
         if PINCHES:
-            bound = wp.pow(growth / nu * c[17], c[16])
-            zeta1 = c[10] * (one - wp.exp(-c[11] * energy))
+            bound = power_of(growth / nu * c[17], c[16])
+            zeta1 = c[10] * (one - exponential(-c[11] * energy))
             zeta2 = (c[12] + c[13] * energy) * (c[14] + zeta1)
             apart = (wp.where(velocity < zero, -z, z) - c[15] * bound) / zeta2
-            rate = rate * (one - zeta1 * wp.exp(-apart * apart))
+            rate = rate * (one - zeta1 * exponential(-apart * apart))
         after = type(memory)()
         after[0] = rate
         after[1] = c[6] * z * speed
@@ -65,14 +66,14 @@ def _baber_noori(pinches: bool) -> Spring:
         growth = wp.max(one - c[7] * energy, type(drift)(LEAST_A))
         area = half * z * z
         if PINCHES:
-            bound = wp.pow(growth / (one + c[8] * energy) * c[17], c[16])
-            zeta1 = c[10] * (one - wp.exp(-c[11] * energy))
+            bound = power_of(growth / (one + c[8] * energy) * c[17], c[16])
+            zeta1 = c[10] * (one - exponential(-c[11] * energy))
             zeta2 = (c[12] + c[13] * energy) * (c[14] + zeta1)
             area = zero
             for k in range(8):
                 node = type(drift)(NODES[k])
                 apart = (wp.abs(z) * node * node + c[15] * bound) / zeta2
-                share = type(drift)(WEIGHTS[k]) / (one - zeta1 * wp.exp(-apart * apart))
+                share = type(drift)(WEIGHTS[k]) / (one - zeta1 * exponential(-apart * apart))
                 area += type(drift)(2.0) * z * z * node * node * node * share
         return half * c[0] * drift * drift + c[1] / c[2] * (one + c[9] * energy) / growth * area
 
@@ -81,9 +82,9 @@ def _baber_noori(pinches: bool) -> Spring:
         one = type(velocity)(1.0)
         size = wp.max(wp.abs(memory[0]), type(velocity)(1e-6))
         energy = wp.max(memory[1], type(velocity)(0.0))
-        slope = (one + c[8] * energy) * wp.pow(size, c[5]) / size * c[5] * (c[3] + wp.abs(c[4]))
+        slope = (one + c[8] * energy) * power_of(size, c[5]) / size * c[5] * (c[3] + wp.abs(c[4]))
         if PINCHES:
-            zeta1 = c[10] * (one - wp.exp(-c[11] * energy))
+            zeta1 = c[10] * (one - exponential(-c[11] * energy))
             slope += type(velocity)(STEEPEST) * zeta1 / ((c[12] + c[13] * energy) * (c[14] + zeta1))
         return wp.abs(velocity) * c[2] * slope / (one + c[9] * energy)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.kernels.exponentials import power_of
 from warpdyn.kernels.springs.rate_law import along_drift
 from warpdyn.kernels.springs.spring import Spring
 
@@ -37,7 +38,7 @@ def bouc_wen_2_relaxation(velocity: Any, memory: Any, c: Any):
 @wp.func
 def bouc_wen_relaxation(velocity: Any, memory: Any, c: Any):
     size = wp.max(wp.abs(memory[0]), type(velocity)(1e-6))
-    return wp.abs(velocity) * wp.pow(size, c[5]) / size * c[5] * (c[3] + wp.abs(c[4]))
+    return wp.abs(velocity) * power_of(size, c[5]) / size * c[5] * (c[3] + wp.abs(c[4]))
 
 
 @wp.func
@@ -60,7 +61,7 @@ def bouc_wen_2_evolve(velocity: Any, memory: Any, c: Any):
 def bouc_wen_evolve(velocity: Any, memory: Any, c: Any):
     z = memory[0]
     rate = type(memory)()
-    power = wp.pow(wp.abs(z), c[5])
+    power = power_of(wp.abs(z), c[5])
     rate[0] = velocity * (c[2] - c[4] * power) - power * c[3] * wp.abs(velocity) * wp.sign(z)
     return rate
 

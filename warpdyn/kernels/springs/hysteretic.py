@@ -14,6 +14,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.kernels.exponentials import power_of
 from warpdyn.kernels.springs.spring import Spring
 
 FARTHEST = wp.constant(wp.float64(1e16))  # m: damage that runs away stops there
@@ -86,7 +87,7 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
 
     def softer(farthest: Any, c: Any):
         if SOFTENS:
-            return wp.pow(wp.max(farthest, type(farthest)(1.0)), c[12])
+            return power_of(wp.max(farthest, type(farthest)(1.0)), c[12])
         return type(farthest)(1.0)
 
     softer.__qualname__ = f"{name}_softer"

@@ -13,6 +13,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.kernels.exponentials import power_of
 from warpdyn.kernels.springs.spring import Spring
 
 SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
@@ -30,7 +31,7 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
     def deterioration(spent: Any, left: Any, exponent: Any):
         share = wp.min(spent / wp.max(left, type(spent)(SMALLEST)), type(spent)(1.0))
         if POWERS:
-            share = wp.pow(share, exponent)
+            share = power_of(share, exponent)
         return share
 
     # Warp tells functions apart by name: those of two laws must not share one.

@@ -15,6 +15,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.kernels.exponentials import exponential, natural_logarithm
 from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
@@ -44,9 +45,9 @@ def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
 def transition(ratio: Any, inverse_exponent: Any):
     """Return g and its slope at a ratio r: never r^R where r is above 1, which single precision does not hold."""
     one = type(ratio)(1.0)
-    distance = wp.abs(wp.log(wp.max(ratio, type(ratio)(LEAST_RATIO))))
-    power = wp.exp(-distance / inverse_exponent)
-    root = wp.exp(-inverse_exponent * wp.log(one + power))
+    distance = wp.abs(natural_logarithm(wp.max(ratio, type(ratio)(LEAST_RATIO))))
+    power = exponential(-distance / inverse_exponent)
+    root = exponential(-inverse_exponent * natural_logarithm(one + power))
     slope = root / (one + power) * wp.where(ratio < one, one, power / wp.max(ratio, one))
     return wp.min(ratio, one) * root, slope
 
@@ -56,7 +57,7 @@ def area_under(height: Any, inverse_exponent: Any):
     """Return the integral of r over g from 0 to a height of at most about a half, by the binomial series."""
     one = type(height)(1.0)
     exponent = one / inverse_exponent
-    power = wp.exp(exponent * wp.log(wp.max(height, type(height)(LEAST_RATIO))))
+    power = exponential(exponent * natural_logarithm(wp.max(height, type(height)(LEAST_RATIO))))
     total = type(height)(0.5)
     term = one
     for k in range(TERMS):
@@ -81,7 +82,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         branch[5] = wp.where(upward, wp.max(memory[5], -memory[0] - one), memory[5])
         if IS_ISOTROPIC:
             width = (branch[4] + branch[5] + one + one) * c[7]
-            branch[6] = c[6] * wp.exp(type(direction)(0.8) * wp.log(width))
+            branch[6] = c[6] * exponential(type(direction)(0.8) * natural_logarithm(width))
         return branch
 
     def yield_level(memory: Any):

@@ -20,6 +20,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.kernels.exponentials import exponential, natural_logarithm
 from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
@@ -52,7 +53,7 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
             peak = c[7] + wp.where(side > c[9], side, other)
             until_yield = wp.min(peak, one)
             slope = (backbone(until_yield, c) + c[2] * c[7]) / (until_yield + c[7])
-            slope *= wp.exp(-c[8] * wp.log(wp.max(peak, one)))
+            slope *= exponential(-c[8] * natural_logarithm(wp.max(peak, one)))
             # No softer than towards the origin: unloading would end on the other side of it.
             slope = wp.max(slope, backbone(peak, c) / peak)
         return slope

@@ -18,6 +18,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.kernels.exponentials import power_of
 from warpdyn.kernels.springs.spring import Spring
 
 # The storey is elastic, whatever its direction, until it passes this.
@@ -194,8 +195,8 @@ def _pinching4(damage: str | None) -> Spring:
             stands = wp.abs(x) * c[27] >= one  # beyond the last corner damage waits
             for kind in range(3):
                 limit = c[12 + 5 * kind]
-                lost = c[13 + 5 * kind] * wp.pow(reach, c[15 + 5 * kind])
-                more = c[14 + 5 * kind] * wp.pow(spent, c[16 + 5 * kind])
+                lost = c[13 + 5 * kind] * power_of(reach, c[15 + 5 * kind])
+                more = c[14 + 5 * kind] * power_of(spent, c[16 + 5 * kind])
                 lost = wp.min(wp.where(counts, lost + more, lost), limit)
                 lost = wp.where(is_exhausted, limit, lost)
                 if kind == 0:

@@ -1,0 +1,78 @@
+"""Exponentials and logarithms that a processor takes 16 at a time in single precision; its own library's go one by one.
+
+A logarithm, and the power that is made of it, is of normal numbers above 0, and of 0. On a GPU, and in double
+precision, they are the library's.
+"""
+
+from typing import Any
+
+import warp as wp
+
+
+# Cephes' expf (Moshier 1989), within an ulp and a half: e^x = 2^k e^r with |r| <= log(2) / 2.
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+return expf(x);
+#else
+float bounded = x > 88.0f ? 88.0f : x;
+bounded = bounded < -87.0f ? -87.0f : bounded;
+float scaled = bounded * 1.44269504f;
+int k = (int)(scaled < 0.0f ? scaled - 0.5f : scaled + 0.5f);
+float r = bounded - 0.693359375f * k + 2.12194440e-4f * k;
+float sum = 1.9875691500e-4f;
+sum = sum * r + 1.3981999507e-3f;
+sum = sum * r + 8.3334519073e-3f;
+sum = sum * r + 4.1665795894e-2f;
+sum = sum * r + 1.6666665459e-1f;
+sum = sum * r + 5.0000001201e-1f;
+sum = sum * r * r + r + 1.0f;
+float value = sum * __builtin_bit_cast(float, (k + 127) << 23);
+value = x > 88.0f ? INFINITY : value;
+return x < -87.0f ? 0.0f : value;
+#endif
+""")
+def exponential(x: wp.float32) -> wp.float32: ...
+
+
+@wp.func_native("return exp(x);")
+def exponential(x: wp.float64) -> wp.float64: ...  # noqa: F811
+
+
+# Cephes' logf: log x = e log 2 + log(1 + m) with 1 + m from sqrt(1/2) to sqrt(2).
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+return logf(x);
+#else
+int bits = __builtin_bit_cast(int, x);
+float m = __builtin_bit_cast(float, (bits & 0x007fffff) | 0x3f000000);
+bool small = m < 0.707106781f;
+float e = (float)((bits >> 23) - 126 - (small ? 1 : 0));
+m = (small ? m + m : m) - 1.0f;
+float z = m * m;
+float sum = 7.0376836292e-2f;
+sum = sum * m - 1.1514610310e-1f;
+sum = sum * m + 1.1676998740e-1f;
+sum = sum * m - 1.2420140846e-1f;
+sum = sum * m + 1.4249322787e-1f;
+sum = sum * m - 1.6668057665e-1f;
+sum = sum * m + 2.0000714765e-1f;
+sum = sum * m - 2.4999993993e-1f;
+sum = sum * m + 3.3333331174e-1f;
+sum = sum * m * z - 2.12194440e-4f * e - 0.5f * z;
+float value = m + sum + 0.693359375f * e;
+return x > 0.0f ? value : x - INFINITY;
+#endif
+""")
+def natural_logarithm(x: wp.float32) -> wp.float32: ...
+
+
+@wp.func_native("return log(x);")
+def natural_logarithm(x: wp.float64) -> wp.float64: ...  # noqa: F811
+
+
+@wp.func
+def power_of(x: Any, exponent: Any):
+    """Return x, no less than 0, to an exponent of at least 0."""
+    zero = type(x)(0.0)
+    of_zero = wp.where(exponent == zero, type(x)(1.0), zero)
+    return wp.where(x == zero, of_zero, exponential(exponent * natural_logarithm(x)))
