@@ -34,7 +34,7 @@ from warpdyn import store
 
 # Columns of the measurements: what they are in words, their units, and what stands where a row has no value.
 COLUMNS: dict[str, tuple[str, str, Any]] = {
-    "part": ("part of the benchmark: kernels, or scaling over samples, threads or gpus", "1", ""),
+    "part": ("part of the benchmark: kernels, every law, or scaling over samples, threads or gpus", "1", ""),
     "peer": ("who integrates", "1", ""),
     "device": ("device", "1", ""),
     "threads": ("CPU threads, 0 on a GPU", "1", 0),
@@ -134,6 +134,8 @@ def build_dataset(devices: list[str], size: dict[str, Any]) -> xr.Dataset:
 
     first = [device for device in devices if device in ("cpu", "cuda:0")] or devices[:1]
     kernels, peers = cases.kernel_cases(first, size), cases.peer_cases(first, size)
+    for case in (case for device in first for case in cases.law_cases(device, size)):
+        (kernels if case["peer"] == "warpdyn" else peers).append(case)
     scaled = [cases.scaling_case(device, 256, size) for device in devices]
     timed("compiling", lambda: compile_kernels([*kernels, *scaled]))
     rows = timed("kernels", lambda: measure_kernels(kernels))

@@ -7,7 +7,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case
+from peers.case import YIELD_DRIFT, Case
+from peers.storey_laws import LAWS as STOREY_LAWS
 from scipy.signal import cont2discrete, lfilter
 
 import warpdyn as wd
@@ -24,6 +25,7 @@ RECORDERS = {"drift": ("drift",), "all": None}
 FULL: dict[str, Any] = {
     "storeys": STOREYS,
     "laws": LAWS,
+    "every_law": tuple(STOREY_LAWS),
     "dtypes": BOTH,
     "steps": 2000,
     "dof_steps": 5e7,
@@ -36,6 +38,7 @@ FULL: dict[str, Any] = {
 QUICK = FULL | {
     "storeys": (3,),
     "laws": ("bouc_wen",),
+    "every_law": ("bilinear",),
     "dtypes": ("float32",),
     "steps": 200,
     "dof_steps": 1e6,
@@ -105,6 +108,19 @@ def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]
         for row in PEERS
         for case in _peer_cases(row, kinds.get(row["device"], NO_DEVICE), size)
     ]
+
+
+def law_cases(device: str, size: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the cases of every law in five storeys by warpdyn, and on a CPU by OpenSeesPy at the same step."""
+    cases = []
+    for law in size["every_law"]:
+        case = _case(device, law, 5, "float32", size) | {"part": "laws", "recorders": "drift", "substeps": 8}
+        samples = max(256, case["samples"] // 8)
+        case |= {"samples": samples, "run_samples": samples}
+        cases.append(case | {"peer": "warpdyn"})
+        if device == "cpu":
+            cases.append(case | {"peer": "opensees_newmark", "run_samples": 4})
+    return cases
 
 
 def scaling_case(device: str, samples: int, size: dict[str, Any]) -> dict[str, Any]:
@@ -204,7 +220,7 @@ def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray
     own = {}
     if law != "elastic":
         values["yield_force"] = YIELD_DRIFT * values["stiffness"]
-        own = {"yield_force": values["yield_force"][0], "hardening_ratio": HARDENING_RATIO}
+        own = {"yield_force": values["yield_force"][0], **STOREY_LAWS[law].parameters(YIELD_DRIFT)}
     first = {name: values[name][0] for name in names}
     building = wd.ShearBuilding(**first, height=3.0, law=law, damping="storey", **own)
     if chosen is None:

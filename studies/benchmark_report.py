@@ -34,6 +34,7 @@ def print_report(result: xr.Dataset) -> None:
     print(f"\n{result.attrs['processor']}; GPU: {result.attrs['gpu']}\n{result.attrs['source']}")
     _print_kernels(measurements(result, "kernels"))
     _print_peers(beside_peers(result))
+    _print_laws(measurements(result, "laws"))
     _print_scaling(result)
     _print_jobs(result)
     print("\nstart of a process of the main job [s]: importing, first run, second run")
@@ -70,6 +71,20 @@ def _print_peers(table: pd.DataFrame) -> None:
     absent = table[table["seconds"].isna()].drop_duplicates(["peer", "device", "status", "note"])
     for row in absent.itertuples():
         print(f"  {LABELS.get(row.peer, row.peer):<27} {row.device:<8} {row.status}: {row.note}")
+
+
+def _print_laws(table: pd.DataFrame) -> None:
+    print(
+        "\nevery law, 5 storeys, float32, steps of 1/8: DOF-steps/s on one CPU core, OpenSeesPy's, the ratio; on a GPU"
+    )
+    for law, rows in table.groupby("law", sort=False):
+        speeds = {}
+        for row in rows.itertuples():
+            speeds["GPU" if row.gpus else row.peer] = row.dof_steps_per_second
+        own, theirs = (speeds.get(peer, np.nan) for peer in ("warpdyn", "opensees_newmark"))
+        numbers = f"{own:9.2e} {theirs:9.2e} {own / theirs:7.0f} {speeds.get('GPU', np.nan):9.2e}"
+        failed = ", ".join(f"{row.peer} {row.status}" for row in rows.itertuples() if row.status != "measured")
+        print(f"  {law:<40} {numbers}  {failed}")
 
 
 def _print_scaling(result: xr.Dataset) -> None:

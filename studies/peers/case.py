@@ -25,7 +25,7 @@ class Case:
     """An ensemble and the terms it is integrated on.
 
     Args:
-        law: "elastic" or "bouc_wen".
+        law: A row of `peers.storey_laws.LAWS`; most peers have "elastic" and "bouc_wen" alone.
         dtype: "float32" or "float64".
         device: "cpu" or "cuda:0".
         step: Integration step [s].
