@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.checks import finite_numbers
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.storey_path import storey_path_kernel
 from warpdyn.kernels.storey_step import storey_step_kernel
 from warpdyn.lateral_loads import floor_loads, storey_shears
@@ -116,7 +116,7 @@ class _PushedChain:
         self.elastic_drift = shears / self.stiffness
         self.roof_stiffness = 1 / self.elastic_drift.sum()
         self.elastic_drift *= self.roof_stiffness
-        memory = (max(1, SPRINGS[row].memory), storeys)
+        memory = (max(1, spring_row(row).memory), storeys)
         # The kernel and numpy share these.
         self.drift, self.trial = np.zeros(storeys), np.zeros(storeys)
         self.memory, self.trial_memory = np.zeros(memory), np.full(memory, np.nan)

@@ -25,8 +25,9 @@ from warpdyn.kernels.plan import (
 )
 from warpdyn.kernels.processor import ELEMENT, LARGER, NEIGHBOURS, across_warp, align_rows, see_neighbours
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
+from warpdyn.kernels.viscous_dampers import VALUES, damper_force
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
 
 
@@ -35,26 +36,27 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates shear chains as the plan says."""
     dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
     larger, element = LARGER[plan.dtype], ELEMENT[plan.dtype]
-    spring, load = SPRINGS[plan.law], LOADS[plan.load]
+    spring, load = spring_row(plan.law), LOADS[plan.load]
     # A thread carries a section of the storeys, all of them on a processor; N are those of a section.
     STOREYS, SECTIONS, LANES, C, M = plan.dofs, plan.sections, plan.lanes, spring.coefficients, spring.memory
     N = -(-STOREYS // SECTIONS)
     IS_SPLIT = SECTIONS > 1
-    SEES_FOOT = IS_SPLIT and ("residual" in plan.recorders or (spring.evolve is not None and not spring.is_rate))
+    SEES_FOOT = IS_SPLIT and ("residual" in plan.recorders or spring.evolve is not None)
     SPLIT_ENERGY = IS_SPLIT and "energy" in plan.recorders
     SPLIT_TIME = IS_SPLIT and "time_of_peak" in plan.recorders
     SPLIT_STIFF = IS_SPLIT and spring.relaxation is not None
     below, above_of, across, together = NEIGHBOURS[plan.dtype]
-    HAS_MEMORY, IS_RATE, IS_STIFF = spring.evolve is not None, spring.is_rate, spring.relaxation is not None
-    IS_MAPPING = HAS_MEMORY and not IS_RATE
+    IS_MAPPING, IS_RATE, IS_STIFF = (part is not None for part in (spring.evolve, spring.rate, spring.relaxation))
     # Warp looks names up in branches that are never built too, so each must be some function.
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
-    evolve, relaxation_of = spring.evolve or spring.force, spring.relaxation or spring.force
+    evolve, rate_of, relaxation_of = (part or spring.force for part in (spring.evolve, spring.rate, spring.relaxation))
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
     IS_RECORD = IS_BASE and not IS_NOISE
     Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
-    STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
+    STOREY_DAMPING = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
+    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping == "rayleigh"
+    HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders
@@ -64,6 +66,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
+    dampers = wp.types.matrix(shape=(N * VALUES if POWER_DAMPERS else 1, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
     method = tableau(plan)
     STAGES, KEEPS_SLOPES, ADAPTIVE, STARTS_HALFWAY = method.stages, method.keeps_slopes, method.adaptive, method.halfway
@@ -122,6 +125,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         mass = matrix()
         inverse_height = matrix()
         damping = matrix()
+        power_damper = dampers()
         damping_matrix = square()
         mass_damping = row()
         coefficients = table()
@@ -209,6 +213,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         inverse_height[i, j] = structures.inverse_height[g, s]
                     if STOREY_DAMPING:
                         damping[i, j] = structures.storey_damping[g, s]
+                    if POWER_DAMPERS:
+                        for q in range(VALUES):
+                            power_damper[i * VALUES + q, j] = structures.viscous_damper[g * VALUES + q, s]
                     if IS_HARMONIC:
                         amplitude[i, j] = loads.amplitude[g] * scale[j]
                     for q in range(C):
@@ -409,6 +416,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 f = force_of(drift, memory, c)
                                 if STOREY_DAMPING:
                                     f += damping[0, j] * rate
+                                if POWER_DAMPERS:
+                                    f += damper_force(rate, power_damper[0, j], power_damper[1, j], power_damper[2, j])
                                 roof[j] = above_of(f, section, SECTIONS)
                         for j in range(LANES):
                             above[j] = roof[j]
@@ -454,6 +463,18 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 f = restoring
                                 if STOREY_DAMPING:
                                     dashpot = damping[i, j] * rate
+                                if POWER_DAMPERS:
+                                    of_velocity_power = damper_force(
+                                        rate,
+                                        power_damper[i * VALUES, j],
+                                        power_damper[i * VALUES + 1, j],
+                                        power_damper[i * VALUES + 2, j],
+                                    )
+                                    if STOREY_DAMPING:
+                                        dashpot += of_velocity_power
+                                    else:
+                                        dashpot = of_velocity_power
+                                if HAS_DASHPOTS:
                                     f += dashpot
                                 # What acts on the floor: absolute acceleration times its mass, but for base motion.
                                 net = above[j] - f
@@ -499,7 +520,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                         power_in[j] += amplitude[i, j] * sine[j] * vi
                                     if IS_FORCE_HISTORY:
                                         power_in[j] += force * vi
-                                    if STOREY_DAMPING:
+                                    if HAS_DASHPOTS:
                                         power_viscous[j] += dashpot * rate
                                     if MASS_DAMPING:
                                         power_viscous[j] += momentum_of_floor * nodal
@@ -515,7 +536,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                             settles = larger(fastest[j], settles)
                                         fastest[j] = settles
                                 if IS_RATE:
-                                    z_rate = evolve(rate, memory, c)
+                                    z_rate = rate_of(rate, memory, c)
                                 if KEEPS_SLOPES:
                                     acceleration[stage * N + i, j] = ai
                                     if IS_RATE:
@@ -635,6 +656,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     before = memory_vector(z[i * M, j])
                                     for m in range(1, M):
                                         before[m] = z[i * M + m, j]
+                                    if IS_RATE:
+                                        for m in range(M):
+                                            before[m] = zn[i * M + m, j]
                                     after = evolve(drift, before, c)
                                     if begin_rate * rate < dtype(0.0):
                                         # From either end by a parabola; where the two differ, maybe farther still.

@@ -15,8 +15,9 @@ from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
+from warpdyn.kernels.viscous_dampers import VALUES, damper_force, damper_tangent
 from warpdyn.methods import METHODS
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
 
@@ -33,9 +34,9 @@ MOST_ITERATIONS = 100
 def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates shear chains by an implicit method as the plan says."""
     dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
-    spring, load, method = SPRINGS[plan.law], LOADS[plan.load], METHODS[plan.method]
+    spring, load, method = spring_row(plan.law), LOADS[plan.load], METHODS[plan.method]
     N, LANES, C, M = plan.dofs, plan.lanes, spring.coefficients, spring.memory
-    HAS_MEMORY, IS_STIFF = spring.evolve is not None, spring.relaxation is not None
+    HAS_MEMORY, IS_STIFF = spring.advance is not None, spring.relaxation is not None
     # Warp looks names up in branches that are never built too, so each must be some function.
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
     advance, relaxation_along = spring.advance or spring.force, spring.relaxation_along or spring.force
@@ -43,7 +44,9 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
     IS_RECORD = IS_BASE and not IS_NOISE
     Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
-    STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
+    STOREY_DAMPING = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
+    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping == "rayleigh"
+    HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders
@@ -52,7 +55,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     RATIO = TIME or RESIDUAL
     # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
     SOLVES_DRIFT = method.beta > 0
-    NEWTON = SOLVES_DRIFT and HAS_MEMORY
+    NEWTON = (SOLVES_DRIFT and HAS_MEMORY) or POWER_DAMPERS
     ITERATES = NEWTON or MODAL_DAMPING
     # What needs the forces of every accepted state; the first one's give the first acceleration.
     SEES_FORCES = ACCELERATION or SHEAR or ENERGY or HISTORY or method.force_lag > 0
@@ -76,6 +79,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
+    dampers = wp.types.matrix(shape=(N * VALUES if POWER_DAMPERS else 1, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=max(1, M), dtype=dtype)
@@ -107,6 +111,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         inverse_mass = matrix()
         inverse_height = matrix()
         damping = matrix()
+        power_damper = dampers()
         damping_matrix = square()
         mass_damping = row()
         coefficients = table()
@@ -209,6 +214,9 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 if STOREY_DAMPING:
                     damping[i, j] = structures.storey_damping[i, s]
                     solved_damping[i, j] = of_damping * damping[i, j]
+                if POWER_DAMPERS:
+                    for q in range(VALUES):
+                        power_damper[i * VALUES + q, j] = structures.viscous_damper[i * VALUES + q, s]
                 if MASS_DAMPING:
                     solved_mass[i, j] += of_damping * mass_damping[j] * mass[i, j]
                 if MODAL_DAMPING:
@@ -348,7 +356,17 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                             restoring = force_of(drift, after, c)
                             f = restoring
                             if STOREY_DAMPING:
-                                f += damping[i, j] * rate
+                                dashpot = damping[i, j] * rate
+                            if POWER_DAMPERS:
+                                c0 = power_damper[i * VALUES, j]
+                                c1 = power_damper[i * VALUES + 1, j]
+                                c2 = power_damper[i * VALUES + 2, j]
+                                if STOREY_DAMPING:
+                                    dashpot += damper_force(rate, c0, c1, c2)
+                                else:
+                                    dashpot = damper_force(rate, c0, c1, c2)
+                            if HAS_DASHPOTS:
+                                f += dashpot
                             # What acts on the floor: absolute acceleration times its mass, but for base motion.
                             net = above[j] - f
                             above[j] = f
@@ -392,8 +410,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                                         energy_in[j] += weight * amplitude[i, j] * sine[j] * vi
                                     if IS_FORCE_HISTORY:
                                         energy_in[j] += half * (h_last[j] * force_end[i, j] + h[j] * force) * vi
-                                    if STOREY_DAMPING:
-                                        energy_viscous[j] += weight * damping[i, j] * rate * rate
+                                    if HAS_DASHPOTS:
+                                        energy_viscous[j] += weight * dashpot * rate
                                     if MASS_DAMPING:
                                         energy_viscous[j] += weight * mass_damping[j] * mass[i, j] * vi * vi
                                     if MODAL_DAMPING:
@@ -416,6 +434,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                                 storey = solved_damping[i, j]
                                 if SOLVES_DRIFT:
                                     storey += of_stiffness[j] * stiffness
+                                if POWER_DAMPERS:
+                                    storey += force_share * gamma * theta * h[j] * damper_tangent(rate, c0, c1, c2)
                                 above_it = solved_mass[i, j] + carried[j]
                                 inverse_pivot[i, j] = dtype(1.0) / (above_it + storey)
                                 passed[i, j] = storey * inverse_pivot[i, j]

@@ -10,8 +10,9 @@ import numpy as np
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import POWERS
+from warpdyn.kernels.viscous_dampers import VALUES
 from warpdyn.method_kinds import ExplicitMethod
 from warpdyn.methods import METHODS
 from warpdyn.stability import relaxation_limit
@@ -37,6 +38,7 @@ class Plan:
         lanes: Samples a thread carries.
         max_unroll: Loops up to this count are unrolled before the compiler sees them.
         sections: Threads that share a sample's storeys (a GPU's chains of many storeys), a power of 2.
+        viscous_dampers: "none", "linear" (part of the storey damping) or "power" of the velocity, devices of a chain.
     """
 
     family: str
@@ -50,6 +52,7 @@ class Plan:
     lanes: int = 1
     max_unroll: int = 1
     sections: int = 1
+    viscous_dampers: str = "none"
 
 
 # On a processor too, products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where
@@ -120,10 +123,10 @@ def settling_limit(plan: Plan) -> float:
 
 def values_held(plan: Plan) -> dict[str, int]:
     """Return how many values a kernel holds for each sample while it runs: what a scene does not name is not there."""
-    n, kind, spring = plan.dofs, METHODS[plan.method].kind, SPRINGS[plan.law]
+    n, kind, spring = plan.dofs, METHODS[plan.method].kind, spring_row(plan.law)
     states = 2 + spring.memory  # displacement and velocity of each degree of freedom, and the law's memory
     # Of a memory that stages move, each value has working copies; any other is looked at one storey after another.
-    moving = 2 + (spring.memory if spring.is_rate else min(1, spring.memory))
+    moving = 2 + (spring.memory if spring.rate is not None else min(1, spring.memory))
     dampers = {"none": 0, "storey": n, "rayleigh": n + 1, "modal": n * n}
     if kind == "exact":
         size = 2 * n
@@ -134,6 +137,9 @@ def values_held(plan: Plan) -> dict[str, int]:
         working = 3 * n if kind == "implicit" else 4 * n
     else:
         structure = n * (1 + spring.coefficients) + dampers[plan.damping]
+        structure += {"none": 0, "linear": n * (plan.damping in ("none", "modal")), "power": VALUES * n}[
+            plan.viscous_dampers
+        ]
         working = 2 * moving * n
     if kind == "explicit":
         method = tableau(plan)
@@ -179,6 +185,7 @@ def structs(dtype_name: str) -> SimpleNamespace:
         inverse_height: table
         coefficients: table  # of the storey law, [storey x coefficient, structure]
         storey_damping: table
+        viscous_damper: table  # of powers of the velocity, [storey x value, structure]
         mass_damping: plain  # Rayleigh's factor of the mass, [structure]
         damping_matrix: table  # [dof x dof, structure]
         # A linear system's matrices are those of the nominal system, [dof, dof]; each structure scales them.

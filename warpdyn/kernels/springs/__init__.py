@@ -2,11 +2,20 @@
 
 A law sees the storey drift [m], its own memory and its coefficients, both as short vectors, and returns a force [N].
 The coefficients are prepared once per structure (`warpdyn.laws`), so that no division stands in the time loop.
+
+`spring_row` also makes rows of several: "bouc_wen_1+slip" is of storeys that have both, "bilinear|bouc_wen_1+slip" of
+storeys that have the first or the second, and the third besides.
 """
+
+import functools
 
 from warpdyn.kernels.springs.bilinear import BILINEAR
 from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
+from warpdyn.kernels.springs.combined import one_or_other, side_by_side
 from warpdyn.kernels.springs.elastic import ELASTIC
+from warpdyn.kernels.springs.gap import GAP
+from warpdyn.kernels.springs.slip import SLIP
+from warpdyn.kernels.springs.spring import Spring
 
 SPRINGS = {
     "elastic": ELASTIC,
@@ -15,3 +24,17 @@ SPRINGS = {
     "bouc_wen_2": BOUC_WEN_2,
     "bouc_wen": BOUC_WEN,
 }
+# Of devices, which stand beside a storey's law.
+DEVICE_SPRINGS = {"slip": SLIP, "gap": GAP}
+
+
+@functools.cache
+def spring_row(name: str) -> Spring:
+    """Return the row of a name, made of several where it names several: the same name gives the same row."""
+    one, _, other = name.rpartition("+")
+    if one:
+        return side_by_side(one, spring_row(one), other, spring_row(other))
+    one, _, other = name.partition("|")
+    if other:
+        return one_or_other(one, spring_row(one), other, spring_row(other))
+    return (SPRINGS | DEVICE_SPRINGS)[name]
