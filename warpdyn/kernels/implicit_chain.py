@@ -226,7 +226,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     solved_mass[i, j] += of_damping * damping_matrix[i * N + i, j]
                     if i > 0:
                         solved_mass[i, j] += of_damping * damping_matrix[i * N + i - 1, j]
-                        solved_damping[i, j] = -of_damping * damping_matrix[i * N + i - 1, j]
+                        solved_damping[i, j] -= of_damping * damping_matrix[i * N + i - 1, j]
                     if i < N - 1:
                         solved_mass[i, j] += of_damping * damping_matrix[i * N + i + 1, j]
                 c = coefficient_vector()
