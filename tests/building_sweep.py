@@ -16,8 +16,8 @@ import warpdyn as wd
 from warpdyn import pack
 from warpdyn.guard import guard, integrate_guarded
 from warpdyn.kernels import build
+from warpdyn.kernels.vibration import circular_frequencies
 from warpdyn.methods import METHODS
-from warpdyn.modal import circular_frequencies
 from warpdyn.prepare import prepare
 from warpdyn.recorders import DIVERGED, UNSTABLE_STEP
 

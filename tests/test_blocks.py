@@ -14,10 +14,12 @@ import warp as wp
 from test_simulate import MOTIONS, SEEDED, assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn import blocks, guard
+from warpdyn import blocks, guard, pack
 from warpdyn.kernels import devices
+from warpdyn.parts import in_parts
 from warpdyn.prepare import lay_out
 from warpdyn.results import columns_of
+from warpdyn.scatter import SAMPLING
 
 TWO = ("cpu", "cpu")  # stand for two GPUs: the division does not know what its devices are
 
@@ -65,6 +67,23 @@ def test_no_division_changes_a_bit(design, dtype, divided):
         found = divided(size, on)
         assert_same_bits(whole, wd.simulate(scene, threads=2, **settings))
         assert [len(block) for block in found] == sizes
+
+
+@pytest.mark.parametrize("sampling", SAMPLING)
+def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
+    scene = make_scene(sampling=sampling)
+    run = lay_out(scene, samples=50, method="rk4", dtype="float32", device="cpu", threads=3)
+
+    def prepared():
+        block, vibration = run.ensemble(np.arange(50), devices.CpuQueue(3))
+        block.pack()
+        arrays = [*block.drawn.values(), *block._packed.structures.values(), *vars(vibration).values()]
+        return [np.ascontiguousarray(array).tobytes() for array in arrays]
+
+    whole = prepared()
+    monkeypatch.setattr(in_parts, "__defaults__", (7,))
+    monkeypatch.setattr(pack, "STRUCTURES_AT_A_TIME", 7)
+    assert prepared() == whole
 
 
 def test_a_block_each_for_every_device(divided):
@@ -156,8 +175,8 @@ def test_threads_are_as_many_as_asked_for(threads, monkeypatch):
     monkeypatch.setattr(wp, "launch", launch)
     wd.simulate(make_scene(), samples=200, device="cpu", threads=threads)
     assert max(most) <= threads
-    assert len(everyone) <= threads
-    assert threading.get_ident() not in everyone
+    # This thread itself draws a few structures, while no other works.
+    assert 0 < len(everyone - {threading.get_ident()}) <= threads
 
 
 def test_slices_hold_all_rows_of_lanes_once_and_equal_work():
@@ -261,7 +280,7 @@ for memory in (int(sys.argv[4]), None):
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="this system does not tell a process's peak")
-@pytest.mark.parametrize(("design", "structures"), [("individual", 300_000), ("stripes", 3000)])
+@pytest.mark.parametrize(("design", "structures"), [("individual", 400_000), ("stripes", 3000)])
 def test_memory_stays_below_its_limit(design, structures, tmp_path):
     limit = 120 * 10**6
 

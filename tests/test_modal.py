@@ -1,15 +1,11 @@
 """Modes and damping against closed forms, published frequencies, and scipy's generalised eigenvalue problem."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from warpdyn import modal
 from warpdyn.modal import (
     chain_stiffness_matrix,
-    circular_frequencies,
     modal_damping_matrix,
     modal_properties,
     rayleigh_coefficients,
@@ -82,35 +78,9 @@ def test_every_variable_says_what_it_is():
 
 @pytest.mark.parametrize("storeys", [1, 2, 5, 60])
 def test_uniform_chains(storeys):
-    mass, stiffness = np.full((2, storeys), 3.0), np.full((2, storeys), 12.0)
-    stiffness[1] *= 100
-    expected = np.array([[2.0], [20.0]]) * uniform_chain(storeys)
+    modes = modal_properties(np.full(storeys, 3.0), chain_stiffness_matrix(np.full(storeys, 12.0)))
     # Eigenvalues are good to rounding of the greatest; the least is (2 / 0.026)^2 times smaller at 60 storeys.
-    np.testing.assert_allclose(circular_frequencies(mass, stiffness), expected, rtol=1e-11)
-    modes = modal_properties(mass[0], chain_stiffness_matrix(stiffness[0]))
-    np.testing.assert_allclose(modes["circular_frequency"], expected[0], rtol=1e-11)
-
-
-def test_random_chains_in_chunks(monkeypatch):
-    rng = np.random.default_rng(2)
-    mass, stiffness = rng.uniform(1, 3, (23, 4)), rng.uniform(50, 200, (23, 4))
-    whole = circular_frequencies(mass, stiffness)
-    monkeypatch.setattr(modal, "CHUNK_DOUBLES", 5 * 16)
-    assert np.array_equal(circular_frequencies(mass, stiffness), whole)
-    for m, k, omega in zip(mass, stiffness, whole, strict=True):
-        matrix = np.diag(k + np.append(k[1:], 0)) - np.diag(k[1:], 1) - np.diag(k[1:], -1)
-        np.testing.assert_allclose(chain_stiffness_matrix(k), matrix, rtol=1e-15)
-        np.testing.assert_allclose(omega, np.sqrt(eigh(matrix, np.diag(m), eigvals_only=True)), rtol=1e-12)
-
-
-def test_memory_is_that_of_a_chunk(monkeypatch):
-    monkeypatch.setattr(modal, "CHUNK_DOUBLES", 2**14)
-    mass = np.ones((20_000, 10))  # all matrices at once would be 16 MB, and their copies
-    tracemalloc.start()
-    circular_frequencies(mass, mass)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < 2 * mass.nbytes  # the result is 1.6 MB, a chunk's matrices 0.13 MB
+    np.testing.assert_allclose(modes["circular_frequency"], 2 * uniform_chain(storeys), rtol=1e-11)
 
 
 def test_chain_stiffness_resists_storey_drifts():
@@ -163,11 +133,7 @@ def test_bad_input_is_named():
             modal_properties(mass, stiffness, influence)
     good, bad = np.ones((2, 3)), np.array([[1, 1, 1], [1, 0, 1.0]])
     with pytest.raises(ValueError, match=r"mass\[1, 1\] is 0.0; it must be finite and above 0"):
-        circular_frequencies(bad, good)
-    with pytest.raises(ValueError, match=r"stiffness\[1, 1\] is 0.0"):
-        circular_frequencies(good, bad)
-    with pytest.raises(ValueError, match="must share a shape"):
-        circular_frequencies(good, good[:, :2])
+        modal_damping_matrix(bad, chain_stiffness_matrix(good), 0.05)
     with pytest.raises(ValueError, match="storey_stiffness must be finite"):
         chain_stiffness_matrix([1.0, np.inf])
     matrix = chain_stiffness_matrix(good)

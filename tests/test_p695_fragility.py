@@ -107,7 +107,7 @@ def test_default_step_errs_as_little_as_the_readme_says(monkeypatch: pytest.Monk
         wd.simulate(scene, samples=2, device="cpu", **how) for how in ({}, {"step": 0.00125, "dtype": "float64"})
     )
     error = np.abs(default["peak_storey_drift_ratio"] / fine["peak_storey_drift_ratio"] - 1)
-    assert error.quantile(0.95) < 0.0006
+    assert error.quantile(0.95) < 0.0007
     assert error.max() < 0.004
 
 

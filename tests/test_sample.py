@@ -12,9 +12,10 @@ from scipy import stats
 from scipy.stats import qmc
 
 import warpdyn as wd
-from warpdyn.random_numbers import uniform_rows
-from warpdyn.sample import SAMPLING, Sampler
-from warpdyn.scatter import check_scatter, correlation_factor
+from warpdyn import philox
+from warpdyn.philox import Purpose
+from warpdyn.sample import Sampler
+from warpdyn.scatter import SAMPLING, check_scatter, correlation_factor
 
 STOREYS = 3
 BUILDING = wd.ShearBuilding(
@@ -241,15 +242,20 @@ def test_any_structures_can_be_drawn_in_any_order(count, seed, sampling, parts):
             assert values.tobytes() == whole[name][chosen].tobytes()
 
 
-def test_monte_carlo_is_numpy_s_philox_from_the_start():
-    # A table of numbers by row and column is one endless stream, wherever it is begun.
-    stream = np.random.Generator(np.random.Philox(np.random.SeedSequence([7, 0]))).random(3 * 50).reshape(50, 3)
-    for rows in ([0], [1, 2], [5, 6, 17, 18, 49]):
-        np.testing.assert_array_equal(uniform_rows(7, 0, np.array(rows), 3), stream[rows])
+@pytest.mark.parametrize("variables", [1, 2, 5])
+def test_monte_carlo_numbers_are_those_looked_up(variables):
+    """Pairs of numbers by seed, index and purpose, from the host's Philox, which is held to its published answers."""
+    rows, names = np.array([0, 1, 17, 2**20]), ["mass", "stiffness", "yield_force", "height", "damping_ratio"]
+    scatter = {name: wd.Value(wd.Normal(0, 1)) for name in names[:variables]}
+    sampler = Sampler(BUILDING, scatter, {}, "monte_carlo", 2**21, 7)
+    normals = sampler._normals(rows, None)
+    pairs = philox.normals(7, rows[:, None], Purpose.STRUCTURE, np.arange((variables + 1) // 2))
+    # Two inverses of the normal distribution, each within a few units in its last place.
+    np.testing.assert_allclose(normals.T, pairs.reshape(rows.size, -1)[:, :variables], rtol=2e-15)
 
 
 def test_sobol_points_are_scipy_s():
-    generator = np.random.Generator(np.random.Philox(np.random.SeedSequence([7, 0])))
+    generator = np.random.default_rng([7, Purpose.POINTS])
     points = qmc.Sobol(1, rng=generator).random_base2(6)[:, 0]
     scatter = {"mass": wd.Value(wd.Uniform(1, 2))}
     values = drawn(scatter, samples=50, seed=7, sampling="sobol")["mass"][:, 0] - 1

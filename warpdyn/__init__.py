@@ -1,5 +1,6 @@
 """Ensembles of structural dynamics, integrated in parallel on GPUs and CPUs."""
 
+from warpdyn.damage import damage_shares, of_archetype
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
 from warpdyn.fragility import fragility
@@ -19,16 +20,19 @@ from warpdyn.intensity import (
 from warpdyn.modal import modal_table
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.plan import Choice, plan
+from warpdyn.portfolio import Archetype, Portfolio
 from warpdyn.pushover import pushover, storey_hysteresis
 from warpdyn.response_spectra import response_spectra
 from warpdyn.results import summary
 from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
 from warpdyn.simulate import simulate
+from warpdyn.simulate_portfolio import simulate_portfolio
 from warpdyn.store import write
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 __all__ = [
+    "Archetype",
     "AriasIntensity",
     "AverageSpectralAcceleration",
     "Choice",
@@ -52,6 +56,7 @@ __all__ = [
     "PeakGroundAcceleration",
     "PeakGroundDisplacement",
     "PeakGroundVelocity",
+    "Portfolio",
     "Scene",
     "ShearBuilding",
     "SignificantDuration",
@@ -60,14 +65,17 @@ __all__ = [
     "Uniform",
     "Value",
     "WhiteNoise",
+    "damage_shares",
     "fragility",
     "hazus_drift_limits",
     "intensity_measures",
     "modal_table",
+    "of_archetype",
     "plan",
     "pushover",
     "response_spectra",
     "simulate",
+    "simulate_portfolio",
     "storey_hysteresis",
     "summary",
     "write",

@@ -62,7 +62,7 @@ class Course:
         upcoming = _ahead(self._prepare, items, blocks_ahead(self.run))
         is_gpu = self.run.devices[0] != "cpu"
         under_way: deque[tuple[Ensemble, np.ndarray, Arrays]] = deque()
-        copying = ThreadPoolExecutor(min(self.run.threads, MOST_COPYING_THREADS)) if is_gpu else nullcontext()
+        copying = ThreadPoolExecutor(min(self.run.terms.threads, MOST_COPYING_THREADS)) if is_gpu else nullcontext()
         with closing(upcoming), copying as pool:
             each = pool.map if is_gpu else map
             for _ in blocks:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from warpdyn.checks import real_numbers
 from warpdyn.intensity import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.motions import STANDARD_GRAVITY, Assignment, GroundMotion, checked_motions
-from warpdyn.random_numbers import MOTIONS, uniform_rows
+from warpdyn.philox import Purpose, uniforms
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
@@ -165,8 +165,7 @@ class Individual:
         """Return one sample for each of these structures, given by their indices."""
         index = np.asarray(structures, dtype=np.int32)
         if self.motion is None:
-            # A stream of its own, so that the draws of the structures do not depend on the design.
-            random = uniform_rows(seed, MOTIONS, index, 1)[:, 0]
+            random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, 0)[:, 0]
             motion = (random * len(self.motions)).astype(np.int32)
         else:
             motion = self.motion[index]

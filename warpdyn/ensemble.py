@@ -48,6 +48,7 @@ class Terms:
         plan: The kernel's plan.
         tolerance: Relative error a step that an adaptive method allows itself.
         seed: Seed of random motions.
+        threads: CPU threads.
     """
 
     scene: Scene
@@ -55,6 +56,7 @@ class Terms:
     plan: Plan
     tolerance: float
     seed: int
+    threads: int
     _loads: dict[str, object] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -234,7 +236,7 @@ class Ensemble:
             step = steps[pairs % steps.size]
         else:
             parameters, place, step = pack.parameters_of(self.scene, self.drawn), self.row, None
-        structures = pack.pack_structures(self.scene, parameters, self.plan, step, self.rayleigh)
+        structures = pack.pack_structures(self.scene, parameters, self.plan, step, self.rayleigh, self.terms.threads)
         number = self.sample if LOADS[self.plan.load].noise_states else None
         samples, groups = pack.pack_samples(self.schedule, self.assignment, place, columns, number)
         dtype = self.plan.dtype

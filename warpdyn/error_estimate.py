@@ -8,8 +8,8 @@ import xarray as xr
 from warpdyn.ensemble import Ensemble, joined
 from warpdyn.guard import Reruns, integrate_guarded
 from warpdyn.methods import METHODS
+from warpdyn.philox import Purpose
 from warpdyn.prepare import LEAST_TOLERANCE, in_float64
-from warpdyn.random_numbers import CHECKED, generator_of
 from warpdyn.recorders import DIVERGED, RECORDERS
 from warpdyn.results import heights
 
@@ -86,7 +86,8 @@ class ErrorEstimate:
 
     def __init__(self, samples: int, share: float, seed: int, together: int) -> None:
         count = min(samples, max(FEWEST_SAMPLES, int(np.ceil(share * samples))))
-        self.chosen = np.sort(generator_of(seed, CHECKED).choice(samples, count, replace=False))
+        generator = np.random.default_rng([seed, Purpose.CHECKED_SAMPLES])
+        self.chosen = np.sort(generator.choice(samples, count, replace=False))
         self.together = together
         self._reruns = Reruns()
         self._waiting: list[tuple[Ensemble, dict[str, np.ndarray]]] = []

@@ -1,13 +1,10 @@
-"""Undamped modes of structures, one at a time for display and in batches for the engine, and damping built on them."""
+"""Undamped modes of a structure, and damping built on them."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 from scipy.linalg import eigh
-
-# Doubles held at once by the batched eigenvalue problems (32 MiB).
-CHUNK_DOUBLES = 2**22
 
 
 def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None) -> xr.Dataset:
@@ -112,35 +109,6 @@ def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:
     matrix[..., storeys[:-1], storeys[:-1]] += storey_stiffness[..., 1:]
     matrix[..., storeys[:-1], storeys[1:]] = matrix[..., storeys[1:], storeys[:-1]] = -storey_stiffness[..., 1:]
     return matrix
-
-
-def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    """Natural circular frequencies of many shear chains, a chunk at a time.
-
-    Args:
-        mass: Floor masses [kg], shape [structure, storey].
-        stiffness: Storey stiffness [N/m], shape [structure, storey].
-
-    Returns:
-        Circular frequencies [rad/s], ascending, shape [structure, mode].
-
-    Raises:
-        ValueError: If the shapes differ, or a value is not finite and above 0.
-    """
-    mass, stiffness = _positive("mass", mass), _positive("stiffness", stiffness)
-    if mass.ndim != 2 or mass.shape != stiffness.shape:
-        raise ValueError(
-            f"mass and stiffness must share a shape [structure, storey], got {mass.shape} and {stiffness.shape}"
-        )
-    structures, storeys = mass.shape
-    chunk = max(1, CHUNK_DOUBLES // storeys**2)
-    omega = np.empty_like(mass)
-    for first in range(0, structures, chunk):
-        part = slice(first, first + chunk)
-        root = 1 / np.sqrt(mass[part])
-        matrix = chain_stiffness_matrix(stiffness[part]) * root[:, :, None] * root[:, None, :]
-        omega[part] = np.sqrt(np.linalg.eigvalsh(matrix))
-    return omega
 
 
 def modal_damping_matrix(mass: np.ndarray, stiffness_matrix: np.ndarray, ratio: np.ndarray | float) -> np.ndarray:

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 
 from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.kernels.build import fitted
 from warpdyn.kernels.plan import Plan
+from warpdyn.kernels.vibration import circular_frequencies
 from warpdyn.laws import LAWS
 from warpdyn.method_kinds import Method
 from warpdyn.methods import METHODS
 from warpdyn.modal import (
     chain_stiffness_matrix,
-    circular_frequencies,
     modal_damping_matrix,
     rayleigh_coefficients,
 )
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.parts import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.propagators import damping_of, pack_linear
+from warpdyn.scatter import nominal_values
 from warpdyn.scene import Scene
 from warpdyn.stability import (
     highest_damping_rate,
@@ -44,11 +44,9 @@ def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = 
         count = len(next(iter(drawn.values()))[structures])
     else:
         count = structures.size if isinstance(structures, np.ndarray) else 1
-    values = scene.structure.parameters
-    nominal = values if scene.structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
     return {
         name: drawn[name][structures] if name in drawn else np.broadcast_to(value, (count, *value.shape))
-        for name, value in nominal.items()
+        for name, value in nominal_values(scene.structure).items()
     }
 
 
@@ -69,12 +67,13 @@ def pack_chain(scene: Scene, parameters: Arrays, spring: str, rayleigh: np.ndarr
     """Return the arrays of the chain's kernels, structures last."""
     mass, stiffness = parameters["mass"], parameters["stiffness"]
     structures, storeys = mass.shape
-    coefficients = np.stack(LAWS[scene.structure.law].coefficients(parameters, spring), axis=2)
+    # Structures are next to each other, as kernels have them and as they were drawn.
+    coefficients = np.stack([values.T for values in LAWS[scene.structure.law].coefficients(parameters, spring)], axis=1)
     packed = {
         "mass": mass.T,
         "inverse_mass": 1 / mass.T,
         "inverse_height": 1 / parameters["height"].T,
-        "coefficients": coefficients.reshape(structures, -1).T,
+        "coefficients": coefficients.reshape(-1, structures),
     }
     if scene.structure.damping == "storey":
         packed["storey_damping"] = parameters["damping_coefficient"].T
@@ -101,7 +100,7 @@ def pack_dense(scene: Scene, parameters: Arrays) -> Arrays:
 
 
 def pack_structures(
-    scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray | None, rayleigh: np.ndarray
+    scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray | None, rayleigh: np.ndarray, threads: int = 1
 ) -> Arrays:
     """Return what the Structure struct of a plan's kernel holds.
 
@@ -111,12 +110,26 @@ def pack_structures(
         plan: The kernel's plan.
         step: Integration step of each of them [s], where `needs_step`.
         rayleigh: Rayleigh damping of each of them, as their vibration tells it.
+        threads: CPU threads.
     """
     if needs_step(plan):
         return pack_linear(scene, parameters, plan, step)
-    if plan.family == "chain":
-        return pack_chain(scene, parameters, plan.law, rayleigh)
-    return pack_dense(scene, parameters)
+    if plan.family == "dense":
+        return pack_dense(scene, parameters)
+
+    def part(structures: slice) -> Arrays:
+        values = {name: array[structures] for name, array in parameters.items()}
+        return pack_chain(scene, values, plan.law, rayleigh[structures])
+
+    count = len(rayleigh)
+    whole = {name: np.empty((*of_one.shape[:-1], count), plan.dtype) for name, of_one in part(slice(1)).items()}
+
+    def fill(structures: slice) -> None:
+        for name, values in part(structures).items():
+            whole[name][..., structures] = values
+
+    in_parts(fill, count, threads)
+    return whole
 
 
 def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
@@ -214,16 +227,15 @@ def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
 def vibration_of(scene: Scene, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
     """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
     count = len(next(iter(drawn.values()))) if drawn else 1
-    together = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
+    at_a_time = STRUCTURES_AT_A_TIME
+    if scene.structure.damping in ("storey", "matrix"):
+        at_a_time = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
 
-    def part(start: int) -> tuple[np.ndarray, ...]:
-        return _vibration(scene, parameters_of(scene, drawn, slice(start, start + together)), method)
+    def part(structures: slice) -> tuple[np.ndarray, ...]:
+        return _vibration(scene, parameters_of(scene, drawn, structures), method)
 
-    if count <= together:
-        return Vibration(*part(0))
-    with ThreadPoolExecutor(threads) as pool:  # eigenvalues are what takes the time, and numpy lets go for them
-        parts = list(pool.map(part, range(0, count, together)))
-    return Vibration(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+    found = in_parts(part, count, threads, at_a_time)
+    return Vibration(*(np.concatenate(values) for values in zip(*found, strict=True)))
 
 
 def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
@@ -241,32 +253,34 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         rate = highest_damping_rate(mass_matrix, damping_matrix)
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
         return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
-    initial = circular_frequencies(mass, stiffness)
-    period, rayleigh = 2 * np.pi / initial[:, 0], np.zeros((len(mass), 2))
+    frequency = circular_frequencies(mass, stiffness).T  # [mode, structure]
+    period, rayleigh = 2 * np.pi / frequency[0], np.zeros((2, len(mass)))
     if damping == "storey":
         dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
         eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
         rate, decay = highest_damping_rate(mass, dampers), _slowest_decay(eigenvalues)
-        stable = stable_step_of_eigenvalues(method, eigenvalues, initial[:, -1], rate)
+        stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
     else:
         # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
-        ratios = np.zeros_like(initial)
+        ratios = np.zeros_like(frequency)
         if damping == "modal":
-            ratios += parameters["damping_ratio"][:, None]
+            ratios += parameters["damping_ratio"]
         elif damping == "rayleigh":
-            first, second = (initial[:, mode - 1] for mode in scene.structure.damping_modes)
-            rayleigh = np.stack(rayleigh_coefficients(first, second, parameters["damping_ratio"]), axis=1)
-            ratios += (rayleigh[:, :1] / initial + rayleigh[:, 1:] * initial) / 2
-        stable = stable_step(method, initial, ratios).min(axis=1)
-        rate = (2 * ratios * initial).max(axis=1)
+            first, second = (frequency[mode - 1] for mode in scene.structure.damping_modes)
+            rayleigh[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
+            ratios += (rayleigh[0] / frequency + rayleigh[1] * frequency) / 2
+        stable = stable_step(method, frequency, ratios).min(axis=0)
+        rates = ratios * frequency
+        rate = 2 * rates.max(axis=0)
         # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
-        slower = np.where(ratios > 1, ratios + np.sqrt(np.maximum(ratios**2 - 1, 0)), 1.0)
-        decay = (initial * np.where(ratios > 1, 1 / slower, ratios)).min(axis=1)
+        over = ratios > 1
+        rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
+        decay = rates.min(axis=0)
     if scene.structure.law != "elastic":
         stiffest = LAWS[scene.structure.law].stiffest(parameters)
-        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > stiffness) else initial[:, -1]
+        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > stiffness) else frequency[-1]
         stable = stable_step_of_yielding(method, highest, rate, stable)
-    return period, decay, stable, rayleigh
+    return period, decay, stable, rayleigh.T
 
 
 def _slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:

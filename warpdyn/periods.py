@@ -7,8 +7,9 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from warpdyn.checks import finite_numbers, one_of
+from warpdyn.kernels.vibration import circular_frequencies
 from warpdyn.lateral_loads import floor_loads, storey_shears
-from warpdyn.modal import chain_stiffness_matrix, circular_frequencies
+from warpdyn.modal import chain_stiffness_matrix
 
 STIFFNESS_DISTRIBUTIONS = ("uniform", "linear_mode")
 PERIOD_TOLERANCE = 1e-9  # relative

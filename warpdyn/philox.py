@@ -3,7 +3,7 @@
 Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns a counter of
 four words into four random words, under a key of two. The key is the seed; the counter holds, from its first word on, a
 counter, the purpose and the sample's index in two words. A sample's numbers so depend on the seed and its own index
-alone, however samples are divided. `kernels.philox` is the same on the device; this looks one sample's up.
+alone, however samples are divided. `kernels.philox` is the same in kernels; this looks a few up.
 """
 
 from __future__ import annotations
@@ -21,12 +21,17 @@ WORD = 2**32
 
 
 class Purpose(IntEnum):
-    """What a number is for: the numbers of one purpose have nothing to do with those of another."""
+    """What a number is for: the numbers of one purpose have nothing to do with those of another.
+
+    Where numbers are drawn one after the other, once a run, seed and purpose begin a generator of NumPy's.
+    """
 
     STRUCTURE = 0  # parameters of a drawn structure, of which the index is the structure's
     CHOICE_OF_MOTION = 1
     GROUND_MOTION = 2
-    SCRAMBLING = 3  # of Sobol points, of which there is one for a run: sample 0
+    POINTS = 3  # of Sobol and Latin hypercube, once a run
+    CHECKED_SAMPLES = 4  # once a run
+    PILOT_SAMPLES = 5  # once a plan
 
 
 def key_of(seed: int) -> int:
@@ -64,26 +69,27 @@ def philox(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
     return np.array(words, dtype=np.uint32)
 
 
-def uniforms(seed: int, sample: int, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
+def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
     """Return two uniform numbers of each counter: odd multiples of 2^-53, so that neither 0 nor 1 is among them.
 
     Args:
         seed: Seed of the run.
-        sample: The sample's index in the run.
+        sample: Each sample's index in the run, shape [...].
         purpose: What the numbers are for.
         counter: Which numbers, 0 to 2^32 - 1, shape [...].
 
     Returns:
-        Numbers in (0, 1), shape [..., 2].
+        Numbers in (0, 1), of the arguments' common shape and a pair of each, shape [..., 2].
     """
     counter, key = np.asarray(counter, dtype=np.uint64), key_of(seed)
-    parts = (np.uint64(part) for part in (purpose, sample % WORD, sample // WORD))
+    sample, word = np.asarray(sample, dtype=np.uint64), np.uint64(WORD)
+    parts = np.uint64(purpose), sample % word, sample // word
     counters = np.stack(np.broadcast_arrays(counter, *parts))
     words = philox(counters, (key % WORD, key // WORD)).astype(np.uint64)
     bits = (words[0::2] << np.uint64(20)) | (words[1::2] >> np.uint64(12))
     return np.moveaxis((bits.astype(np.float64) + 0.5) * 2.0**-52, 0, -1)
 
 
-def normals(seed: int, sample: int, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
+def normals(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
     """Return two standard normal numbers of each counter, by the inverse of their distribution; as `uniforms`."""
     return ndtri(uniforms(seed, sample, purpose, counter))

@@ -17,8 +17,8 @@ from warpdyn.guard import guard, integrate_guarded
 from warpdyn.kernels.devices import checked_devices
 from warpdyn.kernels.plan import values_held
 from warpdyn.methods import check_fits, fitting_methods
+from warpdyn.philox import Purpose
 from warpdyn.prepare import Drawn, prepare
-from warpdyn.random_numbers import PILOT, generator_of
 from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
 from warpdyn.timeline import Vibration
@@ -158,7 +158,7 @@ class _Pilot:
             most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # so that it sees the scatter, too
             self.structures = max(-(-wanted // each), most)
         total = self.structures * scene.excitation.samples_a_structure
-        generator = generator_of(seed, PILOT)
+        generator = np.random.default_rng([seed, Purpose.PILOT_SAMPLES])
         self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
         periods = self._prepared("rk4", "float64", None)[1].period
         self.period = float(np.median(periods))

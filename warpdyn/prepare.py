@@ -35,7 +35,6 @@ class Run:
         structures: How many there are.
         seed: Seed of every random draw.
         devices: Devices that the samples are divided among.
-        threads: CPU threads.
     """
 
     terms: Terms
@@ -43,7 +42,6 @@ class Run:
     structures: int
     seed: int
     devices: tuple[str, ...]
-    threads: int
 
     @property
     def samples(self) -> int:
@@ -52,8 +50,8 @@ class Run:
 
     def draw(self, structures: np.ndarray) -> Drawn:
         """Return the parameters and the vibration of some structures, given by their indices, increasing."""
-        drawn = self.sampler.draw(structures)
-        return drawn, pack.vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method], self.threads)
+        drawn = self.sampler.draw(structures, self.terms.threads)
+        return drawn, pack.vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method], self.terms.threads)
 
     def ensemble(self, structures: np.ndarray, queue: Queue, known: Drawn | None = None) -> tuple[Ensemble, Vibration]:
         """Return some structures with all their samples, and their vibration.
@@ -117,7 +115,7 @@ def lay_out(
     central = pack.vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
     timeline = build_timeline(scene, central, step, longest_step, resample)
     plan = pack.plan_of(scene, method, dtype, devices[0] != "cpu")
-    return Run(Terms(scene, timeline, plan, tolerance, seed), sampler, samples, seed, devices, threads)
+    return Run(Terms(scene, timeline, plan, tolerance, seed, threads), sampler, samples, seed, devices)
 
 
 def prepare(scene: Scene, *, known: dict[str, Drawn] | None = None, **arguments: object) -> tuple[Ensemble, Vibration]:
@@ -131,7 +129,7 @@ def prepare(scene: Scene, *, known: dict[str, Drawn] | None = None, **arguments:
     method, known = run.terms.plan.method, {} if known is None else known
     if method not in known:
         known[method] = run.draw(everything)
-    return run.ensemble(everything, open_queues(run.devices[:1], run.threads)[0], known[method])
+    return run.ensemble(everything, open_queues(run.devices[:1], run.terms.threads)[0], known[method])
 
 
 def in_float64(terms: Terms, tolerance: float, device: str) -> Terms:

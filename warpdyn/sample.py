@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
-from scipy.special import ndtri
 from scipy.stats import qmc
 
+from warpdyn.kernels.arguments import lane_rows
+from warpdyn.kernels.build import CPU_LANES
+from warpdyn.kernels.parameters import correlate_normals, fill_uniforms
 from warpdyn.laws import LAWS
-from warpdyn.random_numbers import SCATTER, consecutive, generator_of, uniform_rows
-from warpdyn.scatter import Factor, Listed, Scatter, Value, correlation_factor
+from warpdyn.parts import in_parts
+from warpdyn.philox import Purpose
+from warpdyn.scatter import Listed, Scatter, combined, correlation_factor, nominal_values, variables_of
 from warpdyn.structures import LinearSystem, ShearBuilding
-
-SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
 
 class Sampler:
@@ -26,7 +28,7 @@ class Sampler:
         structure: The nominal structure.
         scatter: What is random of it.
         correlation: Correlation of pairs of scattered parameters.
-        sampling: Row of SAMPLING.
+        sampling: One of SAMPLING.
         samples: Structures there are.
         seed: Seed.
 
@@ -53,36 +55,44 @@ class Sampler:
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)
         self._points: np.ndarray | None = None
         self._sobol: qmc.Sobol | None = None
+        generator = np.random.default_rng([seed, Purpose.POINTS])
         if self.variables and sampling == "latin_hypercube":
-            generator = generator_of(seed, SCATTER)
             self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(samples)
         elif self.variables and sampling == "sobol":
-            self._sobol = qmc.Sobol(len(self.variables), rng=generator_of(seed, SCATTER))
+            self._sobol = qmc.Sobol(len(self.variables), rng=generator)
 
-    def draw(self, structures: np.ndarray) -> dict[str, np.ndarray]:
+    def draw(self, structures: np.ndarray, threads: int = 1) -> dict[str, np.ndarray]:
         """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
 
-        Of a LinearSystem they are the factors on its matrices.
+        Structures are next to each other in memory. Of a LinearSystem the parameters are the factors on its matrices.
 
         Args:
             structures: Their indices, increasing.
+            threads: CPU threads.
 
         Raises:
             ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the
                 place.
         """
-        z = self._standard_normals(structures) if self.variables else np.empty((structures.size, 0))
-        # A sum in a fixed order, column by column: a matrix product's rounding depends on the number of rows.
-        columns: dict[str, list[np.ndarray]] = {name: [] for name in self.scatter}
-        for row, (name, _) in enumerate(self.variables):
-            correlated = np.zeros(structures.size)
-            for k in np.flatnonzero(self.factor[row]):
-                correlated += self.factor[row, k] * z[:, k]
-            columns[name].append(self.scatter[name].distribution.from_standard_normal(correlated))
-        drawn = {
-            name: _combined(self.structure, name, spread, columns[name], structures)
-            for name, spread in self.scatter.items()
-        }
+        points = self._points_of(structures)
+        nominal = nominal_values(self.structure)
+        drawn = {name: np.empty((*nominal[name].shape, structures.size)).T for name in self.scatter}
+
+        def fill(part: slice) -> None:
+            normals = self._normals(structures[part], None if points is None else points[part])
+            row = 0
+            for name, spread in self.scatter.items():
+                count = variables_of(self.structure, spread)
+                values = combined(nominal[name], spread, normals[row : row + count], structures[part])
+                drawn[name][part] = values.T
+                row += count
+            self._check({name: values[part] for name, values in drawn.items()}, structures[part])
+
+        in_parts(fill, structures.size, threads)
+        return drawn
+
+    def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray) -> None:
+        """Raise a ValueError if a value is out of its parameter's bounds, or if values do not fit each other."""
         axes = ("structure", "storey")
         for name, values in drawn.items():
             parameter = self.structure.parameter_table[name]
@@ -93,18 +103,27 @@ class Sampler:
         if problem:
             counted = f", counted from structure {structures[0]}" if structures[0] else ""
             raise ValueError(f"drawn{counted}: {problem}")
-        return drawn
 
-    def _standard_normals(self, structures: np.ndarray) -> np.ndarray:
-        """Return independent standard normal values, shape [structure, variable]."""
+    def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
+        """Return correlated standard normal values, shape [variable, structure], of points in (0, 1) or drawn ones."""
+        values = lane_rows(len(self.variables), structures.size, CPU_LANES, 0.5)
+        if not self.variables:
+            return values
+        if points is None:
+            fill_uniforms(values, self.seed, structures)
+        else:  # of which the normal value of exactly 0 would be infinite
+            np.clip(points.T, 2.0**-54, 1 - 2.0**-53, out=values[:, : structures.size])
+        correlate_normals(values, self.factor)
+        return values[:, : structures.size]
+
+    def _points_of(self, structures: np.ndarray) -> np.ndarray | None:
+        """Return the points of a design, shape [structure, variable]; None where numbers are drawn at random."""
         if self._points is not None:
-            uniform = self._points[structures]
-        elif self._sobol is not None:
-            uniform = np.concatenate([self._sobol_rows(structures[part]) for part in consecutive(structures)])
-        else:
-            uniform = uniform_rows(self.seed, SCATTER, structures, len(self.variables))
-        # The normal value of exactly 0 would be infinite.
-        return ndtri(np.clip(uniform, 2.0**-54, 1 - 2.0**-53, out=uniform), out=uniform)
+            return self._points[structures]
+        if self._sobol is None:
+            return None
+        edges = np.concatenate([[0], np.flatnonzero(np.diff(structures) != 1) + 1, [structures.size]])
+        return np.concatenate([self._sobol_rows(structures[a:b]) for a, b in pairwise(edges)])
 
     def _sobol_rows(self, structures: np.ndarray) -> np.ndarray:
         """Return Sobol points of consecutive indices; those before them are skipped, which takes 5 ns each."""
@@ -116,52 +135,3 @@ class Sampler:
         if first == 0 and count > 1:  # the first alone: scipy warns of a first part that is no power of 2 long
             return np.concatenate([self._sobol.random(1), self._sobol.random(count - 1)])
         return self._sobol.random(count)
-
-
-def central(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return the scattered parameters at the middle of their distributions, of shape [storey] or []."""
-    middle = _at(structure, scatter, np.zeros(1))
-    return {
-        name: np.median(values, axis=0) if isinstance(scatter[name], Listed) else values[0]
-        for name, values in middle.items()
-    }
-
-
-def representative(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return values of the scattered parameters that are all alike only where all that can be drawn are.
-
-    They are those at two places of each distribution, or all that are listed, of shape [value, storey] or [value].
-    """
-    return _at(structure, scatter, np.array([0.0, 1.0]))
-
-
-def _at(structure: ShearBuilding | LinearSystem, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the scattered parameters at some standard normal values of their distributions; all of those listed."""
-    values = {}
-    for name, spread in scatter.items():
-        count = structure.dofs if isinstance(spread, Factor) and spread.per == "storey" else 1
-        columns = [spread.distribution.from_standard_normal(z)] * count if isinstance(spread, Factor) else []
-        rows = np.arange(len(spread.values) if isinstance(spread, Listed) else z.size)
-        values[name] = _combined(structure, name, spread, columns, rows)
-    return values
-
-
-def _combined(
-    structure: ShearBuilding | LinearSystem,
-    name: str,
-    spread: Factor | Value | Listed | float,
-    columns: list[np.ndarray],
-    structures: np.ndarray,
-) -> np.ndarray:
-    """Return a parameter's values [structure] or [structure, storey] from the draws of its distribution."""
-    nominal = structure.parameters[name] if structure.family == "chain" else np.array(1.0)
-    if isinstance(spread, Listed):
-        listed = spread.values[structures]
-        values = listed.reshape(structures.size, -1) if nominal.ndim else listed
-        return np.array(np.broadcast_to(values, (structures.size, *nominal.shape)))
-    if not isinstance(spread, Factor):
-        return np.full((structures.size, *nominal.shape), float(spread))
-    values = np.stack(columns, axis=1) if spread.per == "storey" else columns[0].reshape(-1, *(1,) * nominal.ndim)
-    if type(spread) is Factor:
-        return nominal * values
-    return np.ascontiguousarray(np.broadcast_to(values, (structures.size, *nominal.shape)))

@@ -141,6 +141,7 @@ class Listed:
 
 
 Scatter = Mapping[str, Factor | Value | Listed | float]
+SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
 
 def check_scatter(
@@ -195,8 +196,7 @@ def correlation_factor(
     """
     variables: list[tuple[str, int]] = []
     for name, spread in scatter.items():
-        if isinstance(spread, Factor):
-            variables += [(name, i) for i in range(structure.dofs if spread.per == "storey" else 1)]
+        variables += [(name, i) for i in range(variables_of(structure, spread))]
     matrix = np.eye(len(variables))
     for row, (p, i) in enumerate(variables):
         for column, (q, j) in enumerate(variables[:row]):
@@ -217,3 +217,58 @@ def correlation_factor(
     factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
     factor[np.abs(factor) < 1e-14] = 0.0
     return variables, factor
+
+
+def central(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
+    """Return the scattered parameters at the middle of their distributions, of shape [storey] or []."""
+    middle = _at(structure, scatter, np.zeros(1))
+    return {
+        name: np.median(values, axis=0) if isinstance(scatter[name], Listed) else values[0]
+        for name, values in middle.items()
+    }
+
+
+def representative(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
+    """Return values of the scattered parameters that are all alike only where all that can be drawn are.
+
+    They are those at two places of each distribution, or all that are listed, of shape [value, storey] or [value].
+    """
+    return _at(structure, scatter, np.array([0.0, 1.0]))
+
+
+def _at(structure: ShearBuilding | LinearSystem, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the scattered parameters at some standard normal values of their distributions; all of those listed."""
+    values, nominal = {}, nominal_values(structure)
+    for name, spread in scatter.items():
+        normals = np.broadcast_to(z, (variables_of(structure, spread), z.size))
+        rows = np.arange(len(spread.values) if isinstance(spread, Listed) else z.size)
+        values[name] = combined(nominal[name], spread, normals, rows).T
+    return values
+
+
+def nominal_values(structure: ShearBuilding | LinearSystem) -> Mapping[str, np.ndarray]:
+    """Return what scatter multiplies or replaces, of shape [storey] or []; of a LinearSystem factors on matrices."""
+    values = structure.parameters
+    return values if structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
+
+
+def variables_of(structure: ShearBuilding | LinearSystem, spread: Factor | Value | Listed | float) -> int:
+    """Return how many random variables a parameter's scatter has."""
+    if not isinstance(spread, Factor):
+        return 0
+    return structure.dofs if spread.per == "storey" else 1
+
+
+def combined(
+    nominal: np.ndarray, spread: Factor | Value | Listed | float, normals: np.ndarray, structures: np.ndarray
+) -> np.ndarray:
+    """Return a parameter's values [storey, structure] or [structure], of its normal values [variable, structure]."""
+    shape = (*nominal.shape, structures.size)
+    if isinstance(spread, Listed):
+        return np.broadcast_to(spread.values[structures].T, shape)
+    if not isinstance(spread, Factor):
+        return np.full(shape, float(spread))
+    values = spread.distribution.from_standard_normal(normals)
+    if not nominal.ndim:
+        values = values[0]
+    return nominal[..., None] * values if type(spread) is Factor else np.broadcast_to(values, shape)

@@ -15,8 +15,7 @@ from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.recorders import RECORDERS
-from warpdyn.sample import SAMPLING, central, representative
-from warpdyn.scatter import Scatter, check_scatter
+from warpdyn.scatter import SAMPLING, Scatter, central, check_scatter, representative
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 Excitation = Stripes | Cloud | Individual | FilteredNoise | HarmonicForce | ForceHistory | FreeVibration

@@ -126,7 +126,7 @@ def simulate(
     )
     columns = columns_of(run.terms, keep_inputs)
     blocks = divide(run, columns, memory)
-    queues = open_queues(run.devices, run.threads)
+    queues = open_queues(run.devices, run.terms.threads)
     findings = Findings(run.samples, method)
     if on_unstable == "raise":
         for structures in blocks:

@@ -15,12 +15,12 @@ from warpdyn.methods import METHODS
 TABLE_TOLERANCE = 2e-3
 # Damping ratios below this get no credit for their damping: eigenvalues carry rounding of about 1e-12.
 LEAST_DAMPING_RATIO = 1e-9
-# Cells of the table are not refined below this width, which only a jump of the limit asks for.
-LEAST_CELL = 1e-12
-# What a smooth minimum between two tabulated damping ratios can lie below both.
-TABLE_MARGIN = 1e-5
+LEAST_CELL = 1e-12  # width below which cells are not refined; only a jump of the limit asks for less
+TABLE_MARGIN = 1e-5  # what a smooth minimum between two tabulated damping ratios can lie below both
 # Beyond a damping ratio of a million a limit stands still or goes with the ratio's inverse, as `limit_scale` has it.
 LAST_PLACE = 2 - 1e-6
+CELLS = 1000  # of the table, before they are refined
+Table = Callable[[Method], tuple[np.ndarray, np.ndarray]]
 
 
 def stability_limit(method: Method, damping_ratio: float) -> float:
@@ -220,7 +220,7 @@ def _over_mass(mass: np.ndarray, name: str, matrix: np.ndarray) -> np.ndarray:
 @cache
 def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
     """Places of damping ratios, refined where the limit is steep, and the limits there times `limit_scale`."""
-    place = np.concatenate([[0, LEAST_DAMPING_RATIO], np.linspace(0, LAST_PLACE, 1001)[1:]])
+    place = np.concatenate([[0, LEAST_DAMPING_RATIO], np.linspace(0, LAST_PLACE, CELLS + 1)[1:]])
     limit = oscillator_limits(method, _ratio(place))
     while np.isfinite(limit).all():  # a method has limits at all damping ratios, or at none
         coarse = np.abs(np.diff(limit)) > TABLE_TOLERANCE * np.maximum(limit[:-1], limit[1:])
@@ -254,14 +254,25 @@ def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
     return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])
 
 
-def _looked_up(
-    table: Callable[[Method], tuple[np.ndarray, np.ndarray]], method: Method, frequency: np.ndarray, zeta: np.ndarray
-) -> np.ndarray:
+def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.ndarray) -> np.ndarray:
     """Return the step [s] that a table gives oscillators."""
-    grid, cell_limit = table(method)
     place = np.where(zeta > 1, 2 - 1 / np.maximum(zeta, 1), zeta)
-    cell = np.clip(np.searchsorted(grid, place, side="right") - 1, 0, cell_limit.size - 1)
-    return cell_limit[cell] / (limit_scale(method, zeta) * frequency)
+    coarse = np.minimum(CELLS / LAST_PLACE * place, CELLS - 1).astype(np.int32)
+    limit = np.array(_of_undivided_cells(table, method)[coarse])
+    divided = np.isnan(limit)
+    if divided.any():
+        grid, cell_limit = table(method)
+        cell = np.searchsorted(grid, place[divided], side="right") - 1
+        limit[divided] = cell_limit[np.clip(cell, 0, cell_limit.size - 1)]
+    return limit / (limit_scale(method, zeta) * frequency)
+
+
+@cache
+def _of_undivided_cells(table: Table, method: Method) -> np.ndarray:
+    """Return what a table has in cells of equal width, found without a search; NaN where they were refined."""
+    grid, cell_limit = table(method)
+    edges = np.searchsorted(grid, np.linspace(0, LAST_PLACE, CELLS + 1))
+    return np.where(np.diff(edges) > 1, np.nan, cell_limit[edges[:-1]])
 
 
 def _ratio(place: np.ndarray) -> np.ndarray:

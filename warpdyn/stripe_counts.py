@@ -144,7 +144,7 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
     pairs = np.count_nonzero(np.bincount(record_index * levels.size + stripe, minlength=1))
     if pairs < 2 * levels.size and records.size > 1:
         raise ValueError(f"'im_level' has {levels.size} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
-    status = _decoded_status(dataset["status"])
+    status = decoded_status(dataset["status"])
     unusable = ~np.isfinite(drift).all(axis=1) | ~(drift >= 0).all(axis=1)
     bad = np.flatnonzero(unusable & (status == _STATUS.index("ok")))
     if bad.size:
@@ -162,7 +162,7 @@ def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return distinct, np.searchsorted(distinct, values)
 
 
-def _decoded_status(status: xr.DataArray) -> np.ndarray:
+def decoded_status(status: xr.DataArray) -> np.ndarray:
     """Read the flags by their meanings, so that a file's own codes decide."""
     meanings = str(status.attrs.get("flag_meanings", "")).split()
     codes = np.atleast_1d(status.attrs.get("flag_values", ()))

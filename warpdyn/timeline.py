@@ -144,6 +144,14 @@ def _resampled(motion: GroundMotion | ForceHistory, step: float) -> GroundMotion
     return replace(motion, acceleration=values[:, 0], step=step)
 
 
+def default_step(central: Vibration) -> float:
+    """Return the longest step [s] that resolves the structure in the middle of the scatter."""
+    step = float(central.period[0]) / STEPS_PER_PERIOD
+    if central.stable_step[0] > 0:  # where no step is stable, the guard says so
+        step = min(step, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
+    return step
+
+
 def build_timeline(
     scene: Scene,
     central: Vibration,
@@ -171,9 +179,7 @@ def build_timeline(
             raise ValueError("give simulate() a step or a longest_step, not both")
         target = real_number("longest_step [s]", longest_step, above=0)
     else:
-        target = float(central.period[0]) / STEPS_PER_PERIOD
-        if central.stable_step[0] > 0:  # where no step is stable, the guard says so
-            target = min(target, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
+        target = default_step(central)
     if resample and step is None:
         raise ValueError("resample needs a step to resample the motions at")
     if resample and not motions_of(scene):

@@ -62,3 +62,13 @@ def as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
 def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
     """Return values as an array of a struct, where they are."""
     return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)
+
+
+def lane_rows(rows: int, count: int, lanes: int, value: float) -> np.ndarray:
+    """Return rows for so many doubles, which hold a value beyond them up to a whole number of a thread's lanes.
+
+    The number is odd: rows a power of 2 long would get into each other's way in a processor's cache.
+    """
+    array = np.empty((rows, (-(-count // lanes) | 1) * lanes))
+    array[:, count:] = value
+    return array

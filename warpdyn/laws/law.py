@@ -45,9 +45,9 @@ class Parameter:
 
         Where `structures` is given, it holds the indices of the structures along the first axis.
         """
-        bad = self.violations(values)
-        if not bad.any():
+        if not self.violations(np.array([values.min(), values.max()])).any():  # bounds are of an interval
             return None
+        bad = self.violations(values)
         place = np.argwhere(bad)[0]
         index = place if structures is None else [structures[place[0]], *place[1:]]
         where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))

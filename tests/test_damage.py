@@ -1,0 +1,164 @@
+"""Shares of buildings in each damage state: counted by hand, with limits by archetype, by record, pair and stripe."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_portfolio import DAMPED, MOTIONS, YIELDING, chain
+
+import warpdyn as wd
+
+STATES = ("slight", "complete")
+# Peak drift ratios [building, motion, storey] of three buildings with limits 1 and 2, and two with limits 10 and 20.
+NAN = np.nan
+DRIFTS = [
+    [[0.5, NAN], [1.0, NAN], [2.5, NAN], [1.5, NAN]],
+    [[1.5, NAN], [0.1, NAN], [0.2, NAN], [0.3, NAN]],
+    [[0.1, NAN], [9.9, NAN], [1.1, NAN], [2.1, NAN]],
+    [[9.0, 11.0], [25.0, 1.0], [1.0, 1.0], [2.0, 10.0]],
+    [[5.0, 5.0], [5.0, 5.0], [5.0, 10.5], [15.0, 5.0]],
+]
+LIMITS = {"light": {"slight": 1.0, "complete": 2.0}, "heavy": {"slight": 10.0, "complete": 20.0}}
+
+
+def made(drifts=DRIFTS, status=None, counts=(3, 2), **extra):
+    drift = np.array(drifts, dtype=np.float32).reshape(-1, 2)
+    buildings, samples = sum(counts), len(drift)
+    each = samples // buildings
+    flags = {
+        "flag_values": np.arange(5, dtype=np.int8),
+        "flag_meanings": "ok collapsed diverged unstable_step not_converged",
+    }
+    columns = {
+        "building": np.repeat(np.arange(buildings), each),
+        "archetype": np.repeat([0, 1], np.multiply(counts, each)),
+        "record": np.tile(np.arange(each), buildings),
+    }
+    return xr.Dataset(
+        {
+            "peak_storey_drift_ratio": (("sample", "storey"), drift),
+            "status": ("sample", np.zeros(samples, np.int8) if status is None else status, flags),
+            "motion_name": ("motion", [f"m{i}" for i in range(4)]),
+            "buildings_of_archetype": ("archetype_name", list(counts)),
+            "storeys_of_archetype": ("archetype_name", [1, 2]),
+        },
+        {"archetype_name": ["light", "heavy"]}
+        | {name: ("sample", values) for name, values in (columns | extra).items()},
+    )
+
+
+def test_shares_are_those_counted_by_hand():
+    shares = wd.damage_shares(made(), LIMITS)
+    assert shares["damage_state"].values.tolist() == ["none", "slight", "complete"]
+    light = shares["archetype_damage_share"].sel(archetype_name="light")
+    assert light.dims == ("motion", "damage_state")
+    # A drift equal to a limit does not pass it.
+    np.testing.assert_array_equal(light * 3, [[2, 1, 0], [2, 0, 1], [1, 1, 1], [1, 1, 1]])
+    heavy = shares["archetype_damage_share"].sel(archetype_name="heavy")
+    np.testing.assert_array_equal(heavy * 2, [[1, 1, 0], [1, 0, 1], [1, 1, 0], [1, 1, 0]])
+    np.testing.assert_allclose(shares["damage_share"] * 5, [[3, 2, 0], [3, 0, 2], [2, 2, 1], [2, 2, 1]])
+    np.testing.assert_array_equal(shares["counted_buildings"], [[3] * 4, [2] * 4])
+    np.testing.assert_array_equal(shares["damage_limit"], [[0, 1, 2], [0, 10, 20]])
+    assert shares["motion_name"].values.tolist() == ["m0", "m1", "m2", "m3"]
+
+
+def test_the_worse_component_of_a_pair_counts():
+    shares = wd.damage_shares(made(), LIMITS, events=["first", "first", "second", "second"])
+    assert shares["event"].values.tolist() == ["first", "second"]
+    light = shares["archetype_damage_share"].sel(archetype_name="light")
+    np.testing.assert_allclose(light * 3, [[1, 1, 1], [1, 0, 2]])
+    heavy = shares["archetype_damage_share"].sel(archetype_name="heavy")
+    np.testing.assert_allclose(heavy * 2, [[1, 0, 1], [1, 1, 0]])
+    # Components need not stand side by side.
+    crossed = wd.damage_shares(made(), LIMITS, events=["b", "a", "a", "b"])
+    np.testing.assert_allclose(crossed["damage_share"].sel(event="a") * 5, [1, 1, 3])
+
+
+def test_collapse_is_the_last_state_and_failures_are_kept_out():
+    counts, drifts = (150, 150), np.full((300, 1, 2), 0.5)
+    status = np.zeros(300, np.int8)
+    status[[0, 1]] = 1
+    status[2], drifts[2] = 2, NAN
+    run = made(drifts, status, counts).drop_dims("motion").assign(motion_name=("motion", ["m0"]))
+    shares = wd.damage_shares(run, LIMITS)
+    np.testing.assert_array_equal(shares["counted_buildings"], [[149], [150]])
+    np.testing.assert_allclose(shares["archetype_damage_share"][0, 0] * 149, [147, 0, 2])
+    assert int(shares["failed_samples"]) == 1
+    status[3:10] = 4
+    with pytest.raises(ValueError, match="8 of 300 samples failed"):
+        wd.damage_shares(run.assign(status=run["status"].copy(data=status)), LIMITS)
+    # A pair fails with either of its components.
+    status = np.zeros(400, np.int8)
+    status[5] = 2
+    pairs = made(np.full((100, 4, 2), 0.5), status, (50, 50))
+    shares = wd.damage_shares(pairs, LIMITS, events=[0, 0, 1, 1])
+    np.testing.assert_array_equal(shares["counted_buildings"], [[49, 50], [50, 50]])
+
+
+def test_stripes_are_counted_apart():
+    level = ("sample", np.tile([0.2, 0.1, 0.2, 0.1], 5), {"design": "stripes", "units": "g"})
+    run = made(record=np.tile([0, 0, 1, 1], 5)).assign_coords(im_level=level).drop_vars("motion_name")
+    run = run.assign(motion_name=("motion", ["a", "b"]))
+    shares = wd.damage_shares(run, LIMITS)
+    assert shares["damage_share"].dims == ("motion", "stripe", "damage_state")
+    np.testing.assert_allclose(shares["damage_share"].sel(stripe=0.1) * 5, [[3, 0, 2], [2, 2, 1]])
+    np.testing.assert_allclose(shares["damage_share"].sel(stripe=0.2) * 5, [[3, 2, 0], [2, 2, 1]])
+    pair = wd.damage_shares(run, LIMITS, events=["both", "both"])["damage_share"]
+    np.testing.assert_allclose(pair.sel(stripe=0.2) * 5, [[0, 4, 1]])
+
+
+BAD = {
+    "no portfolio": (lambda run: run.drop_vars("archetype"), LIMITS, {}, "no 'archetype'"),
+    "no drift": (lambda run: run.drop_vars("peak_storey_drift_ratio"), LIMITS, {}, "leave 'drift' in what is recorded"),
+    "missing": (None, {"light": LIMITS["light"]}, {}, "archetype 'heavy': limits must hold"),
+    "unknown": (None, {"lihgt": {}}, {}, "limits name 'lihgt'"),
+    "states": (None, LIMITS | {"heavy": {"slight": 1.0}}, {}, "archetype 'heavy': its damage states are slight"),
+    "order": (None, LIMITS | {"heavy": {"slight": 3.0, "complete": 2.0}}, {}, "'heavy': limits must increase"),
+    "sign": (None, LIMITS | {"heavy": {"slight": -3.0, "complete": 2.0}}, {}, "archetype 'heavy': limit of 'slight'"),
+    "events": (None, LIMITS, {"events": [0, 1]}, "events names 2 motions, and the run has 4"),
+    "none": (None, {name: {"none": 1.0} for name in LIMITS}, {}, "'none' is the state of a building above no limit"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input(case):
+    change, limits, settings, message = BAD[case]
+    with pytest.raises((ValueError, TypeError), match=message):
+        wd.damage_shares(made() if change is None else change(made()), limits, **settings)
+
+
+@pytest.fixture(scope="module")
+def run():
+    scatter = {"yield_force": wd.Factor(wd.Lognormal(1, 0.3))}
+    city = wd.Portfolio({"low": wd.Archetype(chain(1), 12, scatter), "high": wd.Archetype(chain(2), 8, scatter)})
+    levels = [0.05, 0.1, 0.2, 0.4, 0.8, 1.6]
+    stripes = wd.Stripes(MOTIONS, levels, wd.PeakGroundAcceleration())
+    return wd.simulate_portfolio(city, stripes, device="cpu", record=("drift",), tail=1.0, seed=3)
+
+
+@pytest.mark.filterwarnings("ignore:.*:UserWarning")  # three records make no intervals
+def test_one_archetype_reads_as_an_ordinary_run(run):
+    part = wd.of_archetype(run, "high")
+    assert dict(part.sizes) == {"sample": 8 * 3 * 6, "storey": 2, "motion": 3}
+    assert np.isfinite(part["peak_storey_drift_ratio"]).all()
+    assert wd.of_archetype(run, "low").sizes["storey"] == 1
+    limits = {"slight": 0.001, "complete": 0.005}
+    with pytest.raises(ValueError, match="no archetype 'tall' in the run; it has low, high"):
+        wd.of_archetype(run, "tall")
+    # Its fragility is that of the same buildings by themselves, drawn apart.
+    scatter = {"yield_force": wd.Listed(part["yield_force"].values[:: 3 * 6].astype(np.float64))}
+    stripes = wd.Stripes(MOTIONS, np.unique(part["im_level"]), wd.PeakGroundAcceleration())
+    building = wd.ShearBuilding(2e3, [6e5] * 2, 3.0, **(YIELDING | DAMPED))
+    scene = wd.Scene(building, stripes, scatter, record=("drift",), tail=1.0)
+    alone = wd.simulate(scene, samples=8, longest_step=0.005, device="cpu")
+    curves, own = (wd.fragility(each, limits, bootstrap=50) for each in (part, alone))
+    xr.testing.assert_equal(curves, own)
+    assert np.isfinite(curves["fragility_median"]).all()
+    # The shares agree with the fragility's count of exceeding samples.
+    shares = wd.damage_shares(run, {"low": limits, "high": limits})
+    in_or_beyond = (
+        shares["archetype_damage_share"].sel(archetype_name="high").mean("motion")[:, ::-1].cumsum("damage_state")
+    )
+    exceeding = curves["exceedance_fraction"].values.T
+    np.testing.assert_allclose(in_or_beyond.values[:, 1::-1], exceeding, atol=1e-12)
+    merged = run.merge(shares, combine_attrs="no_conflicts", compat="override")
+    assert "damage_share" in merged

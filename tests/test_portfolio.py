@@ -1,0 +1,349 @@
+"""Portfolios: a building's results are those of its archetype by itself, whatever stands beside it."""
+
+import importlib
+import os
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_simulate import MOTIONS, make_motion
+
+import warpdyn as wd
+from warpdyn.kernels import devices
+from warpdyn.portfolio_groups import ROUND_STEP, groups_of, scenes_of
+from warpdyn.timeline import STEPS_PER_PERIOD
+
+module = importlib.import_module("warpdyn.simulate_portfolio")  # whose name is that of its function, too
+
+STRIPES = wd.Stripes(MOTIONS, [0.1, 0.4], wd.PeakGroundAcceleration())
+DAMPED = {"damping": "rayleigh", "damping_ratio": 0.05}
+YIELDING = {"law": "bilinear", "yield_force": 4e3, "hardening_ratio": 0.05}
+SCATTER = {
+    "mass": wd.Factor(wd.Lognormal(1, 0.1)),
+    "stiffness": wd.Factor(wd.Lognormal(1, 0.2), per="storey"),
+    "damping_ratio": wd.Value(wd.Uniform(0.02, 0.08)),
+}
+
+
+def chain(storeys, stiffness=6e5, **changes):
+    return wd.ShearBuilding(2e3, np.full(storeys, stiffness), 3.0, **(YIELDING | DAMPED | changes))
+
+
+def smooth(storeys, **changes):
+    return chain(storeys, law="bouc_wen", **changes)
+
+
+TABLE = {"stiffness": wd.Listed(np.linspace(3e5, 9e5, 12).reshape(4, 3)), "mass": wd.Listed([1e3, 2e3, 3e3, 4e3])}
+ARCHETYPES = {
+    "low": wd.Archetype(chain(1), 5, SCATTER),
+    "house": wd.Archetype(chain(2)),
+    "table": wd.Archetype(chain(3), scatter=TABLE),
+    "high": wd.Archetype(chain(3, 5e5, hardening_ratio=0.1), 3, SCATTER, {("mass", "stiffness"): 0.5}),
+    "smooth": wd.Archetype(smooth(2), 4, {"yield_force": wd.Factor(wd.Lognormal(1, 0.3))}),
+    "linear": wd.Archetype(wd.ShearBuilding(2e3, [6e5, 4e5], 3.0, **DAMPED), 2, {"mass": wd.Listed([1e3, 2e3])}),
+    "again": wd.Archetype(chain(2, 7e5), 6, {"yield_force": 5e3, "mass": wd.Listed(np.linspace(1.5e3, 3e3, 6))}),
+}
+SETTINGS = {"tail": 1.0, "collapse_drift_ratio": 0.05}
+CITY = wd.Portfolio(ARCHETYPES)
+
+
+@pytest.fixture(scope="module")
+def city():
+    return wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", **SETTINGS)
+
+
+def rows_of(portfolio, name, each):
+    place = list(portfolio.archetypes).index(name)
+    first = int(portfolio.first[place]) * each
+    return slice(first, first + int(portfolio.counts[place]) * each)
+
+
+def assert_same(part, alone):
+    """Check that every result of a part of a portfolio's run has the bits of a run by itself; storeys above are NaN."""
+    for name in set(alone.data_vars) - {"motion_name", "motion_step", "estimated_relative_error"}:
+        one, other = part[name].values, alone[name].values
+        inner = one[(slice(None), *(slice(size) for size in other.shape[1:]))]
+        assert inner.dtype == other.dtype
+        assert inner.tobytes() == np.ascontiguousarray(other).tobytes(), name
+        if one.ndim > 1:
+            assert np.isnan(one[:, other.shape[1] :]).all(), name
+
+
+@pytest.mark.parametrize("name", ARCHETYPES)
+def test_a_building_is_what_its_archetype_by_itself_makes_of_it(name, city):
+    part = city.isel(sample=rows_of(CITY, name, 6))
+    archetype = ARCHETYPES[name]
+    values = CITY.parameters(name, seed=5)
+    scatter = {key: wd.Listed(value) for key, value in values.items()}
+    scene = wd.Scene(archetype.building, STRIPES, scatter, **SETTINGS)
+    steps = part["integration_step"].values
+    alone = wd.simulate(scene, samples=len(values["mass"]), longest_step=steps.max(), device="cpu", seed=99)
+    np.testing.assert_array_equal(alone["integration_step"].values, steps)
+    assert_same(part, alone)
+
+
+def test_the_dataset_says_which_sample_is_of_what(city):
+    each = 6
+    np.testing.assert_array_equal(city["sample"], np.arange(CITY.buildings * each))
+    np.testing.assert_array_equal(city["building"], np.repeat(np.arange(25), each))
+    names = city["archetype_name"].values[city["archetype"].values]
+    np.testing.assert_array_equal(names, np.repeat(list(ARCHETYPES), np.multiply([5, 1, 4, 3, 4, 2, 6], each)))
+    np.testing.assert_array_equal(city["record"], np.tile(np.repeat(np.arange(3), 2), 25))
+    np.testing.assert_array_equal(city["im_level"], np.tile([0.1, 0.4], 75))
+    np.testing.assert_array_equal(city["storeys_of_archetype"], [1, 2, 3, 3, 2, 2, 2])
+    np.testing.assert_array_equal(city["buildings_of_archetype"], [5, 1, 4, 3, 4, 2, 6])
+    assert city["peak_storey_drift_ratio"].dims == ("sample", "storey")
+    assert city["peak_floor_acceleration"].dims == ("sample", "floor")
+    assert city.sizes["storey"] == 3
+    storeys = city["storeys_of_archetype"].values[city["archetype"].values]
+    padded = np.arange(3) >= storeys[:, None]
+    np.testing.assert_array_equal(np.isnan(city["peak_storey_drift_ratio"]), padded)
+    assert "structure" not in city.variables
+    assert (city["status"] <= 1).all()
+    # A law's parameters are NaN where the building has none; elastic storeys do not yield.
+    linear = rows_of(CITY, "linear", each)
+    assert np.isnan(city["yield_force"][linear]).all()
+    np.testing.assert_array_equal(city["mass"][linear, 0], np.repeat(np.float32([1e3, 2e3]), each))
+    assert f"{25 * each} samples" in wd.summary(city)
+
+
+def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
+    # low; house and again; table and high; smooth; linear: seven archetypes, five kernels, one step each.
+    assert city.attrs["groups"] == 5
+    assert city.attrs["kernel"].count(";") == 4
+    runs = []
+
+    def count(scene, **settings):
+        runs.append(settings["samples"])
+        return original(scene, **settings)
+
+    original = module.simulate
+    monkeypatch.setattr(module, "simulate", count)
+    kinds = [chain(1), chain(2), chain(3)]
+    # 300 archetypes whose strengths differ, and whose periods do within an octave.
+    many = {f"{i}": wd.Archetype(replaced(kinds[i % 3], 1 + i / 1000), 2, SCATTER) for i in range(300)}
+    short = wd.Cloud([MOTIONS[0]])
+    run = wd.simulate_portfolio(wd.Portfolio(many), short, record=("drift",), tail=0.0, device="cpu")
+    assert run.sizes["sample"] == 600
+    assert len(runs) <= 6
+    assert sum(runs) == 600
+
+
+def test_whatever_a_building_is_beside_its_parameters_decides_on_its_group():
+    # All buildings of a group are built like its first one. Whoever gives ShearBuilding one more attribute must have
+    # `groups_of` tell buildings apart by it, and add it here.
+    told_apart = {"storeys", "law", "damping", "damping_modes"}
+    assert set(vars(chain(2))) == told_apart | {"parameters", "parameter_table"}
+    kinds = [chain(3), chain(3, damping_modes=(1, 3)), chain(3, damping="modal"), chain(3, law="bouc_wen"), chain(2)]
+    kinds.append(chain(3, law="bouc_wen", exponent=2.0))  # which has a kernel of its own
+    city = wd.Portfolio({f"{i}": wd.Archetype(kind) for i, kind in enumerate(kinds)})
+    scenes = scenes_of(city, wd.Scene(kinds[0], MOTIONS[0]))
+    assert len(groups_of(city, scenes, "rk4", 0, is_stepped=True)) == len(kinds)
+
+
+def replaced(building, factor):
+    return chain(building.storeys, 6e5 * factor, yield_force=4e3 * factor)
+
+
+def test_steps_are_round_and_at_most_an_archetypes_own(city):
+    for name in ("low", "house", "high", "smooth"):
+        own = ARCHETYPES[name].building.fundamental_period / STEPS_PER_PERIOD
+        # The motions' own steps, 20, 5 and 10 ms, divide by 10 ms over a power of 2 from 5 ms on.
+        step = city["integration_step"][rows_of(CITY, name, 6)].values.max()
+        assert own / 2 < step <= own
+        assert step in (ROUND_STEP / 2, ROUND_STEP / 4)
+    coarse = wd.simulate_portfolio(CITY, MOTIONS[1], step=0.005, tail=1.0, device="cpu")
+    assert (coarse["integration_step"] == 0.005).all()
+    assert coarse.attrs["groups"] == 5
+
+
+def test_no_other_building_changes_a_bit(city):
+    # Another order, and a part of them: where nothing is drawn, the number of a building does not matter.
+    names = ["again", "table", "house", "linear"]
+    part = wd.simulate_portfolio(
+        wd.Portfolio({name: ARCHETYPES[name] for name in names}), STRIPES, device="cpu", seed=1, **SETTINGS
+    )
+    for name in names:
+        first = part.isel(sample=rows_of(wd.Portfolio({key: ARCHETYPES[key] for key in names}), name, 6))
+        second = city.isel(sample=rows_of(CITY, name, 6))
+        for key in set(part.data_vars) - {"motion_name", "motion_step"}:
+            if part[key].dims[0] == "sample":
+                np.testing.assert_array_equal(first[key].values, second[key].values, err_msg=key)
+
+
+def test_draws_go_by_seed_and_number_alone():
+    values = CITY.parameters("high", 5)
+    assert values["stiffness"].shape == (3, 3)
+    assert values["damping_ratio"].shape == (3,)
+    # Ten buildings stand before "high"; of one archetype with as many before it they are the same.
+    others = wd.Portfolio({"before": wd.Archetype(chain(4), 10, SCATTER), "high": ARCHETYPES["high"]})
+    for key, value in values.items():
+        np.testing.assert_array_equal(others.parameters("high", 5)[key], value, err_msg=key)
+    fewer = wd.Portfolio({"before": wd.Archetype(chain(4), 9, SCATTER), "high": ARCHETYPES["high"]})
+    np.testing.assert_array_equal(fewer.parameters("high", 5)["mass"][1:], values["mass"][:2])
+    assert not np.array_equal(CITY.parameters("high", 6)["mass"], values["mass"])
+    # Buildings of two archetypes of one scatter are drawn apart.
+    twins = wd.Portfolio({"a": wd.Archetype(chain(1), 4, SCATTER), "b": wd.Archetype(chain(1), 4, SCATTER)})
+    factors = np.concatenate([twins.parameters(name, 0)["mass"][:, 0] for name in "ab"])
+    assert np.unique(factors).size == 8
+
+
+def test_each_building_can_have_a_motion_of_its_own():
+    motion = np.arange(CITY.buildings) % 3
+    scale = np.linspace(0.5, 2, CITY.buildings)
+    run = wd.simulate_portfolio(CITY, wd.Individual(MOTIONS, motion, scale), device="cpu", seed=5, tail=1.0)
+    np.testing.assert_array_equal(run["record"], motion)
+    np.testing.assert_allclose(run["scale_factor_of_motion"], scale)
+    name = "high"
+    part = run.isel(sample=rows_of(CITY, name, 1))
+    own = wd.Individual(MOTIONS, motion[10:13], scale[10:13])
+    scatter = {key: wd.Listed(value) for key, value in CITY.parameters(name, 5).items()}
+    scene = wd.Scene(ARCHETYPES[name].building, own, scatter, tail=1.0)
+    alone = wd.simulate(scene, samples=3, longest_step=part["integration_step"].values.max(), device="cpu")
+    assert_same(part, alone)
+    # Drawn ones go by the building's number, too.
+    drawn = wd.simulate_portfolio(CITY, wd.Individual(MOTIONS), record=("drift",), device="cpu", seed=5, tail=0.0)
+    expected = wd.Individual(MOTIONS).assign(np.arange(CITY.buildings), 5)
+    np.testing.assert_array_equal(drawn["record"], expected.motion)
+
+
+@pytest.mark.parametrize("keep_inputs", [True, False])
+def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monkeypatch):
+    monkeypatch.setattr("warpdyn.portfolio_results.SAMPLES_AT_A_TIME", 7 * 6)
+    settings = {"keep_inputs": keep_inputs, "check": 0.1, "memory": 10**9, **SETTINGS}
+    held = wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", **settings)
+    with wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", path=tmp_path / "run.nc", **settings) as read:
+        assert os.listdir(tmp_path) == ["run.nc"]
+        assert set(read.variables) == set(held.variables)
+        assert set(read.attrs) == set(held.attrs)
+        for name in held.variables:
+            xr.testing.assert_identical(read[name].load().drop_attrs(), held[name].drop_attrs())
+            assert str(read[name].attrs) == str(held[name].attrs), name
+    assert ("mass" in held) == keep_inputs
+    with xr.open_dataset(wd.write(held, tmp_path / "again.nc")) as again:
+        xr.testing.assert_identical(again.load(), held)
+    # The error of a portfolio is no less than that of any of its archetypes.
+    errors = held["estimated_relative_error"].sel(demand="peak_storey_drift")
+    assert 0 < float(errors.sel(error_statistic="median")) <= float(errors.sel(error_statistic="worst")) < 0.1
+    assert "estimated relative error" in wd.summary(held)
+    for name in set(held.data_vars) - {"estimated_relative_error"}:
+        np.testing.assert_array_equal(held[name].values, city[name].values)
+
+
+def test_nothing_is_left_of_an_unfinished_file(tmp_path, monkeypatch):
+    def fail(scene, **settings):
+        runs.append(1)
+        if len(runs) == 3:
+            raise KeyboardInterrupt
+        return original(scene, **settings)
+
+    runs, original = [], module.simulate
+    monkeypatch.setattr(module, "simulate", fail)
+    (tmp_path / "run.nc").write_text("what stood there")
+    with pytest.raises(KeyboardInterrupt):
+        wd.simulate_portfolio(CITY, MOTIONS[0], tail=0.0, record=("drift",), device="cpu", path=tmp_path / "run.nc")
+    assert os.listdir(tmp_path) == ["run.nc"]
+    assert (tmp_path / "run.nc").read_text() == "what stood there"
+
+
+def test_a_plan_is_made_for_each_group():
+    two = wd.Portfolio({name: ARCHETYPES[name] for name in ("house", "linear")})
+    run = wd.simulate_portfolio(two, MOTIONS[0], record=("drift",), tail=0.0, device="cpu", error=0.05)
+    assert run.attrs["target_error"] == 0.05
+    assert run.attrs["groups"] == 2
+    assert np.isfinite(run["peak_storey_drift"].values).all()
+
+
+def test_unstable_steps_are_seen_to_and_say_whose_they_are():
+    # A stiff building at a step far beyond its limit, beside a soft one that it suits.
+    stiff = chain(1, 2e8, yield_force=1e7)
+    city = wd.Portfolio({"soft": wd.Archetype(chain(2)), "stiff": wd.Archetype(stiff, 2)})
+    settings = {"step": 0.02, "device": "cpu", "tail": 1.0}
+    with pytest.warns(UserWarning, match=r"2 buildings of 1 storeys \(archetype 'stiff'\): the step is beyond"):
+        run = wd.simulate_portfolio(city, MOTIONS[0], **settings)
+    np.testing.assert_array_equal(run["status"], [0, 0, 0])
+    assert run["integration_step"][0] == 0.02
+    assert (run["integration_step"][1:] < 0.01).all()
+    with pytest.raises(ValueError, match=r"archetype 'stiff'.*sample 0"):
+        wd.simulate_portfolio(city, MOTIONS[0], on_unstable="raise", **settings)
+
+
+BAD = {
+    "no archetypes": (lambda: wd.Portfolio({}), "at least one Archetype"),
+    "no mapping": (lambda: wd.Portfolio([chain(1)]), "archetypes must map names"),
+    "no archetype": (lambda: wd.Portfolio({"a": chain(1)}), "archetype 'a': it must be an Archetype, got ShearBuil"),
+    "no name": (lambda: wd.Portfolio({3: wd.Archetype(chain(1))}), "name of an archetype must be text, got 3"),
+    "count": (lambda: wd.Portfolio({"a": wd.Archetype(chain(1), 0)}), "archetype 'a': count must be a whole number"),
+    "building": (
+        lambda: wd.Portfolio({"a": wd.Archetype(wd.LinearSystem([1.0], [[0.0]], [[1.0]]))}),
+        "archetype 'a': building must be a ShearBuilding, got LinearSystem",
+    ),
+    "listed": (
+        lambda: wd.Portfolio({"ok": wd.Archetype(chain(1)), "a": wd.Archetype(chain(3), 5, TABLE)}),
+        "archetype 'a': scatter\\['stiffness'\\] lists 4 buildings, and there are 5",
+    ),
+    "unknown": (
+        lambda: wd.Portfolio({"a": wd.Archetype(chain(1), scatter={"masss": 1.0})}),
+        "archetype 'a': scatter names unknown parameter 'masss'",
+    ),
+    "correlation": (
+        lambda: wd.Portfolio({"a": wd.Archetype(chain(1), 2, SCATTER, {("mass", "height"): 0.1})}),
+        "archetype 'a': correlation names",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_errors_name_the_archetype(case):
+    make, message = BAD[case]
+    with pytest.raises((ValueError, TypeError), match=message):
+        make()
+
+
+def refuse(*arguments, **named):
+    pytest.fail("a kernel was reached")
+
+
+WILD = {"mass": wd.Value(wd.Normal(0.0, 1.0))}
+RUNS = {
+    "no portfolio": ({"portfolio": chain(1)}, "takes a Portfolio, got ShearBuilding"),
+    "excitation": ({"excitation": wd.FreeVibration(1.0)}, "must be Stripes, Cloud or Individual, got FreeVibration"),
+    "samples": ({"samples": 3}, "takes no samples: an archetype's `count`"),
+    "histories": ({"histories": wd.Histories([0])}, "takes no histories"),
+    "individual": ({"excitation": wd.Individual(MOTIONS, [0, 1])}, "motion has 2 values for 25 samples"),
+    "method": ({"method": "exact"}, "archetype 'low': method 'exact' does not fit storeys of law 'bilinear'"),
+    "unknown method": ({"method": "euler"}, "unknown method 'euler'"),
+    "recorder": ({"record": ("drifts",)}, "unknown recorder"),
+    "seed": ({"seed": -1}, "seed must be a whole number of at least 0"),
+    "drawn": (
+        {"portfolio": wd.Portfolio({"ok": wd.Archetype(chain(1)), "bad": wd.Archetype(chain(1), 9, WILD)})},
+        "archetype 'bad': the drawn mass is",
+    ),
+    "listed": (
+        {"portfolio": wd.Portfolio({"bad": wd.Archetype(chain(1), scatter={"mass": wd.Listed([1.0, -1.0])})})},
+        "archetype 'bad': the drawn mass is -1 at structure 1",
+    ),
+    "between parameters": (
+        {"portfolio": wd.Portfolio({"bad": wd.Archetype(smooth(1), scatter={"gamma": wd.Listed([0.1, 0.9])})})},
+        "archetype 'bad': .*gamma is 0.9 where beta is 0.5",
+    ),
+    "step": ({"step": 0.007}, "buildings of 1 storeys .*'low'.*: step 0.007 s does not divide"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", RUNS)
+def test_bad_runs_are_refused_before_a_kernel(case, monkeypatch):
+    changes, message = RUNS[case]
+    monkeypatch.setattr(devices.CpuQueue, "launch", refuse)
+    arguments = {"portfolio": CITY, "excitation": STRIPES, "device": "cpu"} | changes
+    with pytest.raises((ValueError, TypeError), match=message):
+        wd.simulate_portfolio(**arguments)
+
+
+def test_a_thousand_archetypes_are_laid_out_in_seconds():
+    city = {f"{i}": wd.Archetype(chain(1 + i % 2, 6e5 * (1 + i / 1e4)), 3, SCATTER) for i in range(1000)}
+    motion = make_motion(0.02, 30, 4)
+    run = wd.simulate_portfolio(wd.Portfolio(city), motion, record=("drift",), tail=0.0, device="cpu")
+    assert run.sizes["sample"] == 3000
+    assert run.attrs["groups"] <= 4
+    assert len(run.attrs["scene"]) > 100_000  # and is written, all the same
