@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from warpdyn.checks import one_of
 from warpdyn.method_kinds import ExactMethod, ExplicitMethod, ImplicitMethod, Method
 
@@ -95,7 +97,7 @@ def fitting_methods(law: str) -> tuple[str, ...]:
     the force would lag behind the drift, which feeds the motion until yielding bounds it.
     """
     unfit = set() if law == "elastic" else {"exact"}
-    if law in RATE_LAWS:
+    if set(RATE_LAWS) & set(re.split(r"[|+]", law)):
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
     return tuple(name for name in METHODS if name not in unfit)
 

@@ -8,13 +8,12 @@ from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.kernels.build import fitted
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.vibration import circular_frequencies
-from warpdyn.laws import LAWS
+from warpdyn.laws.devices import damper_values, steepest_damping
 from warpdyn.method_kinds import Method
 from warpdyn.methods import METHODS
 from warpdyn.modal import (
     chain_stiffness_matrix,
     modal_damping_matrix,
-    rayleigh_coefficients,
 )
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.parts import STRUCTURES_AT_A_TIME, in_parts
@@ -27,6 +26,14 @@ from warpdyn.stability import (
     stable_step_of_eigenvalues,
     stable_step_of_yielding,
     state_eigenvalues,
+)
+from warpdyn.storey_dampers import (
+    chain_damping_matrix,
+    couples_modes,
+    damper_kind,
+    kernel_damping,
+    rayleigh_of,
+    storey_dashpots,
 )
 from warpdyn.timeline import Schedule, Timeline, Vibration
 
@@ -52,7 +59,7 @@ def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = 
 
 def spring_of(scene: Scene) -> str:
     """Return the row of the kernels' SPRINGS table that holds for all structures that can be drawn."""
-    return LAWS[scene.structure.law].spring({**scene.structure.parameters, **scene.representative_parameters})
+    return scene.structure.storey_law.spring({**scene.structure.parameters, **scene.representative_parameters})
 
 
 def load_of(scene: Scene) -> str:
@@ -63,24 +70,31 @@ def load_of(scene: Scene) -> str:
     return kinds.get(type(scene.excitation), "base_acceleration")
 
 
-def pack_chain(scene: Scene, parameters: Arrays, spring: str, rayleigh: np.ndarray) -> Arrays:
+def pack_chain(scene: Scene, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:
     """Return the arrays of the chain's kernels, structures last."""
     mass, stiffness = parameters["mass"], parameters["stiffness"]
     structures, storeys = mass.shape
     # Structures are next to each other, as kernels have them and as they were drawn.
-    coefficients = np.stack([values.T for values in LAWS[scene.structure.law].coefficients(parameters, spring)], axis=1)
+    coefficients = np.stack(
+        [values.T for values in scene.structure.storey_law.coefficients(parameters, plan.law)], axis=1
+    )
     packed = {
         "mass": mass.T,
         "inverse_mass": 1 / mass.T,
         "inverse_height": 1 / parameters["height"].T,
         "coefficients": coefficients.reshape(-1, structures),
     }
-    if scene.structure.damping == "storey":
-        packed["storey_damping"] = parameters["damping_coefficient"].T
-    elif scene.structure.damping == "rayleigh":
-        packed["storey_damping"] = (rayleigh[:, 1:] * stiffness).T
+    dashpots = storey_dashpots(scene.structure, parameters, rayleigh[:, 1])
+    if plan.viscous_dampers == "linear":
+        dashpots = parameters["damper_coefficient"] + (0.0 if dashpots is None else dashpots)
+    elif plan.viscous_dampers == "power":
+        values = np.stack([values.T for values in damper_values(parameters)], axis=1)
+        packed["viscous_damper"] = values.reshape(-1, structures)
+    if dashpots is not None:
+        packed["storey_damping"] = dashpots.T
+    if plan.damping == "rayleigh":
         packed["mass_damping"] = rayleigh[:, 0]
-    elif scene.structure.damping == "modal":
+    if plan.damping == "modal":
         matrices = modal_damping_matrix(mass, chain_stiffness_matrix(stiffness), parameters["damping_ratio"])
         packed["damping_matrix"] = matrices.reshape(structures, storeys * storeys).T
     return packed
@@ -119,7 +133,7 @@ def pack_structures(
 
     def part(structures: slice) -> Arrays:
         values = {name: array[structures] for name, array in parameters.items()}
-        return pack_chain(scene, values, plan.law, rayleigh[structures])
+        return pack_chain(scene, values, plan, rayleigh[structures])
 
     count = len(rayleigh)
     whole = {name: np.empty((*of_one.shape[:-1], count), plan.dtype) for name, of_one in part(slice(1)).items()}
@@ -139,11 +153,12 @@ def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
         family=family,
         dofs=dofs,
         law=spring_of(scene),
-        damping=damping_of(scene) if METHODS[method].kind == "exact" else scene.structure.damping,
+        damping=damping_of(scene) if METHODS[method].kind == "exact" else kernel_damping(scene.structure),
         load=load_of(scene),
         recorders=scene.record,
         method=method,
         dtype=dtype,
+        viscous_dampers=damper_kind(scene),
     )
     return fitted(plan, is_gpu)
 
@@ -228,7 +243,7 @@ def vibration_of(scene: Scene, drawn: Arrays, method: Method, threads: int = 1) 
     """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
     count = len(next(iter(drawn.values()))) if drawn else 1
     at_a_time = STRUCTURES_AT_A_TIME
-    if scene.structure.damping in ("storey", "matrix"):
+    if scene.structure.damping == "matrix" or couples_modes(scene.structure):
         at_a_time = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
 
     def part(structures: slice) -> tuple[np.ndarray, ...]:
@@ -254,11 +269,21 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
         return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
     frequency = circular_frequencies(mass, stiffness).T  # [mode, structure]
-    period, rayleigh = 2 * np.pi / frequency[0], np.zeros((2, len(mass)))
-    if damping == "storey":
-        dampers = chain_stiffness_matrix(parameters["damping_coefficient"])
-        eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(stiffness))
-        rate, decay = highest_damping_rate(mass, dampers), _slowest_decay(eigenvalues)
+    period, rayleigh = 2 * np.pi / frequency[0], rayleigh_of(scene.structure, parameters, frequency)
+    dampers = damper_kind(scene)
+    if couples_modes(scene.structure):
+        # Below 1 m/s, a damper's force falls no faster than if it were linear.
+        slope = 0.0 if dampers == "none" else parameters["damper_coefficient"]
+        matrix, elastic = (
+            chain_damping_matrix(scene.structure, parameters, rayleigh, slope),
+            chain_stiffness_matrix(stiffness),
+        )
+        eigenvalues = state_eigenvalues(mass, matrix, elastic)
+        decay = _slowest_decay(eigenvalues)
+        if dampers == "power":
+            matrix = chain_damping_matrix(scene.structure, parameters, rayleigh, steepest_damping(parameters))
+            eigenvalues = state_eigenvalues(mass, matrix, elastic)
+        rate = highest_damping_rate(mass, matrix)
         stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
     else:
         # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
@@ -266,8 +291,6 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         if damping == "modal":
             ratios += parameters["damping_ratio"]
         elif damping == "rayleigh":
-            first, second = (frequency[mode - 1] for mode in scene.structure.damping_modes)
-            rayleigh[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
             ratios += (rayleigh[0] / frequency + rayleigh[1] * frequency) / 2
         stable = stable_step(method, frequency, ratios).min(axis=0)
         rates = ratios * frequency
@@ -276,8 +299,8 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         over = ratios > 1
         rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
         decay = rates.min(axis=0)
-    if scene.structure.law != "elastic":
-        stiffest = LAWS[scene.structure.law].stiffest(parameters)
+    if spring_of(scene) != "elastic" or dampers == "power":
+        stiffest = scene.structure.storey_law.stiffest(parameters)
         highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > stiffness) else frequency[-1]
         stable = stable_step_of_yielding(method, highest, rate, stable)
     return period, decay, stable, rayleigh.T

@@ -98,7 +98,8 @@ def groups_of(
         drawn.append(portfolio.parameters(name, seed))  # before the step: what is wrong is said of what is drawn
         longest = None if is_stepped else _rounded_step(scene, method)
         # Everything that decides on the kernel but what is common to all.
-        kernel = building.storeys, building.law, pack.spring_of(scene), building.damping, building.damping_modes
+        kernel = building.storeys, building.storey_laws, building.devices, pack.spring_of(scene)
+        kernel = *kernel, building.damping, building.damping_modes, building.damped_storeys
         members.setdefault((*kernel, longest), []).append(place)
     groups = []
     for (*_, longest), places in members.items():

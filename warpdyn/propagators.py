@@ -18,6 +18,7 @@ from warpdyn.modal import chain_stiffness_matrix, rayleigh_coefficients
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.oscillators import HIGHEST_POWER, halvings_of, oscillator_increments
 from warpdyn.scene import Scene
+from warpdyn.storey_dampers import couples_modes, rayleigh_of, storey_dashpots
 
 Arrays = dict[str, np.ndarray]
 DIAGONAL_TOLERANCE = 1e-12  # what rounding leaves beside a diagonal, over its largest entry
@@ -51,7 +52,7 @@ def damping_of(scene: Scene) -> str:
     Modes of the same frequency that the damping couples count as general; the same propagator, with more to multiply.
     """
     if scene.structure.family == "chain":
-        return "general" if scene.structure.damping == "storey" else "classical"
+        return "general" if couples_modes(scene.structure) else "classical"
     matrices = scene.structure.parameters
     shape = eigh(matrices["stiffness"], matrices["mass"])[1]
     damping = np.abs(shape.T @ matrices["damping"] @ shape)
@@ -151,8 +152,10 @@ def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
     drift = np.diff(shape, axis=1, prepend=0.0)
     # From strain energies, a sum of positive terms, lower frequencies keep digits that the matrix has lost.
     squared = (stiffness[:, None, :] @ drift**2)[:, 0]
-    if structure.damping == "storey":
-        damping = drift.transpose(0, 2, 1) @ (parameters["damping_coefficient"][:, :, None] * drift)
+    if couples_modes(structure):
+        of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)[1]
+        dashpots = storey_dashpots(structure, parameters, of_stiffness)
+        damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
     elif structure.damping == "rayleigh":
         omega = np.sqrt(squared[:, [mode - 1 for mode in structure.damping_modes]])
         of_mass, of_stiffness = rayleigh_coefficients(*omega.T, parameters["damping_ratio"])

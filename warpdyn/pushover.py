@@ -12,7 +12,6 @@ from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.storey_path import storey_path_kernel
 from warpdyn.kernels.storey_step import storey_step_kernel
 from warpdyn.lateral_loads import floor_loads, storey_shears
-from warpdyn.laws import LAWS
 from warpdyn.structures import ShearBuilding
 
 TOLERANCE = 1e-9  # of storey forces off balance, over the base shear
@@ -25,7 +24,7 @@ LEAST_STIFFNESS = 1e-6  # over the initial one, of what a correction takes for a
 def _spring(building: ShearBuilding) -> tuple[str, np.ndarray]:
     """Return the building's row of SPRINGS and its coefficients [coefficient, storey]."""
     parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
-    law = LAWS[building.law]
+    law = building.storey_law
     spring = law.spring(parameters)
     coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters, spring)))
     return spring, np.ascontiguousarray(coefficients, np.float64)

@@ -132,9 +132,12 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if isinstance(value, ShearBuilding | LinearSystem):
         kept = {"law": value.law, "damping": value.damping}
-        if value.family == "chain" and value.damping_modes:
-            kept["damping_modes"] = list(value.damping_modes)
-        elif value.family == "dense":
+        if value.family == "chain":
+            of_storeys = {"damping_modes": value.damping_modes, "damped_storeys": value.damped_storeys}
+            kept |= {name: list(storeys) for name, storeys in of_storeys.items() if storeys}
+            if len(value.storey_laws) > 1:
+                kept["storey_laws"] = list(value.storey_laws)
+        else:
             kept["influence"] = value.influence.tolist()
         return {"type": type(value).__name__, **kept, **_plain(value.parameters)}
     if hasattr(value, "__dataclass_fields__"):

@@ -1,7 +1,7 @@
 """Viscous dampers of storeys whose force is a power of the velocity, linear in a small range around rest.
 
-The force is c0 v max(|v|, c2)^c1, with c1 the velocity exponent less 1: a power has no slope at rest, and practice makes
-it linear there too (below c2).
+The force is c0 v max(|v|, c2)^c1, with c1 the velocity exponent less 1: a power has an endless slope at rest, so
+practice makes the force linear there (below c2).
 """
 
 from typing import Any

@@ -2,8 +2,16 @@
 
 from warpdyn.laws.bilinear import BILINEAR
 from warpdyn.laws.bouc_wen import BOUC_WEN
+from warpdyn.laws.devices import DEVICES
+from warpdyn.laws.isolators import FRICTION_PENDULUM, LEAD_RUBBER_BEARING
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
 
-LAWS = {"elastic": Law(), "bilinear": BILINEAR, "bouc_wen": BOUC_WEN}
+LAWS = {
+    "elastic": Law(),
+    "bilinear": BILINEAR,
+    "bouc_wen": BOUC_WEN,
+    "lead_rubber_bearing": LEAD_RUBBER_BEARING,
+    "friction_pendulum": FRICTION_PENDULUM,
+}
 
-__all__ = ["HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]
+__all__ = ["DEVICES", "HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]

@@ -16,8 +16,8 @@ class Spring:
         coefficients: Number of coefficients a storey.
         tangent: `(drift, increment, before, after, coefficients) -> d(force)/d(drift) [N/m]` at the end of a step that
             came to `drift` by `increment`, the memory going from `before` to `after`.
-        memory: Number of values that the memory has; they are all 0 before the first step. Those that have a rate are
-            of the order of 1, or grow far beyond it: an adaptive method holds their errors against the larger of the two.
+        memory: Number of values that the memory has; they are all 0 before the first step. Those with a rate are of
+            the order of 1, or grow far beyond it: an adaptive method holds their errors against the larger of the two.
         advance: `(drift, increment, memory, coefficients) -> memory` after such a step, for methods that know no
             velocity within it. None where there is no memory.
         rate: `(velocity, memory, coefficients) -> d(memory)/dt` of a rate law, integrated with the motion. None where

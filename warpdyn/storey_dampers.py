@@ -1,0 +1,94 @@
+"""Dashpots of a chain's storeys: its inherent damping, and viscous dampers that were built in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.kernels.vibration import circular_frequencies
+from warpdyn.laws.devices import kind_of_dampers
+from warpdyn.modal import chain_stiffness_matrix, modal_damping_matrix, rayleigh_coefficients
+from warpdyn.scene import Scene
+from warpdyn.structures import ShearBuilding
+
+Arrays = Mapping[str, np.ndarray]
+
+
+def damper_kind(scene: Scene) -> str:
+    """Return what the viscous dampers of all structures that can be drawn are: "none", "linear" or "power"."""
+    if not scene.structure.devices:
+        return "none"
+    return kind_of_dampers(scene.structure.devices, {**scene.structure.parameters, **scene.representative_parameters})
+
+
+def kernel_damping(structure: ShearBuilding) -> str:
+    """Return the damping that a kernel is built with: Rayleigh's of some storeys is in their dashpots alone."""
+    return "storey" if structure.family == "chain" and structure.damped_storeys else structure.damping
+
+
+def couples_modes(structure: ShearBuilding) -> bool:
+    """Return whether a chain's damping couples its undamped modes."""
+    return kernel_damping(structure) == "storey" or "viscous_damper" in structure.devices
+
+
+def rayleigh_of(structure: ShearBuilding, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
+    """Return the factors of mass [1/s] and stiffness [s] of Rayleigh damping, shape [2, structure]; 0 without.
+
+    Args:
+        structure: The building.
+        parameters: Its parameters, `structure` first.
+        frequency: Circular frequencies [rad/s], shape [mode, structure].
+    """
+    factors = np.zeros((2, frequency.shape[1]))
+    if structure.damping != "rayleigh":
+        return factors
+    if structure.damped_storeys is None:
+        first, second = (frequency[mode - 1] for mode in structure.damping_modes)
+        factors[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
+    else:
+        lowest, last = structure.damped_storeys
+        mass, stiffness = (parameters[name][:, lowest - 1 : last] for name in ("mass", "stiffness"))
+        factors[1] = 2 * parameters["damping_ratio"] / circular_frequencies(mass, stiffness)[:, 0]
+    return factors
+
+
+def storey_dashpots(structure: ShearBuilding, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
+    """Return the dashpots of inherent damping [N s/m], shape [structure, storey]; None where there are none.
+
+    Args:
+        structure: The building.
+        parameters: Its parameters, `structure` first.
+        of_stiffness: Rayleigh's factor of the stiffness [s], shape [structure].
+    """
+    if structure.damping == "storey":
+        return parameters["damping_coefficient"]
+    if structure.damping != "rayleigh":
+        return None
+    dashpots = of_stiffness[:, None] * parameters["stiffness"]
+    if structure.damped_storeys is not None:
+        first, last = structure.damped_storeys
+        storey = np.arange(1, structure.storeys + 1)
+        dashpots = np.where((storey >= first) & (storey <= last), dashpots, 0.0)
+    return dashpots
+
+
+def chain_damping_matrix(
+    structure: ShearBuilding, parameters: Arrays, rayleigh: np.ndarray, dampers: np.ndarray | float
+) -> np.ndarray:
+    """Return the damping matrices of chains [N s/m], shape [structure, storey, storey].
+
+    Args:
+        structure: The building.
+        parameters: Its parameters, `structure` first.
+        rayleigh: As `rayleigh_of` returns it.
+        dampers: Slopes of the viscous dampers' forces [N s/m], shape [structure, storey], or 0.
+    """
+    mass, stiffness = parameters["mass"], parameters["stiffness"]
+    dashpots = storey_dashpots(structure, parameters, rayleigh[1])
+    dashpots = (0.0 if dashpots is None else dashpots) + dampers
+    matrix = chain_stiffness_matrix(np.broadcast_to(dashpots, mass.shape))
+    matrix += rayleigh[0][:, None, None] * mass[:, :, None] * np.eye(mass.shape[1])
+    if structure.damping == "modal":
+        matrix += modal_damping_matrix(mass, chain_stiffness_matrix(stiffness), parameters["damping_ratio"])
+    return matrix
