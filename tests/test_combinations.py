@@ -45,6 +45,18 @@ VALUES = {  # of every parameter that a law or a damping takes
     "hardening_ratio": 0.05,
     "beta": 0.6,
     "gamma": 0.4,
+    "plastic_drift_to_capping": 0.005,
+    "post_capping_drift": 0.02,
+    "capping_force_ratio": 1.1,
+    "residual_force_ratio": 0.2,
+    "ultimate_drift": 0.0,
+    "strength_deterioration_drift": 0.2,
+    "post_capping_deterioration_drift": 0.2,
+    "unloading_deterioration_drift": 0.3,
+    "reloading_deterioration_drift": 0.3,
+    "deterioration_rate": 0.9,
+    "pinching_force_ratio": 0.4,
+    "pinching_drift_ratio": 0.5,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
@@ -58,7 +70,8 @@ def springs_of_laws():
     found = {}
     for law, row in LAWS.items():
         for exponent in EXPONENTS:
-            values = {name: {**VALUES, "exponent": exponent}[name] for name in row.parameters}
+            exponents = {"exponent": exponent, "deterioration_exponent": exponent}
+            values = {name: {**VALUES, **exponents}[name] for name in row.parameters}
             found[row.spring({name: np.full((1, 1), value) for name, value in values.items()})] = (law, values)
     return found
 

@@ -38,8 +38,10 @@ class ShearBuilding(CalibratedChain):
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
-        law: Storey law, one name for all storeys or one a storey: "elastic", "bilinear" (kinematic hardening) or
-            "bouc_wen"; of isolators "lead_rubber_bearing" or "friction_pendulum".
+        law: Storey law, one name for all storeys or one a storey: "elastic", "bilinear" (kinematic hardening),
+            "bouc_wen", or with a capping point and cyclic deterioration "ibarra_medina_krawinkler_bilinear",
+            "ibarra_medina_krawinkler_peak_oriented" or "ibarra_medina_krawinkler_pinching" (parameters:
+            `warpdyn.laws.ibarra_medina_krawinkler`); of isolators "lead_rubber_bearing" or "friction_pendulum".
         devices: What stands beside the storeys' springs: "friction_damper", "viscous_damper", "gap" (a stop on either
             side of the storey's drift) or "one_sided_gap" (one ahead).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from

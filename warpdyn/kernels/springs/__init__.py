@@ -14,6 +14,16 @@ from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
 from warpdyn.kernels.springs.combined import one_or_other, side_by_side
 from warpdyn.kernels.springs.elastic import ELASTIC
 from warpdyn.kernels.springs.gap import GAP
+from warpdyn.kernels.springs.ibarra_medina_krawinkler_bilinear import (
+    IBARRA_MEDINA_KRAWINKLER_BILINEAR,
+    IBARRA_MEDINA_KRAWINKLER_BILINEAR_POWER,
+)
+from warpdyn.kernels.springs.ibarra_medina_krawinkler_peak import (
+    IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED,
+    IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED_POWER,
+    IBARRA_MEDINA_KRAWINKLER_PINCHING,
+    IBARRA_MEDINA_KRAWINKLER_PINCHING_POWER,
+)
 from warpdyn.kernels.springs.slip import SLIP
 from warpdyn.kernels.springs.spring import Spring
 
@@ -23,6 +33,12 @@ SPRINGS = {
     "bouc_wen_1": BOUC_WEN_1,
     "bouc_wen_2": BOUC_WEN_2,
     "bouc_wen": BOUC_WEN,
+    "ibarra_medina_krawinkler_bilinear": IBARRA_MEDINA_KRAWINKLER_BILINEAR,
+    "ibarra_medina_krawinkler_bilinear_power": IBARRA_MEDINA_KRAWINKLER_BILINEAR_POWER,
+    "ibarra_medina_krawinkler_peak_oriented": IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED,
+    "ibarra_medina_krawinkler_peak_oriented_power": IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED_POWER,
+    "ibarra_medina_krawinkler_pinching": IBARRA_MEDINA_KRAWINKLER_PINCHING,
+    "ibarra_medina_krawinkler_pinching_power": IBARRA_MEDINA_KRAWINKLER_PINCHING_POWER,
 }
 # Of devices, which stand beside a storey's law.
 DEVICE_SPRINGS = {"slip": SLIP, "gap": GAP}

@@ -1,0 +1,100 @@
+"""What the laws of Ibarra, Medina and Krawinkler (2005) share: energy that is spent, and what it takes away.
+
+All is in units of the yield drift 1 / c0 and of the yield force c1, which makes the initial stiffness 1. A backbone has
+the hardening line, of slope c2, and the capping line, which falls at c3 from c4 at no drift; c5 is the residual force
+and c6 the ultimate drift. The energies that exhaust a storey are c7 of strength, c8 of the capping line and c9 of the
+unloading stiffness, infinite where nothing deteriorates; c10 is the rate D of deterioration, and the last coefficient
+its exponent where that is not 1. The memory begins with the drift, the force, the loss of unloading stiffness, the
+energy taken and what of it was taken before the last change of the force's sign.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import warp as wp
+
+from warpdyn.kernels.springs.spring import Spring
+
+SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
+
+
+def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
+    """Return the functions of what energy takes away; without powers, which are slow, the exponent is 1.
+
+    Returns:
+        `(spent, left, exponent) -> share` that is lost where so much was spent of what had been left.
+        `(force, stiffness, energy, energy_before, exponent, c) -> stiffness` with which a storey that turns back
+        unloads, and whether its energy is exhausted.
+    """
+
+    def deterioration(spent: Any, left: Any, exponent: Any):
+        share = wp.min(spent / wp.max(left, type(spent)(SMALLEST)), type(spent)(1.0))
+        if POWERS:
+            share = wp.pow(share, exponent)
+        return share
+
+    # Warp tells functions apart by name: those of two laws must not share one.
+    deterioration.__qualname__ = f"imk_deterioration_{POWERS}"
+    share_of = wp.func(deterioration)
+
+    def after_turning(force: Any, stiffness: Any, energy: Any, energy_before: Any, exponent: Any, c: Any):
+        elastic = type(force)(0.5) * force * force / wp.max(stiffness, type(force)(SMALLEST))
+        spent = wp.max(energy - energy_before - elastic, type(force)(0.0))
+        left = c[9] - (energy - elastic)
+        return stiffness * (type(force)(1.0) - share_of(spent, left, exponent)), spent > left
+
+    after_turning.__qualname__ = f"imk_after_turning_{POWERS}"
+    return share_of, wp.func(after_turning)
+
+
+@wp.func
+def on_lines(drift: Any, intercept: Any, slope: Any, capping: Any, falling: Any, residual: Any):
+    """Return the force of a backbone at a drift to its own side, and its slope."""
+    hardening = intercept + slope * drift
+    capped = capping - falling * drift
+    force = wp.max(wp.min(hardening, capped), residual)
+    tangent = wp.where(hardening < capped, slope, -falling)
+    return force, wp.where(force > residual, tangent, type(drift)(0.0))
+
+
+def spring_of(name: str, follow: Callable, unloading: Callable, memory: int, coefficients: int) -> Spring:
+    """Return the storey law of functions that follow the path, not yet Warp's.
+
+    Args:
+        name: What the device functions' names begin with.
+        follow: `(drift, memory, c) -> memory, tangent` at the drift, in the law's units.
+        unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
+        memory: Number of its values.
+        coefficients: Number of theirs.
+    """
+
+    for function in (follow, unloading):
+        function.__qualname__ = f"{name}_{function.__name__}"
+    follow, unloading = wp.func(follow), wp.func(unloading)
+
+    def force(drift: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return c[1] * after[1]
+
+    def evolve(drift: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return after
+
+    def advance(drift: Any, increment: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return after
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        _, slope = follow(drift, before, c)
+        return slope * c[0] * c[1]
+
+    def recoverable(drift: Any, memory: Any, c: Any):
+        stiffness, holds = unloading(memory, c)
+        energy = memory[1] * memory[1] * c[1] / (type(drift)(2.0) * c[0] * wp.max(stiffness, type(drift)(SMALLEST)))
+        return wp.where(holds, energy, type(drift)(0.0))
+
+    fields = {}
+    for function in (force, evolve, advance, tangent, recoverable):
+        function.__qualname__ = f"{name}_{function.__name__}"
+        fields[function.__name__] = wp.func(function)
+    return Spring(**fields, memory=memory, coefficients=coefficients)
