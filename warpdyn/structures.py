@@ -14,6 +14,7 @@ from warpdyn.checks import finite_numbers, one_of, real_numbers, whole_number
 from warpdyn.laws import DEVICES, LAWS, Parameter
 from warpdyn.laws.of_storeys import law_of_storeys, name_of, storeys_of
 from warpdyn.modal import chain_stiffness_matrix, modal_properties
+from warpdyn.protection import ProtectedChain
 
 MAXIMUM_STOREYS = 60
 MAXIMUM_DOFS = 32
@@ -29,7 +30,7 @@ DAMPING = {
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
-class ShearBuilding(CalibratedChain):
+class ShearBuilding(CalibratedChain, ProtectedChain):
     """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
 
     `from_hazus`, `from_capacity` and `from_periods` make one from what is known of the building as a whole.
