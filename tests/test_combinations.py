@@ -57,22 +57,40 @@ VALUES = {  # of every parameter that a law or a damping takes
     "deterioration_rate": 0.9,
     "pinching_force_ratio": 0.4,
     "pinching_drift_ratio": 0.5,
+    "ductility_2": 2.0,
+    "force_ratio_2": 1.4,
+    "ductility_3": 5.0,
+    "force_ratio_3": 1.8,
+    "cracking_ratio": 0.5,
+    "cracked_stiffness_ratio": 0.4,
+    "ductility_4": 10.0,
+    "force_ratio_4": 1.0,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
 NOISE = [name for name, row in LOADS.items() if row.noise_states]
 LOAD_KINDS = [*(name for name in LOADS if name not in NOISE), "noise"]
-EXPONENTS = (1.0, 2.0, 3.0)  # each has a row of SPRINGS of its own
+OF_A_ROW = (  # each has a row of SPRINGS of its own
+    {"exponent": 1.0},
+    {"exponent": 2.0},
+    {"exponent": 3.0},
+    {"isotropic_hardening": 0.1},
+    {"deterioration_exponent": 1.5},
+    {"unloading_exponent": 0.5},
+    {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
+    {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
+    {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},
+)
 
 
 def springs_of_laws():
     """Return for every row of SPRINGS that a law leads to: the law, and the parameters that lead to it."""
     found = {}
     for law, row in LAWS.items():
-        for exponent in EXPONENTS:
-            exponents = {"exponent": exponent, "deterioration_exponent": exponent}
-            values = {name: {**VALUES, **exponents}[name] for name in row.parameters}
-            found[row.spring({name: np.full((1, 1), value) for name, value in values.items()})] = (law, values)
+        for own in OF_A_ROW:
+            values = {name: (VALUES | own).get(name, parameter.default) for name, parameter in row.parameters.items()}
+            spring = row.spring({name: np.full((1, 1), value) for name, value in values.items()})
+            found.setdefault(spring, (law, values))
     return found
 
 

@@ -30,7 +30,7 @@ _RK4_A = ((0, 0, 0, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 1, 0))
 _RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
 _SPECTRAL_RADIUS = 0.8  # of generalised-alpha at infinite frequency
 
-RATE_LAWS = ("bouc_wen",)  # whose memory follows the velocity
+RATE_LAWS = ("bouc_wen", "baber_noori")  # whose memory follows the velocity
 
 METHODS: dict[str, Method] = {
     method.name: method

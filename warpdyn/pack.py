@@ -16,6 +16,7 @@ from warpdyn.modal import (
     modal_damping_matrix,
 )
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.p_delta import stiffness_under_gravity, storey_weight_over_height
 from warpdyn.parts import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.propagators import damping_of, pack_linear
 from warpdyn.scatter import nominal_values
@@ -72,7 +73,7 @@ def load_of(scene: Scene) -> str:
 
 def pack_chain(scene: Scene, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:
     """Return the arrays of the chain's kernels, structures last."""
-    mass, stiffness = parameters["mass"], parameters["stiffness"]
+    mass = parameters["mass"]
     structures, storeys = mass.shape
     # Structures are next to each other, as kernels have them and as they were drawn.
     coefficients = np.stack(
@@ -95,8 +96,11 @@ def pack_chain(scene: Scene, parameters: Arrays, plan: Plan, rayleigh: np.ndarra
     if plan.damping == "rayleigh":
         packed["mass_damping"] = rayleigh[:, 0]
     if plan.damping == "modal":
-        matrices = modal_damping_matrix(mass, chain_stiffness_matrix(stiffness), parameters["damping_ratio"])
+        matrix = chain_stiffness_matrix(stiffness_under_gravity(parameters))
+        matrices = modal_damping_matrix(mass, matrix, parameters["damping_ratio"])
         packed["damping_matrix"] = matrices.reshape(structures, storeys * storeys).T
+    if "gravity_load" in parameters:
+        packed["storey_weight_over_height"] = storey_weight_over_height(parameters).T
     return packed
 
 
@@ -159,6 +163,7 @@ def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
         method=method,
         dtype=dtype,
         viscous_dampers=damper_kind(scene),
+        p_delta="gravity_load" in scene.structure.parameters and METHODS[method].kind != "exact",
     )
     return fitted(plan, is_gpu)
 
@@ -243,7 +248,7 @@ def vibration_of(scene: Scene, drawn: Arrays, method: Method, threads: int = 1) 
     """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
     count = len(next(iter(drawn.values()))) if drawn else 1
     at_a_time = STRUCTURES_AT_A_TIME
-    if scene.structure.damping == "matrix" or couples_modes(scene.structure):
+    if scene.structure.family == "dense" or damping_of(scene) == "general":
         at_a_time = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
 
     def part(structures: slice) -> tuple[np.ndarray, ...]:
@@ -268,7 +273,8 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         rate = highest_damping_rate(mass_matrix, damping_matrix)
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
         return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
-    frequency = circular_frequencies(mass, stiffness).T  # [mode, structure]
+    effective = stiffness_under_gravity(parameters)
+    frequency = circular_frequencies(mass, effective).T  # [mode, structure]
     period, rayleigh = 2 * np.pi / frequency[0], rayleigh_of(scene.structure, parameters, frequency)
     dampers = damper_kind(scene)
     if couples_modes(scene.structure):
@@ -276,7 +282,7 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         slope = 0.0 if dampers == "none" else parameters["damper_coefficient"]
         matrix, elastic = (
             chain_damping_matrix(scene.structure, parameters, rayleigh, slope),
-            chain_stiffness_matrix(stiffness),
+            chain_stiffness_matrix(effective),
         )
         eigenvalues = state_eigenvalues(mass, matrix, elastic)
         decay = _slowest_decay(eigenvalues)
@@ -300,8 +306,8 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
         decay = rates.min(axis=0)
     if spring_of(scene) != "elastic" or dampers == "power":
-        stiffest = scene.structure.storey_law.stiffest(parameters)
-        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > stiffness) else frequency[-1]
+        stiffest = stiffness_under_gravity(parameters, scene.structure.storey_law.stiffest(parameters))
+        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
         stable = stable_step_of_yielding(method, highest, rate, stable)
     return period, decay, stable, rayleigh.T
 

@@ -17,6 +17,7 @@ from warpdyn.methods import METHODS, ImplicitMethod, Method
 from warpdyn.modal import chain_stiffness_matrix, rayleigh_coefficients
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.oscillators import HIGHEST_POWER, halvings_of, oscillator_increments
+from warpdyn.p_delta import stiffness_under_gravity
 from warpdyn.scene import Scene
 from warpdyn.storey_dampers import couples_modes, rayleigh_of, storey_dashpots
 
@@ -145,7 +146,7 @@ def _increments(
 
 def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
     """Return the modes of shear chains, their shapes as storey drifts, of unit modal mass."""
-    structure, mass, stiffness = scene.structure, parameters["mass"], parameters["stiffness"]
+    structure, mass, stiffness = scene.structure, parameters["mass"], stiffness_under_gravity(parameters)
     root = np.sqrt(mass)
     matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
     shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
@@ -153,9 +154,10 @@ def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
     # From strain energies, a sum of positive terms, lower frequencies keep digits that the matrix has lost.
     squared = (stiffness[:, None, :] @ drift**2)[:, 0]
     if couples_modes(structure):
-        of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)[1]
+        of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
         dashpots = storey_dashpots(structure, parameters, of_stiffness)
         damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
+        damping += of_mass[:, None, None] * np.eye(structure.dofs)
     elif structure.damping == "rayleigh":
         omega = np.sqrt(squared[:, [mode - 1 for mode in structure.damping_modes]])
         of_mass, of_stiffness = rayleigh_coefficients(*omega.T, parameters["damping_ratio"])

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.checks import one_of, real_number
 from warpdyn.laws import LAWS
+from warpdyn.motions import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from warpdyn.structures import ShearBuilding
@@ -48,14 +49,19 @@ class ProtectedChain:
             **parameters: Parameters of the isolators' law.
 
         Raises:
-            ValueError: If a value is out of bounds, a name is unknown, or the damping is modal.
+            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, or there is P-Delta.
         """
         one_of("law of isolators", law, ISOLATORS)
         mass = real_number("base_mass [kg]", base_mass, above=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
         if law == "friction_pendulum":
-            weight = 9.80665 * (mass + self.parameters["mass"].sum())
+            weight = STANDARD_GRAVITY * (mass + self.parameters["mass"].sum())
             parameters = {"weight": weight} | parameters
+        if "gravity_load" in self.parameters:
+            raise ValueError(
+                "a building with a gravity_load takes no isolators: P-Delta across them is in their tested stiffness, "
+                "and their storey has no height for it"
+            )
         own = {"mass": mass, "height": capacity / CAPACITY_RATIO, **parameters}
         return self._with_storey(0, law, own, damper_coefficient)
 
@@ -115,6 +121,7 @@ class ProtectedChain:
                 )
         laws = self.storey_laws if len(self.storey_laws) > 1 else self.storey_laws * self.storeys
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
+        added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
         # A device that only the storeys of the building have: none of it here.
         added |= {"slip_force": 0.0, "contact_stiffness": 0.0}
         devices = self.devices

@@ -11,6 +11,7 @@ from scipy.stats import qmc
 from warpdyn.kernels.arguments import lane_rows
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.kernels.parameters import correlate_normals, fill_uniforms
+from warpdyn.p_delta import buckling_problem
 from warpdyn.parts import in_parts
 from warpdyn.philox import Purpose
 from warpdyn.scatter import Listed, Scatter, combined, correlation_factor, nominal_values, variables_of
@@ -98,7 +99,8 @@ class Sampler:
             problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures)
             if problem:
                 raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
-        problem = self.structure.storey_law.problem({**self.structure.parameters, **drawn})
+        values = {**self.structure.parameters, **drawn}
+        problem = self.structure.storey_law.problem(values) or buckling_problem(values)
         if problem:
             counted = f", counted from structure {structures[0]}" if structures[0] else ""
             raise ValueError(f"drawn{counted}: {problem}")

@@ -9,6 +9,7 @@ import numpy as np
 from warpdyn.kernels.vibration import circular_frequencies
 from warpdyn.laws.devices import kind_of_dampers
 from warpdyn.modal import chain_stiffness_matrix, modal_damping_matrix, rayleigh_coefficients
+from warpdyn.p_delta import stiffness_under_gravity
 from warpdyn.scene import Scene
 from warpdyn.structures import ShearBuilding
 
@@ -29,7 +30,9 @@ def kernel_damping(structure: ShearBuilding) -> str:
 
 def couples_modes(structure: ShearBuilding) -> bool:
     """Return whether a chain's damping couples its undamped modes."""
-    return kernel_damping(structure) == "storey" or "viscous_damper" in structure.devices
+    # Rayleigh's part of the stiffness is that of the springs alone: what gravity takes off is not in it.
+    is_short = structure.damping == "rayleigh" and "gravity_load" in structure.parameters
+    return kernel_damping(structure) == "storey" or "viscous_damper" in structure.devices or is_short
 
 
 def rayleigh_of(structure: ShearBuilding, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
@@ -48,8 +51,9 @@ def rayleigh_of(structure: ShearBuilding, parameters: Arrays, frequency: np.ndar
         factors[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
     else:
         lowest, last = structure.damped_storeys
-        mass, stiffness = (parameters[name][:, lowest - 1 : last] for name in ("mass", "stiffness"))
-        factors[1] = 2 * parameters["damping_ratio"] / circular_frequencies(mass, stiffness)[:, 0]
+        own = slice(lowest - 1, last)
+        frequency = circular_frequencies(parameters["mass"][:, own], stiffness_under_gravity(parameters)[:, own])
+        factors[1] = 2 * parameters["damping_ratio"] / frequency[:, 0]
     return factors
 
 
@@ -84,11 +88,12 @@ def chain_damping_matrix(
         rayleigh: As `rayleigh_of` returns it.
         dampers: Slopes of the viscous dampers' forces [N s/m], shape [structure, storey], or 0.
     """
-    mass, stiffness = parameters["mass"], parameters["stiffness"]
+    mass = parameters["mass"]
     dashpots = storey_dashpots(structure, parameters, rayleigh[1])
     dashpots = (0.0 if dashpots is None else dashpots) + dampers
     matrix = chain_stiffness_matrix(np.broadcast_to(dashpots, mass.shape))
     matrix += rayleigh[0][:, None, None] * mass[:, :, None] * np.eye(mass.shape[1])
     if structure.damping == "modal":
-        matrix += modal_damping_matrix(mass, chain_stiffness_matrix(stiffness), parameters["damping_ratio"])
+        elastic = chain_stiffness_matrix(stiffness_under_gravity(parameters))
+        matrix += modal_damping_matrix(mass, elastic, parameters["damping_ratio"])
     return matrix

@@ -10,14 +10,17 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.calibration import CalibratedChain
-from warpdyn.checks import finite_numbers, one_of, real_numbers, whole_number
+from warpdyn.checks import one_of, real_numbers, whole_number
 from warpdyn.laws import DEVICES, LAWS, Parameter
 from warpdyn.laws.of_storeys import law_of_storeys, name_of, storeys_of
+from warpdyn.linear_system import LinearSystem
 from warpdyn.modal import chain_stiffness_matrix, modal_properties
+from warpdyn.p_delta import buckling_problem, stiffness_under_gravity
 from warpdyn.protection import ProtectedChain
 
+__all__ = ["LinearSystem", "ShearBuilding"]
+
 MAXIMUM_STOREYS = 60
-MAXIMUM_DOFS = 32
 
 DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_open=True)
 # Each kind of damping with the parameters it takes: one value a storey, or one for the building.
@@ -27,6 +30,7 @@ DAMPING = {
     "rayleigh": {"damping_ratio": DAMPING_RATIO},
     "modal": {"damping_ratio": DAMPING_RATIO},
 }
+GRAVITY_LOAD = Parameter("N", "vertical load of the floor that leans with the building", low=0.0)
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
@@ -39,19 +43,24 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
-        law: Storey law, one name for all storeys or one a storey: "elastic", "bilinear" (kinematic hardening),
-            "bouc_wen", or with a capping point and cyclic deterioration "ibarra_medina_krawinkler_bilinear",
-            "ibarra_medina_krawinkler_peak_oriented" or "ibarra_medina_krawinkler_pinching" (parameters:
-            `warpdyn.laws.ibarra_medina_krawinkler`); of isolators "lead_rubber_bearing" or "friction_pendulum".
+        law: Storey law, one for all storeys or one a storey, each a row of `warpdyn.laws.LAWS`: "elastic", "bilinear"
+            (kinematic hardening), "elastic_perfectly_plastic", "trilinear", "quadrilinear", "menegotto_pinto"
+            (Steel02), "bouc_wen", "baber_noori" (Bouc-Wen that degrades and pinches), "peak_oriented" (Clough),
+            "takeda", "hysteretic" (trilinear, pinching, damaged), "pinching4" (four points, pinching, damaged), or with
+            a capping point and cyclic deterioration "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or
+            "..._pinching"; of isolators "lead_rubber_bearing" or "friction_pendulum". Each law's parameters are in its
+            file of `warpdyn.laws`, beside OpenSees' names of them.
         devices: What stands beside the storeys' springs: "friction_damper", "viscous_damper", "gap" (a stop on either
             side of the storey's drift) or "one_sided_gap" (one ahead).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
-            mass and initial stiffness); or "modal" (`damping_ratio` in every mode).
+            mass and initial stiffness, without P-Delta); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
         damped_storeys: First and last storey that Rayleigh damping is of, where the others are isolators or a tuned
             mass damper: it is then in proportion to their stiffness alone, with its ratio in the first mode that they
             would have on a fixed base. A part in proportion to mass would damp what isolators let through (Ryan and
             Polanco 2008, Journal of Structural Engineering 134).
+        gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, that leans with the
+            building (P-Delta); None for no P-Delta.
         **parameters: What the law and the damping take, one value or one a storey: `yield_force` [N],
             `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`. Where laws
             differ, a value counts in storeys whose law takes it. Devices: `slip_force` [N], `brace_stiffness` [N/m];
@@ -63,8 +72,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
     (Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v), where -beta < gamma <= beta. Its z is bounded by
     (beta + gamma)^(-1/n), which is 1 at the defaults, beta = gamma = 0.5: elsewhere it yields at that multiple of Fy.
 
+    With a gravity load each storey carries those from its floor up, W, and over its height h they push it over with the
+    force W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
+    base shear and storey forces are those of the springs alone: the shear in the columns.
+
     Raises:
-        ValueError: If a value is out of bounds, lengths differ, or a name is unknown.
+        ValueError: If a value is out of bounds, lengths differ, a name is unknown, or a storey buckles under its load.
     """
 
     family = "chain"
@@ -80,6 +93,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         damping: str = "none",
         damping_modes: tuple[int, int] | None = None,
         damped_storeys: tuple[int, int] | None = None,
+        gravity_load: ArrayLike | None = None,
         **parameters: ArrayLike,
     ) -> None:
         one_of("damping", damping, DAMPING)
@@ -92,11 +106,14 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
                 "mass": Parameter("kg", "floor mass", low=0.0, low_open=True),
                 "stiffness": Parameter("N m-1", "initial storey stiffness", low=0.0, low_open=True),
                 "height": Parameter("m", "storey height", low=0.0, low_open=True),
+                **({} if gravity_load is None else {"gravity_load": GRAVITY_LOAD}),
                 **self.storey_law.parameters,
                 **DAMPING[damping],
             }
         )
         given = {"mass": mass, "stiffness": stiffness, "height": height, **parameters}
+        if gravity_load is not None:
+            given["gravity_load"] = gravity_load
         for name in given:
             if name not in self.parameter_table:
                 takes = ", ".join(self.parameter_table)
@@ -135,7 +152,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             if problem:
                 raise ValueError(problem)
             arrays[name].flags.writeable = False
-        problem = self.storey_law.problem(arrays)
+        problem = self.storey_law.problem(arrays) or buckling_problem(arrays)
         if problem:
             raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
@@ -193,7 +210,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped building."""
-        return modal_properties(self.parameters["mass"], chain_stiffness_matrix(self.parameters["stiffness"]))
+        return modal_properties(
+            self.parameters["mass"], chain_stiffness_matrix(stiffness_under_gravity(self.parameters))
+        )
 
     @property
     def fundamental_period(self) -> float:
@@ -225,84 +244,3 @@ def _checked_devices(devices: Sequence[str]) -> tuple[str, ...]:
                     f"devices {other!r} and {name!r} share the parameter {min(shared)!r}: a storey has one"
                 )
     return tuple(devices)
-
-
-class LinearSystem:
-    """A linear system of full matrices: M u'' + C u' + K u = F.
-
-    Args:
-        mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
-        damping: Viscous damping matrix [N s/m], shape [dof, dof].
-        stiffness: Stiffness matrix [N/m], shape [dof, dof].
-        influence: Displacement of each degree of freedom under a unit base displacement, shape [dof]; ones by default.
-
-    Raises:
-        ValueError: If shapes differ, a value is not finite, a matrix is not symmetric, or the mass matrix is not
-            positive definite.
-    """
-
-    family = "dense"
-    law, storey_laws, storey_law, devices = "elastic", ("elastic",), LAWS["elastic"], ()
-
-    def __init__(
-        self, mass: ArrayLike, damping: ArrayLike, stiffness: ArrayLike, *, influence: ArrayLike | None = None
-    ) -> None:
-        matrices = {"mass": mass, "damping": damping, "stiffness": stiffness}
-        for name, values in matrices.items():
-            matrix = finite_numbers(name, values)
-            if name == "mass" and matrix.ndim == 1:
-                matrix = np.diag(matrix)
-            if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
-                raise ValueError(f"{name} must be a square matrix [dof, dof], got shape {matrix.shape}")
-            if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
-                raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: they must agree")
-            difference = np.abs(matrix - matrix.T)
-            # Rounding of an assembly is forgiven; anything above it is a mistake in the matrix.
-            if difference.max() > 1e-12 * np.abs(matrix).max():
-                row, column = np.unravel_index(difference.argmax(), difference.shape)
-                raise ValueError(
-                    f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:g} "
-                    f"but [{column}, {row}] is {matrix[column, row]:g}"
-                )
-            matrix.flags.writeable = False
-            matrices[name] = matrix
-        self.dofs = matrices["mass"].shape[0]
-        if not 1 <= self.dofs <= MAXIMUM_DOFS:
-            raise ValueError(f"a linear system has 1 to {MAXIMUM_DOFS} degrees of freedom, got {self.dofs}")
-        smallest, largest = np.linalg.eigvalsh(matrices["mass"])[[0, -1]]
-        if smallest <= 1e-13 * abs(largest):
-            raise ValueError(
-                f"mass is singular or not positive definite (smallest eigenvalue {smallest:g} kg): "
-                "every degree of freedom needs mass; condense those without it"
-            )
-        smallest, largest = np.linalg.eigvalsh(matrices["damping"])[[0, -1]]
-        if smallest < -1e-12 * abs(largest):
-            raise ValueError(
-                f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would put energy in"
-            )
-        self.parameters: Mapping[str, np.ndarray] = MappingProxyType(matrices)
-        # A matrix is only ever scaled: these are the bounds of its factor.
-        self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
-            {
-                "mass": Parameter("1", "factor on the mass matrix", low=0.0, low_open=True),
-                "damping": Parameter("1", "factor on the viscous damping matrix", low=0.0),
-                "stiffness": Parameter("1", "factor on the stiffness matrix", low=0.0, low_open=True),
-            }
-        )
-        self.influence = np.ones(self.dofs) if influence is None else finite_numbers("influence", influence)
-        if self.influence.shape != (self.dofs,):
-            raise ValueError(f"influence must be {self.dofs} finite values, one a degree of freedom")
-        self.damping = "matrix"
-        self.modal()  # says what is wrong with a stiffness that is not positive definite
-
-    def modal(self) -> xr.Dataset:
-        """Return periods, shapes, participation factors and effective masses of the undamped system."""
-        return modal_properties(self.parameters["mass"], self.parameters["stiffness"], self.influence)
-
-    @property
-    def fundamental_period(self) -> float:
-        """First period of the undamped system [s]."""
-        return float(self.modal()["period"][0])
-
-    def __repr__(self) -> str:
-        return f"LinearSystem({self.dofs} degrees of freedom)"

@@ -42,7 +42,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     N = -(-STOREYS // SECTIONS)
     IS_SPLIT = SECTIONS > 1
     SEES_FOOT = IS_SPLIT and ("residual" in plan.recorders or spring.evolve is not None)
-    SPLIT_ENERGY = IS_SPLIT and "energy" in plan.recorders
+    SPLIT_ENERGY, SPLIT_FALL = IS_SPLIT and "energy" in plan.recorders, IS_SPLIT and plan.p_delta
+    SEES_LAST, SEES_LAST_FOOT = "energy" in plan.recorders or plan.p_delta, SPLIT_ENERGY or SPLIT_FALL
     SPLIT_TIME = IS_SPLIT and "time_of_peak" in plan.recorders
     SPLIT_STIFF = IS_SPLIT and spring.relaxation is not None
     below, above_of, across, together = NEIGHBOURS[plan.dtype]
@@ -62,7 +63,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         name in plan.recorders
         for name in ("drift", "time_of_peak", "acceleration", "base_shear", "residual", "energy", "history")
     )
-    RATIO = TIME or RESIDUAL
+    P_DELTA = plan.p_delta
+    RATIO = TIME or RESIDUAL or P_DELTA
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
@@ -79,7 +81,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     # What stands still feels the same acceleration again, unless it is forced.
     GATED = ACCELERATION and (IS_HARMONIC or IS_FORCE_HISTORY)
     # A sample alone in its thread, of which no forces are kept, needs no look at the forces of its last state.
-    HOLDS_STEP = LANES == 1 and not (IS_SPLIT or ADAPTIVE or ACCELERATION or SHEAR or HISTORY)
+    HOLDS_STEP = LANES == 1 and not (IS_SPLIT or ADAPTIVE or P_DELTA or ACCELERATION or SHEAR or HISTORY)
     LAST_LOOK = wp.constant(0 if HOLDS_STEP else 1)
     FROM_STATE, TAKES_MEMORY = not KEEPS_SLOPES, IS_RATE or (IS_MAPPING and ADAPTIVE)
     weight, reach, node = method.weight, method.reach, method.node
@@ -100,6 +102,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     largest_deviation = wp.constant(dtype(LARGEST_DEVIATION))
     settling, settles_until = constants(plan, settling_polynomial(plan)), wp.constant(dtype(settling_limit(plan)))
     blown_up = wp.constant(dtype(LARGEST_DRIFT_RATIO))
+    fell, burst = wp.constant(dtype(1.0)), wp.constant(dtype(2.0))  # what became of a storey beyond that
 
     @wp.kernel(module="unique", enable_backward=False, module_options=options(plan))
     def integrate_chain(
@@ -126,6 +129,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         inverse_height = matrix()
         damping = matrix()
         power_damper = dampers()
+        weight_over_height = matrix()
         damping_matrix = square()
         mass_damping = row()
         coefficients = table()
@@ -153,6 +157,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         energy_viscous = row()
         absorbed = matrix()
         initial_energy = row()
+        fallen = row()  # the largest drift ratio, and at the end what became of its storey
+        lifted = row()  # what gravity gave, from upright: the work of lifting the storeys again
         supplied = row()  # the most energy the sample ever held: what the balance error is relative to
         fastest = row()  # rate at which a memory settled in this step
         deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
@@ -216,6 +222,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                     if POWER_DAMPERS:
                         for q in range(VALUES):
                             power_damper[i * VALUES + q, j] = structures.viscous_damper[g * VALUES + q, s]
+                    if P_DELTA:
+                        weight_over_height[i, j] = structures.storey_weight_over_height[g, s]
                     if IS_HARMONIC:
                         amplitude[i, j] = loads.amplitude[g] * scale[j]
                     for q in range(C):
@@ -242,6 +250,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             c[q] = coefficients[i * C + q, j]
                         absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
                         initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+                        if P_DELTA:
+                            initial_energy[j] -= dtype(0.5) * weight_over_height[i, j] * drift * drift
         if SPLIT_ENERGY:
             for j in range(LANES):
                 initial_energy[j] = together(initial_energy[j], SECTIONS)
@@ -298,12 +308,30 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 )
                 for j in range(LANES):
                     da[j] = da[j] * inverse_substeps
+            if P_DELTA:
+                for j in range(LANES):
+                    fallen[j] = dtype(0.0)
+                    foot_u[j] = dtype(0.0)
+                    if IS_SPLIT:
+                        foot_u[j] = below(u[N - 1, j], section, SECTIONS)
+                for i in range(N):
+                    for j in range(LANES):
+                        drift = u[i, j] - foot_u[j]
+                        foot_u[j] = u[i, j]
+                        fallen[j] = larger(fallen[j], wp.abs(drift) * inverse_height[i, j])
+                if IS_SPLIT:
+                    for j in range(LANES):
+                        fallen[j] = across(fallen[j], SECTIONS)
             for j in range(LANES):
                 # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
                 if not HOLDS_STEP:
                     h[j] = dtype(0.0)
                     if interval < live_intervals[j]:
                         h[j] = step[j]
+                if P_DELTA:
+                    # A storey that fell over would go on, ever faster, until nothing of it is finite.
+                    if fallen[j] > blown_up:
+                        h[j] = dtype(0.0)
                 if GATED:
                     lives[j] = dtype(0.0)
                     seen[j] = dtype(0.0)
@@ -414,6 +442,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     if stage == 0:
                                         memory[m] = z[m, j]
                                 f = force_of(drift, memory, c)
+                                if P_DELTA:
+                                    f -= weight_over_height[0, j] * drift
                                 if STOREY_DAMPING:
                                     f += damping[0, j] * rate
                                 if POWER_DAMPERS:
@@ -461,6 +491,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                             memory[m] = z[i * M + m, j]
                                 restoring = force_of(drift, memory, c)
                                 f = restoring
+                                if P_DELTA:
+                                    f -= weight_over_height[i, j] * drift
                                 if STOREY_DAMPING:
                                     dashpot = damping[i, j] * rate
                                 if POWER_DAMPERS:
@@ -802,7 +834,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             o = samples.output[sample[j]]
             total = dtype(0.0)
             kept = dtype(0.0)  # energy that is still there, or was absorbed
-            if SPLIT_ENERGY:
+            fallen[j] = dtype(0.0)
+            if SEES_LAST_FOOT:
                 foot_u[j] = below(u[N - 1, j], section, SECTIONS)
             for i in range(N):
                 g = lowest + i
@@ -814,7 +847,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         output.peak_storey_drift[g, o] = peak_drift[i, j]
                     if ACCELERATION:
                         output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
-                    if ENERGY:
+                    if SEES_LAST:
                         drift = u[i, j]
                         if i > 0:
                             drift -= u[i - 1, j]
@@ -826,11 +859,22 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         memory = memory_vector(z[i * M, j])
                         for m in range(1, M):
                             memory[m] = z[i * M + m, j]
+                    if P_DELTA:
+                        # So far out either gravity has won, which is a collapse, or a spring still holds: a blow-up.
+                        overturning = weight_over_height[i, j] * drift
+                        lifted[j] += dtype(0.5) * overturning * drift
+                        if wp.abs(drift) * inverse_height[i, j] > blown_up:
+                            outweighed = (force_of(drift, memory, c) - overturning) * drift < dtype(0.0)
+                            fallen[j] = larger(fallen[j], wp.where(outweighed, fell, burst))
+                    if ENERGY:
                         stored = recoverable_of(drift, memory, c)
                         output.hysteretic_energy[g, o] = absorbed[i, j] - stored
                         kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
             if IS_SPLIT:
                 total = together(total, SECTIONS)
+            if SPLIT_FALL:
+                fallen[j] = across(fallen[j], SECTIONS)
+                lifted[j] = together(lifted[j], SECTIONS)
             if SPLIT_ENERGY:
                 kept = together(kept, SECTIONS)
                 energy_in[j] = together(energy_in[j], SECTIONS)
@@ -846,6 +890,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                     if largest > control.collapse_drift_ratio:
                         status = collapsed
                     if largest > blown_up:
+                        status = diverged
+                if P_DELTA:
+                    if fallen[j] == fell:
+                        status = collapsed
+                    if fallen[j] == burst:
                         status = diverged
                 # Infinities and NaN never leave a sum: a finite one clears the whole state.
                 if not wp.isfinite(total):
@@ -864,6 +913,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                     output.input_energy[o] = energy_in[j]
                     output.viscous_energy[o] = energy_viscous[j]
                     unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j] - kept
-                    output.energy_balance_error[o] = balance_error(unaccounted, wp.max(supplied[j], initial_energy[j]))
+                    most = wp.max(supplied[j], initial_energy[j])
+                    if P_DELTA:
+                        unaccounted += lifted[j]  # what gravity gave was supplied too
+                        most += lifted[j]
+                    output.energy_balance_error[o] = balance_error(unaccounted, most)
 
     return integrate_chain

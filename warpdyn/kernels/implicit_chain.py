@@ -3,8 +3,9 @@
 The unknown is the acceleration at the step's end (with Wilson's method, beyond it). Its matrix is a chain's, of masses
 that carry the dampers to the ground and of storeys s = (1 - force_lag) (gamma theta h c + beta (theta h)^2 k): one walk
 from the top down sums the residual up and eliminates, one walk back up substitutes. The pivot of a floor is the storey
-below it and what it carries, both positive, so that nothing cancels. Lanes and names in capitals are as in the kernel
-of explicit methods.
+below it and what it carries, both positive, so that nothing cancels; where a storey's stiffness is negative (gravity
+pushes it over, or it loses strength) it takes little off a mass. Lanes and names in capitals are as in the kernel of
+explicit methods.
 """
 
 import functools
@@ -52,7 +53,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         name in plan.recorders
         for name in ("drift", "time_of_peak", "acceleration", "base_shear", "residual", "energy", "history")
     )
-    RATIO = TIME or RESIDUAL
+    P_DELTA = plan.p_delta
+    RATIO, SEES_LAST = TIME or RESIDUAL or P_DELTA, ENERGY or P_DELTA
     # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
     SOLVES_DRIFT = method.beta > 0
     NEWTON = (SOLVES_DRIFT and HAS_MEMORY) or POWER_DAMPERS
@@ -89,6 +91,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         wp.int8(code) for code in (OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED)
     )
     blown_up = wp.constant(dtype(LARGEST_DRIFT_RATIO))
+    fell, burst = wp.constant(dtype(1.0)), wp.constant(dtype(2.0))  # what became of a storey beyond that
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": plan.max_unroll})
     def integrate_implicit_chain(
@@ -112,6 +115,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         inverse_height = matrix()
         damping = matrix()
         power_damper = dampers()
+        weight_over_height = matrix()
         damping_matrix = square()
         mass_damping = row()
         coefficients = table()
@@ -136,6 +140,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         energy_viscous = row()
         absorbed = matrix()
         initial_energy = row()
+        fallen = row()  # the largest drift ratio, and at the end what became of its storey
+        lifted = row()  # what gravity gave, from upright: the work of lifting the storeys again
         supplied = row()  # the most energy the sample ever held: what the balance error is relative to
         settled = row()  # fastest rate at which a memory settled in this step, times the step
         deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
@@ -209,6 +215,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 solved_mass[i, j] = mass_share * mass[i, j]
                 if RATIO:
                     inverse_height[i, j] = structures.inverse_height[i, s]
+                if P_DELTA:
+                    weight_over_height[i, j] = structures.storey_weight_over_height[i, s]
                 if IS_HARMONIC:
                     amplitude[i, j] = loads.amplitude[i] * scale[j]
                 if STOREY_DAMPING:
@@ -249,6 +257,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     last_drift[i, j] = drift
                     absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
                     initial_energy[j] += absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
+                    if P_DELTA:
+                        initial_energy[j] -= half * weight_over_height[i, j] * drift * drift
 
         if IS_NOISE:
             processes = Processes()
@@ -261,11 +271,23 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 a0, da, processes = noise_over_interval(
                     loads, control.key, number, interval, live_intervals, scale, processes
                 )
+            if P_DELTA:
+                for j in range(LANES):
+                    fallen[j] = zero
+                    below[j] = zero
+                for i in range(N):
+                    for j in range(LANES):
+                        fallen[j] = wp.max(fallen[j], wp.abs(u[i, j] - below[j]) * inverse_height[i, j])
+                        below[j] = u[i, j]
             for j in range(LANES):
                 # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
                 h[j] = zero
                 if interval < live_intervals[j]:
                     h[j] = step[j]
+                if P_DELTA:
+                    # A storey that fell over would go on, ever faster, until nothing of it is finite.
+                    if fallen[j] > blown_up:
+                        h[j] = zero
                 if IS_RECORD:
                     begin, change = sampled(loads, motion[j], interval, live_intervals[j], 1, 0, scale[j])
                     a0[j] = begin
@@ -355,6 +377,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                                 after = advance(drift, drift - drift_before, before, c)
                             restoring = force_of(drift, after, c)
                             f = restoring
+                            if P_DELTA:
+                                f -= weight_over_height[i, j] * drift
                             if STOREY_DAMPING:
                                 dashpot = damping[i, j] * rate
                             if POWER_DAMPERS:
@@ -423,6 +447,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                             inertia = a[i, j] + mass_share * rise[i, j] - force_lag * start_acceleration[i, j]
                             residual = force_share * net - mass[i, j] * inertia
                             stiffness = tangent_of(drift, drift - drift_before, before, after, c)
+                            if P_DELTA:
+                                stiffness -= weight_over_height[i, j]
                             if ITERATES:
                                 unbalanced[j] += wp.abs(residual)
                                 size[j] += wp.abs(f) + mass[i, j] * wp.abs(inertia)
@@ -557,6 +583,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
             o = samples.output[sample[j]]
             total = zero
             unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
+            fallen[j] = zero
             for i in range(N):
                 total += u[i, j] + v[i, j] + a[i, j] + z[i * M, j]
                 for m in range(1, M):
@@ -565,7 +592,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     output.peak_storey_drift[i, o] = peak_drift[i, j]
                 if ACCELERATION:
                     output.peak_floor_acceleration[i, o] = peak_acceleration[i, j]
-                if ENERGY:
+                if SEES_LAST:
                     drift = u[i, j]
                     if i > 0:
                         drift -= u[i - 1, j]
@@ -575,6 +602,14 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     memory = memory_vector(z[i * M, j])
                     for m in range(1, M):
                         memory[m] = z[i * M + m, j]
+                if P_DELTA:
+                    # So far out either gravity has won, which is a collapse, or a spring still holds: a blow-up.
+                    overturning = weight_over_height[i, j] * drift
+                    lifted[j] += half * overturning * drift
+                    if wp.abs(drift) * inverse_height[i, j] > blown_up:
+                        outweighed = (force_of(drift, memory, c) - overturning) * drift < zero
+                        fallen[j] = wp.max(fallen[j], wp.where(outweighed, fell, burst))
+                if ENERGY:
                     stored = recoverable_of(drift, memory, c)
                     output.hysteretic_energy[i, o] = absorbed[i, j] - stored
                     unaccounted -= absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
@@ -586,6 +621,11 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 if worst > control.collapse_drift_ratio:
                     status = collapsed
                 if worst > blown_up:
+                    status = diverged
+            if P_DELTA:
+                if fallen[j] == fell:
+                    status = collapsed
+                if fallen[j] == burst:
                     status = diverged
             if ITERATES:
                 if failed[j] > 0:
@@ -603,6 +643,10 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
             if ENERGY:
                 output.input_energy[o] = energy_in[j]
                 output.viscous_energy[o] = energy_viscous[j]
-                output.energy_balance_error[o] = balance_error(unaccounted, wp.max(supplied[j], initial_energy[j]))
+                most = wp.max(supplied[j], initial_energy[j])
+                if P_DELTA:
+                    unaccounted += lifted[j]  # what gravity gave was supplied too
+                    most += lifted[j]
+                output.energy_balance_error[o] = balance_error(unaccounted, most)
 
     return integrate_implicit_chain

@@ -39,6 +39,7 @@ class Plan:
         max_unroll: Loops up to this count are unrolled before the compiler sees them.
         sections: Threads that share a sample's storeys (a GPU's chains of many storeys), a power of 2.
         viscous_dampers: "none", "linear" (part of the storey damping) or "power" of the velocity, devices of a chain.
+        p_delta: Whether gravity pushes leaning storeys over (chain, integrated step by step).
     """
 
     family: str
@@ -53,6 +54,7 @@ class Plan:
     max_unroll: int = 1
     sections: int = 1
     viscous_dampers: str = "none"
+    p_delta: bool = False
 
 
 # On a processor too, products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where
@@ -136,7 +138,7 @@ def values_held(plan: Plan) -> dict[str, int]:
         structure = (3 * n) ** 2 + 6 * n if kind == "implicit" else 2 * n * n + n
         working = 3 * n if kind == "implicit" else 4 * n
     else:
-        structure = n * (1 + spring.coefficients) + dampers[plan.damping]
+        structure = n * (1 + spring.coefficients + plan.p_delta) + dampers[plan.damping]
         structure += {"none": 0, "linear": n * (plan.damping in ("none", "modal")), "power": VALUES * n}[
             plan.viscous_dampers
         ]
@@ -186,6 +188,7 @@ def structs(dtype_name: str) -> SimpleNamespace:
         coefficients: table  # of the storey law, [storey x coefficient, structure]
         storey_damping: table
         viscous_damper: table  # of powers of the velocity, [storey x value, structure]
+        storey_weight_over_height: table  # of gravity
         mass_damping: plain  # Rayleigh's factor of the mass, [structure]
         damping_matrix: table  # [dof x dof, structure]
         # A linear system's matrices are those of the nominal system, [dof, dof]; each structure scales them.

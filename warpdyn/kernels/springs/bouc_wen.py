@@ -4,11 +4,11 @@ uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with 1 / uy = c2, beta / uy = 
 is neither 1 nor 2: powers are slow, and most use these.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import warp as wp
 
+from warpdyn.kernels.springs.rate_law import along_drift
 from warpdyn.kernels.springs.spring import Spring
 
 
@@ -65,43 +65,6 @@ def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
     return slope
 
 
-def _along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
-    """Return what a law whose memory has a rate that is proportional to the velocity does over a step: its fields.
-
-    Such a memory depends on the path of the drift, not on its speed: it goes along an increment in one step of RK4.
-    """
-
-    def advance(drift: Any, increment: Any, memory: Any, c: Any):
-        half = type(increment)(0.5)
-        k1 = rate(increment, memory, c)
-        k2 = rate(increment, memory + half * k1, c)
-        k3 = rate(increment, memory + half * k2, c)
-        k4 = rate(increment, memory + k3, c)
-        return memory + (k1 + type(increment)(2.0) * (k2 + k3) + k4) / type(increment)(6.0)
-
-    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
-        direction = type(increment)(1.0)
-        if increment < type(increment)(0.0):
-            direction = -direction
-        slope = rate(direction, after, c)
-        return c[0] + c[1] * direction * slope[0]
-
-    def relaxation_along(increment: Any, memory: Any, c: Any):
-        half = type(increment)(0.5)
-        first = memory + half * rate(increment, memory, c)
-        second = memory + half * rate(increment, first, c)
-        third = memory + rate(increment, second, c)
-        outer = wp.max(relaxation(increment, memory, c), relaxation(increment, third, c))
-        return wp.max(outer, wp.max(relaxation(increment, first, c), relaxation(increment, second, c)))
-
-    fields = {}
-    for function in (advance, tangent, relaxation_along):
-        # Warp tells functions apart by name: those of two laws must not share one.
-        function.__qualname__ = f"{rate.key}_{function.__name__}"
-        fields[function.__name__] = wp.func(function)
-    return fields | {"rate": rate, "relaxation": relaxation}
-
-
 BOUC_WEN_1 = Spring(
     bouc_wen_force,
     None,
@@ -109,7 +72,7 @@ BOUC_WEN_1 = Spring(
     coefficients=5,
     memory=1,
     settles_by_velocity=True,
-    **_along_drift(bouc_wen_1_rate, bouc_wen_1_relaxation),
+    **along_drift(bouc_wen_1_rate, bouc_wen_1_relaxation),
 )
 BOUC_WEN_2 = Spring(
     bouc_wen_force,
@@ -117,7 +80,7 @@ BOUC_WEN_2 = Spring(
     bouc_wen_recoverable,
     coefficients=5,
     memory=1,
-    **_along_drift(bouc_wen_2_rate, bouc_wen_2_relaxation),
+    **along_drift(bouc_wen_2_rate, bouc_wen_2_relaxation),
 )
 BOUC_WEN = Spring(
     bouc_wen_force,
@@ -125,5 +88,5 @@ BOUC_WEN = Spring(
     bouc_wen_recoverable,
     coefficients=6,
     memory=1,
-    **_along_drift(bouc_wen_rate, bouc_wen_relaxation),
+    **along_drift(bouc_wen_rate, bouc_wen_relaxation),
 )

@@ -1,0 +1,148 @@
+"""Trilinear backbone with pinching, damage by ductility and energy, and softer unloading (OpenSees: Hysteretic).
+
+Everything is over the yield drift and the yield force, and mirrored so that the storey moves ahead: one set of rules
+serves both directions. The memory is the last drift and force, the direction of the last step, the farthest drifts
+ahead and behind (damage moves them out), the drifts at which the last unloading from behind and from ahead came to no
+force, and the work done.
+
+Coefficients: 1 / yield drift, yield force, length and slope of the backbone's second part, slope and length of its
+third, drifts at which these fall to no force, pinching of drift and of force, damage by ductility and by energy, and
+last the exponent of unloading, where there is one.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warpdyn.kernels.springs.spring import Spring
+
+FARTHEST = wp.constant(wp.float64(1e16))  # m: damage that runs away stops there
+
+
+@wp.func
+def hysteretic_backbone(x: Any, c: Any):
+    """Force at a drift ahead, and the backbone's slope before it."""
+    zero, one = type(x)(0.0), type(x)(1.0)
+    second = x - one
+    third = second - c[2]
+    force = wp.min(x, one) + c[3] * wp.clamp(second, zero, c[2]) + c[4] * wp.clamp(third, zero, c[5])
+    slope = wp.where(third <= c[5], c[4], zero)
+    slope = wp.where(third <= zero, c[3], slope)
+    return force, wp.where(second <= zero, one, slope)
+
+
+@wp.func
+def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behind: Any):
+    """Where a step to a drift leads, as (force, slope, direction, farthest drift ahead, drift of no force behind).
+
+    The last two and the force are mirrored. `softer` is how far unloading is softer than at first, 1 or more.
+    """
+    zero, one = type(x)(0.0), type(x)(1.0)
+    way = wp.where(x < memory[0], -one, one)
+    is_up = way > zero
+    ahead = wp.where(is_up, memory[3], memory[4])
+    behind = wp.where(is_up, memory[4], memory[3])
+    released = wp.where(is_up, memory[5], memory[6])
+    here, last, before = way * x, way * memory[0], way * memory[1]
+    moved = here - last
+    releases = (way * memory[2] < zero) and (before <= zero)
+    stored = type(x)(0.5) * before * before * softer_behind
+    damage = wp.where(behind > one, c[11] * (memory[7] - stored) + c[10] * (behind - one), zero)
+    released = wp.where(releases, last - before * softer_behind, released)
+    target = wp.clamp(wp.where(releases, ahead * (one + damage), ahead), one, type(x)(FARTHEST) * c[0])
+    strength, slope = hysteretic_backbone(target, c)
+    # Behind a backbone that has come to no force there is none before the drift at which it did.
+    gone = wp.where(behind <= one + c[2], c[6], c[7])
+    start = wp.max(wp.where(behind <= one, released, -gone), released)
+    pinched = c[9] * strength
+    bend = start + (target - (strength - pinched) * softer_ahead - start) * c[8]
+    is_first = here < bend
+    length = wp.where(is_first, bend - start, target - bend)
+    rise = wp.where(is_first, pinched, strength - pinched) / wp.where(length > zero, length, one)
+    towards = wp.where(is_first, zero, pinched) + (here - wp.where(is_first, start, bend)) * rise
+    elastic = before + moved / softer_ahead
+    force = wp.min(elastic, towards)
+    slope = wp.where(elastic < towards, one / softer_ahead, rise)
+    is_gap = is_first and here <= start
+    unloaded = before + moved / softer_behind
+    is_unloading = here < released
+    is_idle = wp.where(is_unloading, unloaded >= zero, is_gap)
+    force = wp.where(is_unloading, unloaded, force)
+    slope = wp.where(is_unloading, one / softer_behind, slope)
+    force = wp.where(is_idle, zero, force)
+    slope = wp.where(is_idle, zero, slope)
+    on_backbone = here >= ahead
+    full, steep = hysteretic_backbone(here, c)
+    force = wp.where(on_backbone, full, force)
+    slope = wp.where(on_backbone, steep, slope)
+    target = wp.where(on_backbone, here, target)
+    released = wp.where(on_backbone, wp.where(is_up, memory[5], memory[6]), released)
+    return force, slope, way, target, released
+
+
+def _hysteretic(unloads_softer: bool, name: str) -> Spring:
+    """Return the law with or without an exponent of unloading, which takes two powers a force."""
+    SOFTENS = unloads_softer
+
+    def softer(farthest: Any, c: Any):
+        if SOFTENS:
+            return wp.pow(wp.max(farthest, type(farthest)(1.0)), c[12])
+        return type(farthest)(1.0)
+
+    softer.__qualname__ = f"{name}_softer"
+    softer = wp.func(softer)
+
+    def step(drift: Any, memory: Any, c: Any):
+        x = drift * c[0]
+        above, below = softer(memory[3], c), softer(memory[4], c)
+        is_up = x >= memory[0]
+        return hysteretic_step(x, memory, c, wp.where(is_up, above, below), wp.where(is_up, below, above))
+
+    step.__qualname__ = f"{name}_step"
+    step = wp.func(step)
+
+    def force(drift: Any, memory: Any, c: Any):
+        now, _slope, way, _ahead, _released = step(drift, memory, c)
+        return c[1] * wp.where(drift * c[0] == memory[0], memory[1], way * now)
+
+    def evolve(drift: Any, memory: Any, c: Any):
+        x = drift * c[0]
+        now, _slope, way, ahead, released = step(drift, memory, c)
+        is_up = way > type(drift)(0.0)
+        after = type(memory)()
+        after[0] = x
+        after[1] = way * now
+        after[2] = way
+        after[3] = wp.where(is_up, ahead, memory[3])
+        after[4] = wp.where(is_up, memory[4], ahead)
+        after[5] = wp.where(is_up, released, memory[5])
+        after[6] = wp.where(is_up, memory[6], released)
+        after[7] = memory[7] + type(drift)(0.5) * (memory[1] + after[1]) * (x - memory[0])
+        stands = x == memory[0]
+        for i in range(8):
+            after[i] = wp.where(stands, memory[i], after[i])
+        return after
+
+    def recoverable(drift: Any, memory: Any, c: Any):
+        farthest = wp.where(memory[1] > type(drift)(0.0), memory[3], memory[4])
+        return type(drift)(0.5) * c[1] / c[0] * memory[1] * memory[1] * softer(farthest, c)
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        _now, slope, _way, _ahead, _released = step(drift, before, c)
+        return c[0] * c[1] * slope
+
+    def advance(drift: Any, increment: Any, memory: Any, c: Any):
+        return evolve(drift, memory, c)
+
+    fields = {}
+    for function in (force, evolve, recoverable, tangent):
+        # Warp tells functions apart by name: those of two laws must not share one.
+        function.__qualname__ = f"{name}_{function.__name__}"
+        fields[function.__name__] = wp.func(function)
+    evolve = fields["evolve"]
+    advance.__qualname__ = f"{name}_advance"
+    return Spring(**fields, coefficients=13 if SOFTENS else 12, memory=8, advance=wp.func(advance))
+
+
+HYSTERETIC = _hysteretic(False, "hysteretic")
+HYSTERETIC_SOFTER = _hysteretic(True, "hysteretic_softer_unloading")

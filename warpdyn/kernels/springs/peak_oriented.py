@@ -1,0 +1,144 @@
+"""Peak-oriented storeys: reloading aims at the farthest point of its side, from where the force was 0.
+
+The drift x is in yield drifts and the force f in yield forces. The backbone is the least of three lines, through 0,
+the cracking point and the yield point. Unloading is straight; reloading after a part of it comes back to where it
+began.
+
+`peak_oriented` unloads by the initial stiffness. `takeda` unloads towards the opposite cracking point until it has
+yielded, and by x^-a as stiff after that, but no softer than towards the origin. A side of it that has not cracked
+where the other has yielded is loaded by the slope of unloading up to the cracking force, then straight to the yield
+point.
+
+Coefficients: 1 / yield drift, yield force, the initial slope, height at 0 and slope of the second line, the same of
+the third, x at cracking; Takeda's a, and how far beyond the cracking point a peak that has not cracked can be: 0, or
+less where the storey yields as it cracks.
+The memory: x and f of the last step, how far beyond the cracking points the peaks of the positive and of the negative
+side are, and where the line that loading follows has f = 0.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warpdyn.kernels.springs.named import device_functions
+from warpdyn.kernels.springs.spring import Spring
+
+LEAST_WAY = wp.constant(wp.float64(1e-9))  # to the point aimed at: a turn that rounding puts upon it divides by it
+
+
+@wp.func
+def backbone(x: Any, c: Any):
+    """Return the backbone's force at x >= 0."""
+    return wp.min(c[2] * x, wp.min(c[3] + c[4] * x, c[5] + c[6] * x))
+
+
+@wp.func
+def backbone_slope(x: Any, c: Any):
+    second = c[3] + c[4] * x
+    third = c[5] + c[6] * x
+    bent = wp.where(second < third, c[4], c[6])
+    return wp.where(c[2] * x < wp.min(second, third), c[2], bent)
+
+
+def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
+    """Return the row of either rule for unloading."""
+
+    def unloading(side: Any, other: Any, c: Any):
+        """Return the slope of unloading from a side, by how far its peak and the other's are beyond cracking."""
+        slope = c[2]
+        if IS_TAKEDA:
+            one = type(side)(1.0)
+            # A side that has not cracked unloads as it was loaded: by the slope that led there from the other.
+            peak = c[7] + wp.where(side > c[9], side, other)
+            until_yield = wp.min(peak, one)
+            slope = (backbone(until_yield, c) + c[2] * c[7]) / (until_yield + c[7])
+            slope *= wp.exp(-c[8] * wp.log(wp.max(peak, one)))
+            # No softer than towards the origin: unloading would end on the other side of it.
+            slope = wp.max(slope, backbone(peak, c) / peak)
+        return slope
+
+    unloading = device_functions(name, unloading)["unloading"]
+
+    def follow(drift: Any, memory: Any, c: Any):
+        """Return the memory at a drift, and the slope of f over x there."""
+        zero = type(drift)(0.0)
+        one = type(drift)(1.0)
+        x = drift * c[0]
+        direction = wp.where(x < memory[0], -one, one)
+        # From here on all is as if the storey moved in positive direction.
+        at = direction * x
+        last = direction * memory[0]
+        force = direction * memory[1]
+        is_positive = direction > zero
+        ahead = wp.where(is_positive, memory[2], memory[3])
+        behind = wp.where(is_positive, memory[3], memory[2])
+        is_loading = force > zero
+        slope = unloading(wp.where(is_loading, ahead, behind), wp.where(is_loading, behind, ahead), c)
+        crossing = last - force / slope
+        origin = wp.where(is_loading, direction * memory[4], crossing)
+        target = c[7] + ahead
+        if IS_TAKEDA:
+            is_first = ahead <= c[9] and c[7] + behind > one
+            target = wp.where(is_first, one, target)
+        peak = backbone(target, c)
+        aim = peak / wp.max(target - origin, type(drift)(LEAST_WAY))
+        line = peak - aim * (target - at)
+        line_slope = aim
+        if IS_TAKEDA:
+            cracking = c[2] * c[7]
+            way = wp.max(one - origin - cracking / slope, type(drift)(LEAST_WAY))
+            from_cracking = (one - cracking) / way
+            is_above = is_first and one - from_cracking * (one - at) > line
+            line = wp.where(is_above, one - from_cracking * (one - at), line)
+            line_slope = wp.where(is_above, from_cracking, line_slope)
+        stiff = wp.max(slope, aim)  # no softer, or the force would jump where it meets the backbone
+        start = wp.where(is_loading, last, crossing)
+        straight = wp.max(force, zero) + stiff * (at - start)
+        follows_line = line < straight
+        reached = wp.where(follows_line, line, straight)
+        tangent = wp.where(follows_line, line_slope, stiff)
+        is_unloading = at < start
+        reached = wp.where(is_unloading, slope * (at - crossing), reached)
+        tangent = wp.where(is_unloading, slope, tangent)
+        is_beyond = at >= target
+        reached = wp.where(is_beyond, backbone(at, c), reached)
+        tangent = wp.where(is_beyond, backbone_slope(at, c), tangent)
+        farthest = wp.where(is_beyond, at - c[7], ahead)
+        after = type(memory)()
+        after[0] = x
+        after[1] = direction * reached
+        after[2] = wp.where(is_positive, farthest, memory[2])
+        after[3] = wp.where(is_positive, memory[3], farthest)
+        after[4] = wp.where(is_unloading, memory[4], direction * origin)
+        return after, tangent
+
+    follow = device_functions(name, follow)["follow"]
+
+    def force(drift: Any, memory: Any, c: Any):
+        after, _slope = follow(drift, memory, c)
+        return c[1] * after[1]
+
+    def evolve(drift: Any, memory: Any, c: Any):
+        after, _slope = follow(drift, memory, c)
+        return after
+
+    def recoverable(drift: Any, memory: Any, c: Any):
+        is_positive = memory[1] > type(drift)(0.0)
+        side = wp.where(is_positive, memory[2], memory[3])
+        other = wp.where(is_positive, memory[3], memory[2])
+        return type(drift)(0.5) * c[1] / c[0] * memory[1] * memory[1] / unloading(side, other, c)
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        _after, slope = follow(drift, before, c)
+        return c[0] * c[1] * slope
+
+    def advance(drift: Any, increment: Any, memory: Any, c: Any):
+        return evolve(drift, memory, c)
+
+    functions = device_functions(name, force, evolve, recoverable, tangent, advance)
+    evolve = functions["evolve"]
+    return Spring(coefficients=10 if IS_TAKEDA else 8, memory=5, **functions)
+
+
+PEAK_ORIENTED = _peak_oriented("peak_oriented", False)
+TAKEDA = _peak_oriented("takeda", True)

@@ -1,0 +1,53 @@
+"""Backbones by their corners: each a ductility and a force over those of yield, the first corner."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.laws.law import Parameter, Values
+
+
+def corner_parameters(corner: int) -> dict[str, Parameter]:
+    """Return the two parameters of a corner, counted from the one at yield."""
+    return {
+        f"ductility_{corner}": Parameter("1", f"drift at corner {corner} over the yield drift", low=0.0),
+        f"force_ratio_{corner}": Parameter("1", f"force at corner {corner} over the yield force", low=0),
+    }
+
+
+def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return ductilities and force ratios of the backbone's corners, that of yield first."""
+    numbers = range(2, count + 1)
+    names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
+    one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
+    return [one, *(p[f"ductility_{i}"] * one for i in numbers)], [one, *(p[f"force_ratio_{i}"] * one for i in numbers)]
+
+
+def backbone_problem(p: Values, count: int) -> str | None:
+    """Return what is wrong with a backbone of so many corners: one must lie beyond another, and none be steeper."""
+    drift, force = corners(p, count)
+    for i in range(1, count):
+        name, last = f"ductility_{i + 1}", "1, that of yield" if i == 1 else f"ductility_{i}, "
+        values = np.broadcast_to(p[name], drift[0].shape)
+        if np.any(bad := values <= drift[i - 1]):
+            bound = last if i == 1 else f"{last}{drift[i - 1][first_place(bad)]:g}"
+            return f"{name} is {values[first_place(bad)]:g} ({place_in_words(bad)}); it must be above {bound}"
+        rise, length = force[i] - force[i - 1], drift[i] - drift[i - 1]
+        if np.any(bad := rise > length * (1 + 1e-9)):  # rounding is forgiven
+            name, place = f"force_ratio_{i + 1}", first_place(bad)
+            return (
+                f"{name} is {force[i][place]:g} ({place_in_words(bad)}); it must be at most "
+                f"{force[i - 1][place] + length[place]:g}: no part of a backbone may be stiffer than its first"
+            )
+    return None
+
+
+def first_place(bad: np.ndarray) -> tuple[int, ...]:
+    """Return the indices of the first bad value, [storey] or [structure, storey]."""
+    return tuple(np.argwhere(bad)[0])
+
+
+def place_in_words(bad: np.ndarray) -> str:
+    """Return where the first bad value is."""
+    *structure, storey = first_place(bad)
+    return ", ".join([f"structure {i}" for i in structure] + [f"storey {storey + 1}"])

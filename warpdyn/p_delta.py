@@ -1,0 +1,47 @@
+"""Second-order effect of gravity on a chain of storeys: loads that lean with it push it over.
+
+A storey that carries the load W over its height h feels W / h times its drift as a force away from its middle: a spring
+of negative stiffness -W / h beside its own (Chopra, Dynamics of Structures, section 22.1; linear P-Delta columns).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+Values = Mapping[str, np.ndarray]
+
+
+def storey_weight_over_height(parameters: Values) -> np.ndarray:
+    """Return the load that each storey carries over its height [N/m], shape [..., storey].
+
+    Args:
+        parameters: Parameters of shear buildings, `gravity_load` among them, each [..., storey].
+    """
+    from_the_top = parameters["gravity_load"][..., ::-1]
+    return np.cumsum(from_the_top, axis=-1)[..., ::-1] / parameters["height"]
+
+
+def stiffness_under_gravity(parameters: Values, stiffness: np.ndarray | None = None) -> np.ndarray:
+    """Return what gravity leaves of the storeys' initial, or some other, stiffness [N/m], shape [..., storey]."""
+    stiffness = parameters["stiffness"] if stiffness is None else stiffness
+    return stiffness - storey_weight_over_height(parameters) if "gravity_load" in parameters else stiffness
+
+
+def buckling_problem(parameters: Values) -> str | None:
+    """Return a sentence on the first storey that gravity alone pushes over, or None."""
+    if "gravity_load" not in parameters or np.all(stiffness_under_gravity(parameters) > 0):
+        return None
+    bad = stiffness_under_gravity(parameters) <= 0
+    place = tuple(np.argwhere(bad)[0])
+    bounds, loads = (
+        per_height * parameters["height"]
+        for per_height in (parameters["stiffness"], storey_weight_over_height(parameters))
+    )
+    bound, carried = (np.broadcast_to(values, bad.shape)[place] for values in (bounds, loads))
+    where = ", ".join([f"structure {i}" for i in place[:-1]] + [f"storey {place[-1] + 1}"])
+    return (
+        f"gravity_load adds up to {carried:g} N on {where}, which buckles: from the top down it must stay below "
+        f"stiffness times height there, {bound:g} N"
+    )
