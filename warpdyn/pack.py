@@ -7,9 +7,7 @@ import numpy as np
 from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.kernels.build import fitted
 from warpdyn.kernels.plan import Plan
-from warpdyn.kernels.vibration import circular_frequencies
-from warpdyn.laws.devices import damper_values, steepest_damping
-from warpdyn.method_kinds import Method
+from warpdyn.laws.devices import damper_values
 from warpdyn.methods import METHODS
 from warpdyn.modal import (
     chain_stiffness_matrix,
@@ -17,30 +15,19 @@ from warpdyn.modal import (
 )
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.p_delta import stiffness_under_gravity, storey_weight_over_height
-from warpdyn.parts import STRUCTURES_AT_A_TIME, in_parts
+from warpdyn.parts import in_parts
 from warpdyn.propagators import damping_of, pack_linear
 from warpdyn.scatter import nominal_values
 from warpdyn.scene import Scene
-from warpdyn.stability import (
-    highest_damping_rate,
-    stable_step,
-    stable_step_of_eigenvalues,
-    stable_step_of_yielding,
-    state_eigenvalues,
-)
 from warpdyn.storey_dampers import (
-    chain_damping_matrix,
-    couples_modes,
     damper_kind,
     kernel_damping,
-    rayleigh_of,
     storey_dashpots,
 )
-from warpdyn.timeline import Schedule, Timeline, Vibration
+from warpdyn.timeline import Schedule, Timeline
 
 Arrays = dict[str, np.ndarray]
 SORTED_BITS = 16  # of the durations that samples are sorted by
-DOUBLES_AT_A_TIME = 2**20  # in the state matrices of the eigenvalue problems, which are larger than any result
 
 
 def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
@@ -242,75 +229,3 @@ def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
         lengths = [len(motion.values) for motion in motions]
         packed["first"] = np.concatenate([[0], np.cumsum(lengths)[:-1]])
     return packed
-
-
-def vibration_of(scene: Scene, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
-    """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
-    count = len(next(iter(drawn.values()))) if drawn else 1
-    at_a_time = STRUCTURES_AT_A_TIME
-    if scene.structure.family == "dense" or damping_of(scene) == "general":
-        at_a_time = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
-
-    def part(structures: slice) -> tuple[np.ndarray, ...]:
-        return _vibration(scene, parameters_of(scene, drawn, structures), method)
-
-    found = in_parts(part, count, threads, at_a_time)
-    return Vibration(*(np.concatenate(values) for values in zip(*found, strict=True)))
-
-
-def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
-    """Return period [s], slowest decay [1/s], longest stable step [s] and Rayleigh damping of some structures."""
-    damping = scene.structure.damping
-    mass, stiffness = parameters["mass"], parameters["stiffness"]
-    if scene.structure.family == "dense":
-        nominal = scene.structure.parameters
-        mass_matrix, damping_matrix, stiffness_matrix = (
-            parameters[name][:, None, None] * nominal[name] for name in ("mass", "damping", "stiffness")
-        )
-        eigenvalues = state_eigenvalues(mass_matrix, damping_matrix, stiffness_matrix)
-        modes = scene.structure.modal()["circular_frequency"].values
-        lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[[0, -1]])
-        rate = highest_damping_rate(mass_matrix, damping_matrix)
-        stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
-        return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
-    effective = stiffness_under_gravity(parameters)
-    frequency = circular_frequencies(mass, effective).T  # [mode, structure]
-    period, rayleigh = 2 * np.pi / frequency[0], rayleigh_of(scene.structure, parameters, frequency)
-    dampers = damper_kind(scene)
-    if couples_modes(scene.structure):
-        # Below 1 m/s, a damper's force falls no faster than if it were linear.
-        slope = 0.0 if dampers == "none" else parameters["damper_coefficient"]
-        matrix, elastic = (
-            chain_damping_matrix(scene.structure, parameters, rayleigh, slope),
-            chain_stiffness_matrix(effective),
-        )
-        eigenvalues = state_eigenvalues(mass, matrix, elastic)
-        decay = _slowest_decay(eigenvalues)
-        if dampers == "power":
-            matrix = chain_damping_matrix(scene.structure, parameters, rayleigh, steepest_damping(parameters))
-            eigenvalues = state_eigenvalues(mass, matrix, elastic)
-        rate = highest_damping_rate(mass, matrix)
-        stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
-    else:
-        # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
-        ratios = np.zeros_like(frequency)
-        if damping == "modal":
-            ratios += parameters["damping_ratio"]
-        elif damping == "rayleigh":
-            ratios += (rayleigh[0] / frequency + rayleigh[1] * frequency) / 2
-        stable = stable_step(method, frequency, ratios).min(axis=0)
-        rates = ratios * frequency
-        rate = 2 * rates.max(axis=0)
-        # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
-        over = ratios > 1
-        rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
-        decay = rates.min(axis=0)
-    if spring_of(scene) != "elastic" or dampers == "power":
-        stiffest = stiffness_under_gravity(parameters, scene.structure.storey_law.stiffest(parameters))
-        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
-        stable = stable_step_of_yielding(method, highest, rate, stable)
-    return period, decay, stable, rayleigh.T
-
-
-def _slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:
-    return np.maximum(-eigenvalues.real.max(axis=1), 0.0)

@@ -16,6 +16,7 @@ from warpdyn.portfolio import Portfolio, named
 from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
 from warpdyn.timeline import default_step
+from warpdyn.vibration import vibration_of
 
 # Default steps are 10 ms divided by a power of 2: those of most records divide by them, so that rounding down costs
 # little, and buildings of like periods share a launch.
@@ -122,5 +123,5 @@ def _of(design: Stripes | Cloud | Individual, buildings: np.ndarray) -> Stripes 
 def _rounded_step(scene: Scene, method: str) -> float:
     """Return the step that an archetype would take by itself, rounded down."""
     central = {name: values[None] for name, values in scene.central_parameters.items()}
-    step = default_step(pack.vibration_of(scene, central, METHODS[method]))
+    step = default_step(vibration_of(scene, central, METHODS[method]))
     return ROUND_STEP / 2.0 ** max(0, int(np.ceil(np.log2(ROUND_STEP / step) - 1e-9)))

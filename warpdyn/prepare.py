@@ -17,6 +17,7 @@ from warpdyn.methods import METHODS, check_fits
 from warpdyn.sample import Sampler
 from warpdyn.scene import Scene
 from warpdyn.timeline import Vibration, build_schedule, build_timeline
+from warpdyn.vibration import vibration_of
 
 # Parameters drawn, and the vibration of each structure at a method's limit.
 Drawn = tuple[dict[str, np.ndarray], Vibration]
@@ -51,7 +52,7 @@ class Run:
     def draw(self, structures: np.ndarray) -> Drawn:
         """Return the parameters and the vibration of some structures, given by their indices, increasing."""
         drawn = self.sampler.draw(structures, self.terms.threads)
-        return drawn, pack.vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method], self.terms.threads)
+        return drawn, vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method], self.terms.threads)
 
     def ensemble(self, structures: np.ndarray, queue: Queue, known: Drawn | None = None) -> tuple[Ensemble, Vibration]:
         """Return some structures with all their samples, and their vibration.
@@ -112,7 +113,7 @@ def lay_out(
     if isinstance(scene.excitation, Individual):
         scene.excitation.check_structures(samples)
     sampler.draw(np.arange(1))  # the first error of a scatter out of bounds is of what it draws, not of its middle
-    central = pack.vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
+    central = vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
     timeline = build_timeline(scene, central, step, longest_step, resample)
     plan = pack.plan_of(scene, method, dtype, devices[0] != "cpu")
     return Run(Terms(scene, timeline, plan, tolerance, seed, threads), sampler, samples, seed, devices)

@@ -94,7 +94,8 @@ class Scene:
                 if size != dofs and (size != 1 or kind is HarmonicForce):
                     raise ValueError(f"{kind.__name__}.{name} has {size} values for {dofs} degrees of freedom")
         displaced = isinstance(self.excitation, FreeVibration) and np.any(self.excitation.displacement)
-        if displaced and self.structure.law != "elastic":
+        forgets = {*self.structure.storey_laws, *self.structure.devices} <= {"elastic", "viscous_damper"}
+        if displaced and not forgets:
             raise ValueError(
                 f"FreeVibration.displacement needs an elastic structure: the force of a {self.structure.law!r} "
                 "storey at a displacement depends on how it came there; start from a velocity"
