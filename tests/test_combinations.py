@@ -14,6 +14,7 @@ Storey loops of the two-storey chains are left rolled, the form that buildings a
 unrolled as shipped. sm_90 gets a kernel for every law x load and for every method, with the other tables' rows in turn.
 """
 
+import itertools
 import os
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -65,6 +66,7 @@ VALUES = {  # of every parameter that a law or a damping takes
     "cracked_stiffness_ratio": 0.4,
     "ductility_4": 10.0,
     "force_ratio_4": 1.0,
+    "post_yield_stiffness": 2e4,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
@@ -81,6 +83,24 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
     {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},
 )
+
+
+FRICTION = {"devices": ("friction_damper",), "slip_force": 200.0, "brace_stiffness": 4e5}
+STOP = {"clearance": 0.001, "contact_stiffness": 4e5, "restitution": 0.7}
+DAMPER = {"damper_coefficient": 500.0, "velocity_exponent": 0.5}
+# Rows of SPRINGS made of several, and viscous dampers: laws of the storeys and devices that lead to them.
+COMBINED = {
+    "bouc_wen_1+slip": {"law": ("bouc_wen",) * 2, **FRICTION},
+    "bilinear|bouc_wen_1+gap": {"law": ("lead_rubber_bearing", "bouc_wen"), "devices": ("gap",), **STOP},
+    "bouc_wen|takeda|elastic+slip": {"law": ("bouc_wen", "takeda", "elastic"), "exponent": 1.5, **FRICTION},
+    "bilinear|menegotto_pinto+slip+gap": {
+        "law": ("bilinear", "menegotto_pinto"), **FRICTION, **STOP, "devices": ("friction_damper", "gap")
+    },
+    "elastic": {"law": ("elastic",) * 2, "devices": ("viscous_damper",), **DAMPER},
+    "bilinear+slip": {
+        "law": ("bilinear",) * 3, **FRICTION, **DAMPER, "devices": ("viscous_damper", "friction_damper")
+    },
+}  # fmt: skip
 
 
 def springs_of_laws():
@@ -332,6 +352,50 @@ def test_combination(case, compiled, launched, monkeypatch):
     # An adaptive method sees peaks at the parts of steps too, which histories do not keep: up to (w h)^2 / 8 more.
     rtol = 2e-3 if METHODS[method].is_adaptive else close["rtol"]
     np.testing.assert_allclose(peak, together[name].values[[0, -1]], rtol=rtol, atol=0)
+
+
+def combined_structure(row, damping):
+    """Return a building of a row of COMBINED."""
+    given = COMBINED[row]
+    taken = {name for law in given["law"] for name in LAWS[law].parameters} | set(DAMPING[damping])
+    values = {name: VALUES[name] for name in taken if name in VALUES}
+    return wd.ShearBuilding(np.full(len(given["law"]), 1e3), 4e5, 3.0, damping=damping, **values | given)
+
+
+SOME = ("rk4", "nystroem4", "velocity_verlet", "dormand_prince54", "central_difference", "newmark_average", "hht_alpha")
+DEVICES = [
+    (row, in_turn(DAMPING, i + j // 2), load_in_turn(i + j, j), method, in_turn(DTYPES, i + j))
+    for (i, row), (j, method) in product(enumerate(COMBINED), enumerate(SOME))
+]
+
+
+@pytest.mark.parametrize("case", DEVICES, ids=name_of)
+def test_devices(case, launched):
+    row, damping, load, method, dtype = case
+    structure = combined_structure(row, damping)
+    scene = wd.Scene(structure, make_excitation(load, structure.storeys), tail=1.2)
+    settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.0025, "device": "cpu"}
+    run = wd.simulate(scene, **settings)
+    assert launched[0].law == row
+    assert launched[0].viscous_dampers == ("power" if "viscous_damper" in structure.devices else "none")
+    assert np.all(run["status"].values == 0)
+    assert np.isfinite(run["peak_storey_drift_ratio"]).all()
+    # The energy that devices take closes the balance: of second order at corners, and of float32 sums.
+    assert np.abs(run["energy_balance_error"]).max() < 5e-3
+    if "slip" in row or "gap" in row or damping != "none":
+        lost = run["hysteretic_energy"].sum("storey") + run["viscous_energy"]
+        assert (lost > 0).all()
+
+
+@pytest.mark.parametrize(("row", "method"), zip(COMBINED, itertools.cycle(SOME[::2])), ids=str)
+def test_sm90_of_devices(row, method, tmp_path):
+    dampers = "power" if "viscous_damper" in COMBINED[row]["devices"] else "none"
+    plan = Plan("chain", 2, row, "rayleigh", "base_acceleration", ("drift", "energy"), method, "float32")
+    module = build.build_kernel(build.fitted(replace(plan, viscous_dampers=dampers), True)).module
+    wp.compile_aot_module(module, arch=90, module_dir=tmp_path)
+    taken = usage(next(tmp_path.glob("*.sm90.cubin")))
+    assert taken.local == 0
+    assert taken.registers <= 255
 
 
 @pytest.mark.parametrize("case", SM90, ids=name_of)

@@ -99,7 +99,13 @@ def groups_of(
         drawn.append(portfolio.parameters(name, seed))  # before the step: what is wrong is said of what is drawn
         longest = None if is_stepped else _rounded_step(scene, method)
         # Everything that decides on the kernel but what is common to all.
-        kernel = building.storeys, building.storey_laws, building.devices, pack.spring_of(scene)
+        kernel = (
+            building.storeys,
+            building.storey_laws,
+            building.devices,
+            tuple(building.parameters),
+            pack.spring_of(scene),
+        )
         kernel = *kernel, building.damping, building.damping_modes, building.damped_storeys
         members.setdefault((*kernel, longest), []).append(place)
     groups = []
