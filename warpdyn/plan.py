@@ -107,11 +107,11 @@ def plan(
         raise ValueError(f"error must be a relative error from {LEAST_ERROR:g} to below 1, got {error}")
     samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
     if method is not None:
-        check_fits(method, scene.structure.law)
+        check_fits(method, scene.structure.law, scene.structure.damping)
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
     pilot = _Pilot(scene, error, seed, checked_devices(device)[0], threads)
-    fitting = fitting_methods(scene.structure.law)
+    fitting = fitting_methods(scene.structure.law, scene.structure.damping)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
     for name in methods:

@@ -92,7 +92,7 @@ def lay_out(
     """Check a run's arguments (of `simulate`) and lay out its time grid; nothing is drawn yet."""
     if not isinstance(scene, Scene):
         raise TypeError(f"a run takes a Scene, got {type(scene).__name__}")
-    check_fits(method, scene.structure.law)
+    check_fits(method, scene.structure.law, scene.structure.damping)
     row = METHODS[method]
     one_of("dtype", dtype, ("float32", "float64"))
     samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)

@@ -14,6 +14,7 @@ from warpdyn.kernels.loads import LOADS, at_ends, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import (
     DTYPES,
+    MASS_DAMPED,
     Plan,
     constants,
     options,
@@ -29,6 +30,8 @@ from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
 from warpdyn.kernels.viscous_dampers import VALUES, damper_force
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
+
+SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at
 
 
 @functools.cache
@@ -56,8 +59,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     IS_RECORD = IS_BASE and not IS_NOISE
     Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
     STOREY_DAMPING = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
-    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping == "rayleigh"
-    HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS
+    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping in MASS_DAMPED
+    TANGENT_DAMPING, AHEAD = plan.damping == "rayleigh_tangent", wp.constant(dtype(SHARE_OF_STEP_AHEAD))
+    HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS or TANGENT_DAMPING
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders
@@ -132,6 +136,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         weight_over_height = matrix()
         damping_matrix = square()
         mass_damping = row()
+        tangent_damping = row()
         coefficients = table()
         amplitude = matrix()
         frequency = row64()
@@ -194,6 +199,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 phase[j] = loads.phase[0]
             if MASS_DAMPING:
                 mass_damping[j] = structures.mass_damping[s]
+            if TANGENT_DAMPING:
+                tangent_damping[j] = structures.tangent_damping[s]
             if MODAL_DAMPING:
                 for i in range(N * N):
                     damping_matrix[i, j] = structures.damping_matrix[i, s]
@@ -446,6 +453,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     f -= weight_over_height[0, j] * drift
                                 if STOREY_DAMPING:
                                     f += damping[0, j] * rate
+                                if TANGENT_DAMPING:
+                                    ahead = drift + AHEAD * h[j] * rate
+                                    after = memory
+                                    if IS_MAPPING:
+                                        after = evolve(ahead, memory, c)
+                                    f += tangent_damping[j] * tangent_of(ahead, rate, memory, after, c) * rate
                                 if POWER_DAMPERS:
                                     f += damper_force(rate, power_damper[0, j], power_damper[1, j], power_damper[2, j])
                                 roof[j] = above_of(f, section, SECTIONS)
@@ -493,8 +506,17 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 f = restoring
                                 if P_DELTA:
                                     f -= weight_over_height[i, j] * drift
+                                if HAS_DASHPOTS:
+                                    dashpot = dtype(0.0)
                                 if STOREY_DAMPING:
                                     dashpot = damping[i, j] * rate
+                                if TANGENT_DAMPING:
+                                    # As the storey goes on from here; where it stands, rounding would choose a side.
+                                    ahead = drift + AHEAD * h[j] * rate
+                                    after = memory
+                                    if IS_MAPPING:
+                                        after = evolve(ahead, memory, c)
+                                    dashpot += tangent_damping[j] * tangent_of(ahead, rate, memory, after, c) * rate
                                 if POWER_DAMPERS:
                                     of_velocity_power = damper_force(
                                         rate,
@@ -502,10 +524,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                         power_damper[i * VALUES + 1, j],
                                         power_damper[i * VALUES + 2, j],
                                     )
-                                    if STOREY_DAMPING:
-                                        dashpot += of_velocity_power
-                                    else:
-                                        dashpot = of_velocity_power
+                                    dashpot += of_velocity_power
                                 if HAS_DASHPOTS:
                                     f += dashpot
                                 # What acts on the floor: absolute acceleration times its mass, but for base motion.

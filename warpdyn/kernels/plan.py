@@ -18,6 +18,7 @@ from warpdyn.methods import METHODS
 from warpdyn.stability import relaxation_limit
 
 LARGEST_LIMIT = 1e30  # stands for none: a constant of a kernel must be finite
+MASS_DAMPED = ("rayleigh", "rayleigh_tangent", "mass_proportional")  # dampings with a part in proportion to mass
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
 
@@ -29,8 +30,8 @@ class Plan:
         family: "chain" (storeys in series) or "dense" (full matrices).
         dofs: Degrees of freedom.
         law: Row of SPRINGS ("elastic" for the dense family).
-        damping: "none", "storey", "rayleigh" or "modal" (chain); "matrix" (dense); "classical" or "general" where the
-            method is exact.
+        damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"
+            (dense); "classical" or "general" where the method is exact.
         load: Row of LOADS.
         recorders: Rows of RECORDERS, sorted.
         method: Row of METHODS.
@@ -129,7 +130,7 @@ def values_held(plan: Plan) -> dict[str, int]:
     states = 2 + spring.memory  # displacement and velocity of each degree of freedom, and the law's memory
     # Of a memory that stages move, each value has working copies; any other is looked at one storey after another.
     moving = 2 + (spring.memory if spring.rate is not None else min(1, spring.memory))
-    dampers = {"none": 0, "storey": n, "rayleigh": n + 1, "modal": n * n}
+    dampers = {"none": 0, "storey": n, "rayleigh": n + 1, "rayleigh_tangent": 2, "mass_proportional": 1, "modal": n * n}
     if kind == "exact":
         size = 2 * n
         structure = {"classical": n * n + 8 * n, "general": size * size + 4 * n}[plan.damping]
@@ -190,6 +191,7 @@ def structs(dtype_name: str) -> SimpleNamespace:
         viscous_damper: table  # of powers of the velocity, [storey x value, structure]
         storey_weight_over_height: table  # of gravity
         mass_damping: plain  # Rayleigh's factor of the mass, [structure]
+        tangent_damping: plain  # and of the tangent stiffness
         damping_matrix: table  # [dof x dof, structure]
         # A linear system's matrices are those of the nominal system, [dof, dof]; each structure scales them.
         mass_matrix: table
