@@ -88,7 +88,7 @@ def sweep(storeys, count, seed=0):
         return prepare(scene, samples=count, method="rk4", device="cpu", **settings)
 
     built = [prepared(scene, dtype="float64")[0].plan for scene in scenes(storeys, count, seed, motion)]
-    with ThreadPoolExecutor() as pool:  # compiled side by side
+    with ThreadPoolExecutor(build.cores()) as pool:  # compiled side by side; each thread compiles warp's headers first
         list(pool.map(lambda plan: build.load_kernel(plan, "cpu"), built))
     for scene in scenes(storeys, count, seed, motion):
         everything = np.arange(count)

@@ -3,10 +3,12 @@
 The cases come from the engine's own tables, so that a new row is in them. What one case is:
 
 - Chains of two storeys under every law x method, and dense systems of one and three degrees of freedom under every
-  method x dtype: a kernel with every recorder, a kernel that keeps whole histories, and for every other case a kernel
-  with one recorder alone. Damping, load and dtype are taken in turn, so that every law and every method meets every one
-  of them, and they each other.
+  method x dtype. Damping, load, dtype and what is recorded are taken in turn, so that every law and every method meets
+  every one of them, and they each other.
 - Chains of one storey and of five under every damping x law with the other tables' rows in turn.
+
+What is recorded is one of the rows of RECORDED: every recorder, one recorder alone, every recorder beside whole
+histories or beside one alone.
 
 Random motions of one, two and four states are one kind of load, whose rows are taken in turn.
 
@@ -149,6 +151,7 @@ CHOOSY = set(METHODS) - set.intersection(*(set(fitting_methods(law)) for law in 
 STABLE = [name for name in fitting_methods("bouc_wen") if name not in GROWING]
 FULL = chain_cases()
 LIBRARY_SCRATCH, FEW_VALUES = 40, 128  # bytes a thread
+RECORDED = (("all",), ("all", "histories"), ("alone",), ("all", "alone"))
 IN_TURN = [
     ("chain", dofs, damping, spring, load_in_turn(i + j, i), in_turn(STABLE, 5 * i + j + dofs), dtype)
     for dofs, dtype in ((1, "float64"), (5, "float32"))
@@ -174,6 +177,19 @@ SM90 = [
 ] + [("dense", 3, "matrix", "elastic", load_in_turn(i, i), m, in_turn(DTYPES, i // 4)) for i, m in enumerate(METHODS)]
 
 
+def recorded_in(case):
+    """Return what a case's kernels record, a row of RECORDED in turn."""
+    _, dofs, damping, spring, _, method, _ = case
+    law_at, method_at = list(SPRINGS).index(spring), list(METHODS).index(method)
+    if case in FULL:
+        turn = method_at + method_at // len(RECORDED) + 3 * law_at
+    elif case in DENSE:
+        turn = DENSE.index(case) + DENSE.index(case) // len(RECORDED)
+    else:
+        turn = law_at + (list(DAMPING).index(damping) if dofs == 1 else 0)
+    return in_turn(RECORDED, turn)
+
+
 def recorder_alone(family, dofs, damping, spring, load, method, dtype):
     """Return the recorder that this case has alone; neighbours along every axis have another."""
     place = dofs + list(SPRINGS).index(spring) + list(LOADS).index(load) + list(DTYPES).index(dtype)
@@ -188,17 +204,12 @@ def name_of(case):
 
 def sm90_plan(case):
     """Return one of a case's plans as a GPU runs it: all recorders, histories, one recorder, in turn."""
-    plans = plans_of(case, is_gpu=True)
+    plans = list(plans_of(case, is_gpu=True).values())
     return plans[SM90.index(case) % len(plans)]
 
 
-def is_alone_too(case):
-    """Return whether a case also runs with one recorder alone."""
-    return CASES.index(case) % 2 == 0 if case in CASES else True
-
-
 def plans_of(case, is_gpu=False):
-    """Return the plans of a case: every recorder, whole histories, one recorder alone."""
+    """Return the plans a case may have: every recorder, whole histories, one recorder alone."""
     family, dofs, damping, spring, load, method, dtype = case
     if METHODS[method].kind == "exact":
         damping = damping_of(wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs)))
@@ -206,8 +217,13 @@ def plans_of(case, is_gpu=False):
     plan = build.fitted(plan, is_gpu)
     if case in FULL and not is_gpu:
         plan = replace(plan, max_unroll=1)
-    alone = (replace(plan, recorders=(recorder_alone(*case),)),) if is_alone_too(case) else ()
-    return plan, build.history_plan(plan), *alone
+    alone = replace(plan, recorders=(recorder_alone(*case),))
+    return {"all": plan, "histories": build.history_plan(plan), "alone": alone}
+
+
+def launches_of(case):
+    """Return the plans that a case launches, in their order."""
+    return [plan for name, plan in plans_of(case).items() if name in recorded_in(case)]
 
 
 def in_threads(work, items):
@@ -228,7 +244,7 @@ def selected(request, test):
 @pytest.fixture(scope="module")
 def compiled(request):
     """Compile what the selected tests will run, side by side: one after the other it takes twice as long."""
-    kernels = [build.build_kernel(plan) for case in selected(request, "test_combination") for plan in plans_of(case)]
+    kernels = [build.build_kernel(plan) for case in selected(request, "test_combination") for plan in launches_of(case)]
     in_threads(lambda kernel: kernel.module.load(wp.get_device("cpu"), block_dim=1), kernels)
 
 
@@ -272,23 +288,31 @@ def test_every_row_is_among_the_cases():
     for load in LOADS:
         make_excitation(load, 2)
     for family in ("chain", "dense"):
-        assert set(RECORDERS[family]) == {recorder_alone(*case) for case in CASES if case[0] == family}
+        assert set(RECORDERS[family]) == {
+            recorder_alone(*case) for case in CASES if case[0] == family and "alone" in recorded_in(case)
+        }
     on_gpu = [sm90_plan(case) for case in SM90]
     tables = {"law": SPRINGS, "load": LOADS, "method": METHODS, "dtype": DTYPES}
     for column, table in tables.items():
         assert set(table) <= {getattr(plan, column) for plan in on_gpu}, column
     assert set(LOADS) <= {case[4] for case in FULL}
     # By pairs: (law, method), (damping, method) and so on, all there are.
-    names = ("damping", "law", "load", "method", "dtype")
-    chains = [dict(zip(names, case[2:], strict=True)) for case in FULL]
+    names = ("damping", "law", "load", "method", "dtype", "recorded")
+    chains = [dict(zip(names, (*case[2:], recorded_in(case)), strict=True)) for case in FULL]
     chains = [case | {"load": "noise" if case["load"] in NOISE else case["load"]} for case in chains]
-    tables |= {"damping": DAMPING, "load": LOAD_KINDS}
+    tables |= {"damping": DAMPING, "load": LOAD_KINDS, "recorded": RECORDED}
     for one, other in combinations(tables, 2):
         met = {(case[one], case[other]) for case in chains}
         due = set(product(tables[one], tables[other]))
         growing = {("none", name) for name in GROWING} | {(name, "none") for name in GROWING}
         missing = {pair for pair in due - met - growing if not set(pair) & CHOOSY}
         assert not missing, (one, other, missing)
+    dense = {(case[5], *recorded_in(case)) for case in DENSE} | {(case[6], *recorded_in(case)) for case in DENSE}
+    assert all((dtype, *recorded) in dense for dtype, recorded in product(DTYPES, RECORDED))
+    of_few = {(part, recorded_in(case)) for case in IN_TURN for part in (*case[2:4], case[6])}
+    assert of_few >= set(product([*DAMPING, *SPRINGS, *DTYPES], RECORDED))
+    # A dense method meets two rows, one of each dtype, and one of them compares.
+    assert all(any(len(recorded) > 1 for name, *recorded in dense if name == method) for method in METHODS)
 
 
 @pytest.mark.parametrize("case", CASES, ids=name_of)
@@ -297,17 +321,21 @@ def test_combination(case, compiled, launched, monkeypatch):
     if case in FULL:
         monkeypatch.setattr(build, "CPU_UNROLL", 1)
     structure, excitation = make_structure(family, dofs, damping, spring), make_excitation(load, dofs)
-    alone = recorder_alone(*case)
+    alone, kernels = recorder_alone(*case), recorded_in(case)
 
-    def scene(record):
-        return wd.Scene(structure, excitation, record=record, tail=1.2)
+    def run_of(record, **kept):
+        scene = wd.Scene(structure, excitation, record=record, tail=1.2)
+        settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.005, "on_unstable": "raise"}
+        return wd.simulate(scene, device="cpu", **settings, **kept)
 
-    kinds = [(None, {"histories": wd.Histories((0, SAMPLES - 1))})] + [((alone,), {})] * is_alone_too(case)
-    settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.005, "on_unstable": "raise"}
-    settings["device"] = "cpu"
-    runs = [wd.simulate(scene(record), **settings, **kept) for record, kept in kinds]
-    assert launched == list(plans_of(case))
-    for run in runs:
+    runs = {}
+    if "all" in kernels:
+        kept = {"histories": wd.Histories((0, SAMPLES - 1))} if "histories" in kernels else {}
+        runs["all"] = run_of(None, **kept)
+    if "alone" in kernels:
+        runs["alone"] = run_of((alone,))
+    assert launched == launches_of(case)
+    for run in runs.values():
         assert np.all(run["status"].values == 0)
         for name, variable in run.data_vars.items():
             if variable.dtype.kind in "fi":
@@ -315,17 +343,26 @@ def test_combination(case, compiled, launched, monkeypatch):
                 if "sample" in variable.dims and load not in NOISE:
                     # The samples are one structure under one load: every lane gives the same bits, repeats included.
                     assert np.all(variable.values == variable.values[0]), name
-    if load in NOISE:  # a motion each
-        assert np.unique(runs[0]["input_energy"].values).size == SAMPLES
     recorded = {name for rows in RECORDERS[family].values() for name in rows} - {"residual_drift"}
-    together, single = runs[0], runs[-1]
-    assert recorded | set(HISTORY if family == "chain" else list(HISTORY)[:3]) <= set(together.data_vars)
+    own = {name for name in RECORDERS[family][alone]} - {"residual_drift"}
+    if "alone" in kernels:
+        assert own <= set(runs["alone"].data_vars)
+    if "all" not in kernels:
+        return
+    together = runs["all"]
+    assert recorded <= set(together.data_vars)
+    if load in NOISE:  # a motion each
+        assert np.unique(together["input_energy"].values).size == SAMPLES
     # A recorder sees the same motion whatever else is recorded, but for the order of roundings: 1e-3 (float32) covers
     # the growth of one rounding over the run's 200 steps through a yielding spring.
     close = {"rtol": 1e-3, "atol": 1e-4} if dtype == "float32" else {"rtol": 1e-10, "atol": 1e-12}
-    for name in recorded & set(single.data_vars):
-        np.testing.assert_allclose(single[name], together[name], **close, err_msg=name)
+    if "alone" in kernels:
+        for name in recorded & set(runs["alone"].data_vars):
+            np.testing.assert_allclose(runs["alone"][name], together[name], **close, err_msg=name)
+    if "histories" not in kernels:
+        return
     # And the histories are of the motion whose peaks were recorded.
+    assert set(HISTORY if family == "chain" else list(HISTORY)[:3]) <= set(together.data_vars)
     moved = together["displacement"].values
     name = "peak_storey_drift" if family == "chain" else "peak_displacement"
     peak = np.abs(np.diff(moved, axis=2, prepend=0) if family == "chain" else moved).max(axis=1)
