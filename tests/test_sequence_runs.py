@@ -156,6 +156,7 @@ def test_errors_are_estimated_through_all_events():
     assert text.startswith("mainshock\n30 samples: 30 ok")
 
 
+@pytest.mark.filterwarnings("ignore:damage state:UserWarning")
 def test_fragility_of_the_damaged_building():
     motions = [make_motion(201, seed) for seed in range(6)]
     stripes = wd.Stripes(motions, [0.5, 1.0, 2.0, 4.0], PEAK)

@@ -127,7 +127,7 @@ OPENSEES = {"bilinear": STEEL, "pinching4": [pinching4(4e3, 6e5), pinching4(2e3,
 
 @pytest.mark.parametrize("law", OPENSEES)
 def test_each_event_is_as_in_opensees(law):
-    # Dampers that leave nothing moving after six seconds. OpenSees' own error at its step is a tenth of the tolerance.
+    # Dampers that leave nothing moving after six seconds. The steps of both leave 1.4e-4 at most.
     coefficient, tail = 8e3, 6.0
     building = make_building(law, damping_coefficient=coefficient)
     motions = scaled(MAIN, 1.5), scaled(AFTER, 3.0)
@@ -142,9 +142,9 @@ def test_each_event_is_as_in_opensees(law):
     for event, part in enumerate(parts):
         own, theirs = run.isel(event=event), np.abs(part).max(axis=0)
         assert theirs.max() > 2 * 4e3 / 6e5  # a ductility of two
-        np.testing.assert_allclose(own["peak_storey_drift"], theirs, rtol=0, atol=2e-3 * theirs.max())
+        np.testing.assert_allclose(own["peak_storey_drift"], theirs, rtol=0, atol=5e-4 * theirs.max())
         residual = own["residual_drift_ratio"] * building.parameters["height"]
-        np.testing.assert_allclose(residual, part[-1], rtol=0, atol=2e-3 * theirs.max())
+        np.testing.assert_allclose(residual, part[-1], rtol=0, atol=5e-4 * theirs.max())
         assert np.abs(part[-1]).max() > 0.05 * theirs.max()
 
 

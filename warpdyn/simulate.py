@@ -75,7 +75,7 @@ def simulate(
         device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
             samples; None for the first GPU, or the CPU where there is none.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
-        histories: Samples whose whole histories are kept; None for none.
+        histories: Samples whose whole histories are kept; None for none. Of a Sequence there are none.
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
         threads: CPU threads; None for every core this process may use.
         memory: Bytes that the blocks under way may take, on the host and on each device; None for a share of what is
@@ -86,7 +86,8 @@ def simulate(
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,
-        unstable_step, not_converged). Demands of the last three are NaN.
+        unstable_step, not_converged). Demands of the last three are NaN. Of a Sequence all but the inputs drawn lies
+        along `event`, too (see `of_event`); what is not ok in an event has no demands in those after it.
 
     Raises:
         ValueError: If an argument is out of its range or a name is unknown; nothing has been run then. If a value is
