@@ -69,13 +69,16 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     )
     P_DELTA = plan.p_delta
     RATIO = TIME or RESIDUAL or P_DELTA
+    RESUMES, STATE = plan.resumes, "state" in plan.recorders
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
     dampers = wp.types.matrix(shape=(N * VALUES if POWER_DAMPERS else 1, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
     method = tableau(plan)
-    STAGES, KEEPS_SLOPES, ADAPTIVE, STARTS_HALFWAY = method.stages, method.keeps_slopes, method.adaptive, method.halfway
+    STAGES, KEEPS_SLOPES, ADAPTIVE = method.stages, method.keeps_slopes, method.adaptive
+    # What goes on from an event before has velocities half a step behind already.
+    HALVES_FIRST_STEP = method.halfway and not RESUMES
     MAPS_AT_END, IS_STIFF = IS_MAPPING and not ADAPTIVE, IS_STIFF and not ADAPTIVE
     STIFF_BY_VELOCITY, STIFF_BY_MEMORY = (
         IS_STIFF and spring.settles_by_velocity,
@@ -237,6 +240,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         coefficients[i * C + q, j] = structures.coefficients[g * C + q, s]
                     u[i, j] = loads.initial_displacement[g]
                     v[i, j] = loads.initial_velocity[g]
+                    if RESUMES:
+                        u[i, j] = structures.initial_displacement[g, s]
+                        v[i, j] = structures.initial_velocity[g, s]
+                        for m in range(M):
+                            z[i * M + m, j] = structures.initial_memory[g * M + m, s]
+                            zs[i * M + m, j] = z[i * M + m, j]
         if IS_SPLIT:
             intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
             for j in range(LANES):
@@ -255,7 +264,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         c = coefficient_vector()
                         for q in range(C):
                             c[q] = coefficients[i * C + q, j]
-                        absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
+                        memory = memory_vector()
+                        if RESUMES:
+                            for m in range(M):
+                                memory[m] = z[i * M + m, j]
+                        absorbed[i, j] = recoverable_of(drift, memory, c)
                         initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
                         if P_DELTA:
                             initial_energy[j] -= dtype(0.5) * weight_over_height[i, j] * drift * drift
@@ -638,7 +651,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                                     z_slope = memory_rate[(q * N + i) * M + m, j]
                                                     to_memory[m, j] += of_velocity[(stage + 1) * STAGES + q] * z_slope
                                 for j in range(LANES):
-                                    if STARTS_HALFWAY:
+                                    if HALVES_FIRST_STEP:
                                         if index == 0:
                                             to_displacement[j] *= dtype(0.5)
                                             to_velocity[j] *= dtype(0.5)
@@ -866,6 +879,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         output.peak_storey_drift[g, o] = peak_drift[i, j]
                     if ACCELERATION:
                         output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
+                    if STATE:
+                        output.final_displacement[g, o] = u[i, j]
+                        output.final_velocity[g, o] = v[i, j]
+                        for m in range(M):
+                            output.final_memory[g * M + m, o] = z[i * M + m, j]
                     if SEES_LAST:
                         drift = u[i, j]
                         if i > 0:
