@@ -13,7 +13,7 @@ from warpdyn.kernels import arguments, devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import Plan
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.methods import METHODS
 from warpdyn.motions import Assignment
 from warpdyn.philox import key_of
@@ -66,7 +66,7 @@ class Terms:
         variables = recorded(self.plan.family, self.plan.recorders, METHODS[self.plan.method].is_adaptive)
         shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in variables.items()} | {"status": ()}
         if STATE in self.plan.recorders:
-            values = {"displacement": 1, "velocity": 1, "memory": SPRINGS[self.plan.law].memory}
+            values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
             shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}
         return shapes
 
