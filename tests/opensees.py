@@ -88,6 +88,7 @@ def chain_drifts(
     intervals: int,
     substeps: int,
     devices: Sequence[Sequence[tuple[str, Sequence[float]]]] = (),
+    of_tangent: float = 0.0,
 ) -> np.ndarray:
     """Return the storey drifts [m] of a chain under a base acceleration, shape [interval x substeps + 1, storey].
 
@@ -103,6 +104,7 @@ def chain_drifts(
         intervals: Samples to run for.
         substeps: Integration steps in each.
         devices: Uniaxial materials and their parameters that stand beside each storey.
+        of_tangent: Factor of the tangent stiffness of all that stands in a storey [s].
     """
     ops = opensees()
     storeys = len(mass)
@@ -119,11 +121,11 @@ def chain_drifts(
         for place, (name, values) in enumerate(devices[i] if devices else ()):
             tags.append(3 * storeys + 100 * (i + 1) + place)
             ops.uniaxialMaterial(name, tags[-1], *values)
-        ops.element("zeroLength", i + 1, i, i + 1, "-mat", *tags, "-dir", *[1] * len(tags))
+        ops.element("zeroLength", i + 1, i, i + 1, "-mat", *tags, "-dir", *[1] * len(tags), "-doRayleigh", 1)
     values = np.concatenate([acceleration, np.zeros(2)])
     ops.timeSeries("Path", 1, "-dt", step, "-values", *values.tolist())
     ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
-    ops.rayleigh(float(damping[0]), 0.0, 0.0, 0.0)
+    ops.rayleigh(float(damping[0]), float(of_tangent), 0.0, 0.0)
     ops.constraints("Plain")
     ops.numberer("Plain")
     ops.system("BandGeneral")  # P-Delta may leave a matrix that is not positive definite

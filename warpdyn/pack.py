@@ -6,7 +6,7 @@ import numpy as np
 
 from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.kernels.build import fitted
-from warpdyn.kernels.plan import Plan
+from warpdyn.kernels.plan import MASS_DAMPED, Plan
 from warpdyn.laws.devices import damper_values
 from warpdyn.methods import METHODS
 from warpdyn.modal import (
@@ -72,7 +72,9 @@ def pack_chain(scene: Scene, parameters: Arrays, plan: Plan, rayleigh: np.ndarra
         "inverse_height": 1 / parameters["height"].T,
         "coefficients": coefficients.reshape(-1, structures),
     }
-    dashpots = storey_dashpots(scene.structure, parameters, rayleigh[:, 1])
+    dashpots = None
+    if plan.damping != "rayleigh_tangent":
+        dashpots = storey_dashpots(scene.structure, parameters, rayleigh[:, 1])
     if plan.viscous_dampers == "linear":
         dashpots = parameters["damper_coefficient"] + (0.0 if dashpots is None else dashpots)
     elif plan.viscous_dampers == "power":
@@ -80,8 +82,10 @@ def pack_chain(scene: Scene, parameters: Arrays, plan: Plan, rayleigh: np.ndarra
         packed["viscous_damper"] = values.reshape(-1, structures)
     if dashpots is not None:
         packed["storey_damping"] = dashpots.T
-    if plan.damping == "rayleigh":
+    if plan.damping in MASS_DAMPED:
         packed["mass_damping"] = rayleigh[:, 0]
+    if plan.damping == "rayleigh_tangent":
+        packed["tangent_damping"] = rayleigh[:, 1]
     if plan.damping == "modal":
         matrix = chain_stiffness_matrix(stiffness_under_gravity(parameters))
         matrices = modal_damping_matrix(mass, matrix, parameters["damping_ratio"])

@@ -95,7 +95,7 @@ def groups_of(
     for place, (name, scene) in enumerate(scenes.items()):
         building = scene.structure
         with named(name):
-            check_fits(method, building.law)
+            check_fits(method, building.law, building.damping)
         drawn.append(portfolio.parameters(name, seed))  # before the step: what is wrong is said of what is drawn
         longest = None if is_stepped else _rounded_step(scene, method)
         # Everything that decides on the kernel but what is common to all.

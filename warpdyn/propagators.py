@@ -14,12 +14,12 @@ from scipy.linalg import eigh
 
 from warpdyn.kernels.plan import Plan
 from warpdyn.methods import METHODS, ImplicitMethod, Method
-from warpdyn.modal import chain_stiffness_matrix, rayleigh_coefficients
+from warpdyn.modal import chain_stiffness_matrix
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.oscillators import HIGHEST_POWER, halvings_of, oscillator_increments
 from warpdyn.p_delta import stiffness_under_gravity
 from warpdyn.scene import Scene
-from warpdyn.storey_dampers import couples_modes, rayleigh_of, storey_dashpots
+from warpdyn.storey_dampers import OF_MASS_AND_STIFFNESS, couples_modes, rayleigh_of, storey_dashpots
 
 Arrays = dict[str, np.ndarray]
 DIAGONAL_TOLERANCE = 1e-12  # what rounding leaves beside a diagonal, over its largest entry
@@ -158,9 +158,8 @@ def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
         dashpots = storey_dashpots(structure, parameters, of_stiffness)
         damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
         damping += of_mass[:, None, None] * np.eye(structure.dofs)
-    elif structure.damping == "rayleigh":
-        omega = np.sqrt(squared[:, [mode - 1 for mode in structure.damping_modes]])
-        of_mass, of_stiffness = rayleigh_coefficients(*omega.T, parameters["damping_ratio"])
+    elif structure.damping in OF_MASS_AND_STIFFNESS:
+        of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
         damping = of_mass[:, None] + of_stiffness[:, None] * squared
     elif structure.damping == "modal":
         damping = 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)

@@ -14,6 +14,8 @@ from warpdyn.scene import Scene
 from warpdyn.structures import ShearBuilding
 
 Arrays = Mapping[str, np.ndarray]
+OF_STIFFNESS = ("rayleigh", "rayleigh_tangent", "stiffness_proportional")  # dashpots in proportion to springs
+OF_MASS_AND_STIFFNESS = (*OF_STIFFNESS, "mass_proportional")
 
 
 def damper_kind(scene: Scene) -> str:
@@ -24,19 +26,21 @@ def damper_kind(scene: Scene) -> str:
 
 
 def kernel_damping(structure: ShearBuilding) -> str:
-    """Return the damping that a kernel is built with: Rayleigh's of some storeys is in their dashpots alone."""
-    return "storey" if structure.family == "chain" and structure.damped_storeys else structure.damping
+    """Return the damping that a kernel is built with: what is proportional to stiffness alone is in dashpots alone."""
+    of_stiffness = structure.damping == "stiffness_proportional"
+    return "storey" if structure.family == "chain" and (structure.damped_storeys or of_stiffness) else structure.damping
 
 
 def couples_modes(structure: ShearBuilding) -> bool:
     """Return whether a chain's damping couples its undamped modes."""
     # Rayleigh's part of the stiffness is that of the springs alone: what gravity takes off is not in it.
-    is_short = structure.damping == "rayleigh" and "gravity_load" in structure.parameters
-    return kernel_damping(structure) == "storey" or "viscous_damper" in structure.devices or is_short
+    is_short = structure.damping in OF_STIFFNESS and "gravity_load" in structure.parameters
+    is_uneven = structure.damping == "storey" or structure.damped_storeys is not None
+    return is_uneven or "viscous_damper" in structure.devices or is_short
 
 
 def rayleigh_of(structure: ShearBuilding, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-    """Return the factors of mass [1/s] and stiffness [s] of Rayleigh damping, shape [2, structure]; 0 without.
+    """Return the factors of mass [1/s] and stiffness [s] that damping has, shape [2, structure]; 0 without.
 
     Args:
         structure: The building.
@@ -44,12 +48,14 @@ def rayleigh_of(structure: ShearBuilding, parameters: Arrays, frequency: np.ndar
         frequency: Circular frequencies [rad/s], shape [mode, structure].
     """
     factors = np.zeros((2, frequency.shape[1]))
-    if structure.damping != "rayleigh":
-        return factors
-    if structure.damped_storeys is None:
+    if structure.damping == "mass_proportional":
+        factors[0] = 2 * parameters["damping_ratio"] * frequency[0]
+    elif structure.damping == "stiffness_proportional":
+        factors[1] = 2 * parameters["damping_ratio"] / frequency[0]
+    elif structure.damping_modes is not None:
         first, second = (frequency[mode - 1] for mode in structure.damping_modes)
         factors[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
-    else:
+    elif structure.damped_storeys is not None:
         lowest, last = structure.damped_storeys
         own = slice(lowest - 1, last)
         frequency = circular_frequencies(parameters["mass"][:, own], stiffness_under_gravity(parameters)[:, own])
@@ -58,7 +64,7 @@ def rayleigh_of(structure: ShearBuilding, parameters: Arrays, frequency: np.ndar
 
 
 def storey_dashpots(structure: ShearBuilding, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
-    """Return the dashpots of inherent damping [N s/m], shape [structure, storey]; None where there are none.
+    """Return the dashpots of inherent damping at rest [N s/m], shape [structure, storey]; None where there are none.
 
     Args:
         structure: The building.
@@ -67,7 +73,7 @@ def storey_dashpots(structure: ShearBuilding, parameters: Arrays, of_stiffness: 
     """
     if structure.damping == "storey":
         return parameters["damping_coefficient"]
-    if structure.damping != "rayleigh":
+    if structure.damping not in OF_STIFFNESS:
         return None
     dashpots = of_stiffness[:, None] * parameters["stiffness"]
     if structure.damped_storeys is not None:

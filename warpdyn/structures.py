@@ -28,6 +28,9 @@ DAMPING = {
     "none": {},
     "storey": {"damping_coefficient": Parameter("N s m-1", "viscous damping coefficient of the storey", low=0.0)},
     "rayleigh": {"damping_ratio": DAMPING_RATIO},
+    "rayleigh_tangent": {"damping_ratio": DAMPING_RATIO},
+    "mass_proportional": {"damping_ratio": DAMPING_RATIO},
+    "stiffness_proportional": {"damping_ratio": DAMPING_RATIO},
     "modal": {"damping_ratio": DAMPING_RATIO},
 }
 GRAVITY_LOAD = Parameter("N", "vertical load of the floor that leans with the building", low=0.0)
@@ -53,7 +56,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         devices: What stands beside the storeys' springs: "friction_damper", "viscous_damper", "gap" (a stop on either
             side of the storey's drift) or "one_sided_gap" (one ahead).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
-            mass and initial stiffness, without P-Delta); or "modal" (`damping_ratio` in every mode).
+            mass and initial stiffness, without P-Delta); "rayleigh_tangent" (the same of mass and tangent stiffness,
+            OpenSees' betaK: it fades as storeys yield); "mass_proportional" or "stiffness_proportional" (initial
+            stiffness; `damping_ratio` in the first mode); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
         damped_storeys: First and last storey that Rayleigh damping is of, where the others are isolators or a tuned
             mass damper: it is then in proportion to their stiffness alone, with its ratio in the first mode that they
@@ -157,14 +162,15 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
         for what, modes in {"damping_modes": damping_modes, "damped_storeys": damped_storeys}.items():
-            if modes is not None and damping != "rayleigh":
-                raise ValueError(f"{what} belong to damping 'rayleigh', not {damping!r}")
+            kinds = ("rayleigh", "rayleigh_tangent") if what == "damping_modes" else ("rayleigh",)
+            if modes is not None and damping not in kinds:
+                raise ValueError(f"{what} belong to damping {' or '.join(map(repr, kinds))}, not {damping!r}")
         if damping_modes is not None and damped_storeys is not None:
             raise ValueError(
                 "damping_modes and damped_storeys exclude each other: of some storeys it is the first mode"
             )
         self.damped_storeys = None if damped_storeys is None else self._checked_storeys(damped_storeys)
-        has_modes = damping == "rayleigh" and damped_storeys is None
+        has_modes = damping in ("rayleigh", "rayleigh_tangent") and damped_storeys is None
         self.damping_modes = self._checked_modes(damping_modes) if has_modes else None
 
     def _where_taken(self, name: str, values: np.ndarray) -> np.ndarray:

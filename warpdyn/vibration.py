@@ -20,7 +20,7 @@ from warpdyn.stability import (
     stable_step_of_yielding,
     state_eigenvalues,
 )
-from warpdyn.storey_dampers import chain_damping_matrix, couples_modes, damper_kind, rayleigh_of
+from warpdyn.storey_dampers import OF_MASS_AND_STIFFNESS, chain_damping_matrix, couples_modes, damper_kind, rayleigh_of
 from warpdyn.timeline import Vibration
 
 Arrays = dict[str, np.ndarray]
@@ -79,7 +79,7 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         ratios = np.zeros_like(frequency)
         if damping == "modal":
             ratios += parameters["damping_ratio"]
-        elif damping == "rayleigh":
+        elif damping in OF_MASS_AND_STIFFNESS:
             ratios += (rayleigh[0] / frequency + rayleigh[1] * frequency) / 2
         stable = stable_step(method, frequency, ratios).min(axis=0)
         rates = ratios * frequency

@@ -14,6 +14,7 @@ from warpdyn.kernels.loads import LOADS, at_ends, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import (
     DTYPES,
+    MASS_DAMPED,
     Plan,
     constants,
     options,
@@ -29,6 +30,8 @@ from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
 from warpdyn.kernels.viscous_dampers import VALUES, damper_force
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
+
+SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at
 
 
 @functools.cache
@@ -56,8 +59,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     IS_RECORD = IS_BASE and not IS_NOISE
     Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
     STOREY_DAMPING = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
-    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping == "rayleigh"
-    HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS
+    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping in MASS_DAMPED
+    TANGENT_DAMPING, AHEAD = plan.damping == "rayleigh_tangent", wp.constant(dtype(SHARE_OF_STEP_AHEAD))
+    HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS or TANGENT_DAMPING
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders
@@ -65,13 +69,16 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     )
     P_DELTA = plan.p_delta
     RATIO = TIME or RESIDUAL or P_DELTA
+    RESUMES, STATE = plan.resumes, "state" in plan.recorders
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
     dampers = wp.types.matrix(shape=(N * VALUES if POWER_DAMPERS else 1, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
     method = tableau(plan)
-    STAGES, KEEPS_SLOPES, ADAPTIVE, STARTS_HALFWAY = method.stages, method.keeps_slopes, method.adaptive, method.halfway
+    STAGES, KEEPS_SLOPES, ADAPTIVE = method.stages, method.keeps_slopes, method.adaptive
+    # What goes on from an event before has velocities half a step behind already.
+    HALVES_FIRST_STEP = method.halfway and not RESUMES
     MAPS_AT_END, IS_STIFF = IS_MAPPING and not ADAPTIVE, IS_STIFF and not ADAPTIVE
     STIFF_BY_VELOCITY, STIFF_BY_MEMORY = (
         IS_STIFF and spring.settles_by_velocity,
@@ -132,6 +139,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         weight_over_height = matrix()
         damping_matrix = square()
         mass_damping = row()
+        tangent_damping = row()
         coefficients = table()
         amplitude = matrix()
         frequency = row64()
@@ -194,6 +202,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 phase[j] = loads.phase[0]
             if MASS_DAMPING:
                 mass_damping[j] = structures.mass_damping[s]
+            if TANGENT_DAMPING:
+                tangent_damping[j] = structures.tangent_damping[s]
             if MODAL_DAMPING:
                 for i in range(N * N):
                     damping_matrix[i, j] = structures.damping_matrix[i, s]
@@ -230,6 +240,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         coefficients[i * C + q, j] = structures.coefficients[g * C + q, s]
                     u[i, j] = loads.initial_displacement[g]
                     v[i, j] = loads.initial_velocity[g]
+                    if RESUMES:
+                        u[i, j] = structures.initial_displacement[g, s]
+                        v[i, j] = structures.initial_velocity[g, s]
+                        for m in range(M):
+                            z[i * M + m, j] = structures.initial_memory[g * M + m, s]
+                            zs[i * M + m, j] = z[i * M + m, j]
         if IS_SPLIT:
             intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
             for j in range(LANES):
@@ -248,7 +264,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         c = coefficient_vector()
                         for q in range(C):
                             c[q] = coefficients[i * C + q, j]
-                        absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
+                        memory = memory_vector()
+                        if RESUMES:
+                            for m in range(M):
+                                memory[m] = z[i * M + m, j]
+                        absorbed[i, j] = recoverable_of(drift, memory, c)
                         initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
                         if P_DELTA:
                             initial_energy[j] -= dtype(0.5) * weight_over_height[i, j] * drift * drift
@@ -446,6 +466,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     f -= weight_over_height[0, j] * drift
                                 if STOREY_DAMPING:
                                     f += damping[0, j] * rate
+                                if TANGENT_DAMPING:
+                                    ahead = drift + AHEAD * h[j] * rate
+                                    after = memory
+                                    if IS_MAPPING:
+                                        after = evolve(ahead, memory, c)
+                                    f += tangent_damping[j] * tangent_of(ahead, rate, memory, after, c) * rate
                                 if POWER_DAMPERS:
                                     f += damper_force(rate, power_damper[0, j], power_damper[1, j], power_damper[2, j])
                                 roof[j] = above_of(f, section, SECTIONS)
@@ -493,8 +519,17 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 f = restoring
                                 if P_DELTA:
                                     f -= weight_over_height[i, j] * drift
+                                if HAS_DASHPOTS:
+                                    dashpot = dtype(0.0)
                                 if STOREY_DAMPING:
                                     dashpot = damping[i, j] * rate
+                                if TANGENT_DAMPING:
+                                    # As the storey goes on from here; where it stands, rounding would choose a side.
+                                    ahead = drift + AHEAD * h[j] * rate
+                                    after = memory
+                                    if IS_MAPPING:
+                                        after = evolve(ahead, memory, c)
+                                    dashpot += tangent_damping[j] * tangent_of(ahead, rate, memory, after, c) * rate
                                 if POWER_DAMPERS:
                                     of_velocity_power = damper_force(
                                         rate,
@@ -502,10 +537,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                         power_damper[i * VALUES + 1, j],
                                         power_damper[i * VALUES + 2, j],
                                     )
-                                    if STOREY_DAMPING:
-                                        dashpot += of_velocity_power
-                                    else:
-                                        dashpot = of_velocity_power
+                                    dashpot += of_velocity_power
                                 if HAS_DASHPOTS:
                                     f += dashpot
                                 # What acts on the floor: absolute acceleration times its mass, but for base motion.
@@ -619,7 +651,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                                     z_slope = memory_rate[(q * N + i) * M + m, j]
                                                     to_memory[m, j] += of_velocity[(stage + 1) * STAGES + q] * z_slope
                                 for j in range(LANES):
-                                    if STARTS_HALFWAY:
+                                    if HALVES_FIRST_STEP:
                                         if index == 0:
                                             to_displacement[j] *= dtype(0.5)
                                             to_velocity[j] *= dtype(0.5)
@@ -847,6 +879,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         output.peak_storey_drift[g, o] = peak_drift[i, j]
                     if ACCELERATION:
                         output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
+                    if STATE:
+                        output.final_displacement[g, o] = u[i, j]
+                        output.final_velocity[g, o] = v[i, j]
+                        for m in range(M):
+                            output.final_memory[g * M + m, o] = z[i * M + m, j]
                     if SEES_LAST:
                         drift = u[i, j]
                         if i > 0:

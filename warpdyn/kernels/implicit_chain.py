@@ -14,7 +14,7 @@ import warp as wp
 
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
-from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs
+from warpdyn.kernels.plan import DTYPES, MASS_DAMPED, Plan, constants, row_types, settling_polynomial, structs
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
 from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
@@ -46,7 +46,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     IS_RECORD = IS_BASE and not IS_NOISE
     Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
     STOREY_DAMPING = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
-    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping == "rayleigh"
+    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping in MASS_DAMPED
     HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
@@ -55,6 +55,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     )
     P_DELTA = plan.p_delta
     RATIO, SEES_LAST = TIME or RESIDUAL or P_DELTA, ENERGY or P_DELTA
+    RESUMES, STATE = plan.resumes, "state" in plan.recorders
     # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
     SOLVES_DRIFT = method.beta > 0
     NEWTON = (SOLVES_DRIFT and HAS_MEMORY) or POWER_DAMPERS
@@ -244,6 +245,13 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 initial_stiffness[i, j] = tangent_of(zero, zero, memory_vector(), memory_vector(), c)
                 u[i, j] = loads.initial_displacement[i]
                 v[i, j] = loads.initial_velocity[i]
+                memory = memory_vector()
+                if RESUMES:
+                    u[i, j] = structures.initial_displacement[i, s]
+                    v[i, j] = structures.initial_velocity[i, s]
+                    for m in range(M):
+                        z[i * M + m, j] = structures.initial_memory[i * M + m, s]
+                        memory[m] = z[i * M + m, j]
                 us[i, j] = u[i, j]
                 vs[i, j] = v[i, j]
                 drift = u[i, j]
@@ -255,7 +263,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     worst_ratio[j] = wp.max(worst_ratio[j], wp.abs(drift) * inverse_height[i, j])
                 if ENERGY:
                     last_drift[i, j] = drift
-                    absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
+                    absorbed[i, j] = recoverable_of(drift, memory, c)
                     initial_energy[j] += absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
                     if P_DELTA:
                         initial_energy[j] -= half * weight_over_height[i, j] * drift * drift
@@ -592,6 +600,11 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     output.peak_storey_drift[i, o] = peak_drift[i, j]
                 if ACCELERATION:
                     output.peak_floor_acceleration[i, o] = peak_acceleration[i, j]
+                if STATE:
+                    output.final_displacement[i, o] = u[i, j]
+                    output.final_velocity[i, o] = v[i, j]
+                    for m in range(M):
+                        output.final_memory[i * M + m, o] = z[i * M + m, j]
                 if SEES_LAST:
                     drift = u[i, j]
                     if i > 0:
