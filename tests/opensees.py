@@ -121,7 +121,9 @@ def chain_drifts(
         for place, (name, values) in enumerate(devices[i] if devices else ()):
             tags.append(3 * storeys + 100 * (i + 1) + place)
             ops.uniaxialMaterial(name, tags[-1], *values)
-        ops.element("zeroLength", i + 1, i, i + 1, "-mat", *tags, "-dir", *[1] * len(tags), "-doRayleigh", 1)
+        # Only where it is asked for: with it, OpenSees finds no balance beside a damper of a power of the velocity.
+        rayleigh = ("-doRayleigh", 1) if of_tangent else ()
+        ops.element("zeroLength", i + 1, i, i + 1, "-mat", *tags, "-dir", *[1] * len(tags), *rayleigh)
     values = np.concatenate([acceleration, np.zeros(2)])
     ops.timeSeries("Path", 1, "-dt", step, "-values", *values.tolist())
     ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
