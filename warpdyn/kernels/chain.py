@@ -44,6 +44,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     STOREYS, SECTIONS, LANES, C, M = plan.dofs, plan.sections, plan.lanes, spring.coefficients, spring.memory
     N = -(-STOREYS // SECTIONS)
     IS_SPLIT = SECTIONS > 1
+    HAS_PADS = N * SECTIONS > STOREYS
     SEES_FOOT = IS_SPLIT and ("residual" in plan.recorders or spring.evolve is not None)
     SPLIT_ENERGY, SPLIT_FALL = IS_SPLIT and "energy" in plan.recorders, IS_SPLIT and plan.p_delta
     SEES_LAST, SEES_LAST_FOOT = "energy" in plan.recorders or plan.p_delta, SPLIT_ENERGY or SPLIT_FALL
@@ -219,7 +220,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 if motion[j] != motion[0]:
                     differing_motions += 1
             for i in range(N):
-                # Sections end with storeys of no mass and no stiffness where the number of storeys is not a multiple.
+                # Sections end with storeys of no mass that stay undeformed where the number of storeys is no multiple.
                 g = lowest + i
                 if g < STOREYS:
                     inverse_mass[i, j] = structures.inverse_mass[g, s]
@@ -246,6 +247,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         for m in range(M):
                             z[i * M + m, j] = structures.initial_memory[g * M + m, s]
                             zs[i * M + m, j] = z[i * M + m, j]
+                if HAS_PADS:
+                    if g >= STOREYS:
+                        for q in range(C):  # a law without coefficients may divide by zero
+                            coefficients[i * C + q, j] = structures.coefficients[(STOREYS - 1) * C + q, s]
         if IS_SPLIT:
             intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
             for j in range(LANES):
@@ -453,6 +458,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 foot_v[j] = below(top_v, section, SECTIONS)
                                 drift -= foot_u[j]
                                 rate -= foot_v[j]
+                                if HAS_PADS:
+                                    if lowest >= STOREYS:
+                                        drift = dtype(0.0)
+                                        rate = dtype(0.0)
                                 c = coefficient_vector()
                                 for q in range(C):
                                     c[q] = coefficients[q, j]
@@ -505,6 +514,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 elif IS_SPLIT:
                                     drift -= foot_u[j]
                                     rate -= foot_v[j]
+                                if HAS_PADS:
+                                    if lowest + i >= STOREYS:
+                                        drift = dtype(0.0)
+                                        rate = dtype(0.0)
                                 ha = h[j] * reach[stage]
                                 c = coefficient_vector()
                                 for q in range(C):
@@ -791,6 +804,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 drift -= u[i - 1, j]
                             elif IS_SPLIT:
                                 drift -= foot_u[j]
+                            if HAS_PADS:
+                                if lowest + i >= STOREYS:
+                                    drift = dtype(0.0)
                             c = coefficient_vector()
                             for q in range(C):
                                 c[q] = coefficients[i * C + q, j]
