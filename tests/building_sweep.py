@@ -13,13 +13,13 @@ from itertools import product
 import numpy as np
 
 import warpdyn as wd
-from warpdyn import pack
 from warpdyn.guard import guard, integrate_guarded
 from warpdyn.kernels import build
 from warpdyn.kernels.vibration import circular_frequencies
 from warpdyn.methods import METHODS
 from warpdyn.prepare import prepare
 from warpdyn.recorders import DIVERGED, UNSTABLE_STEP
+from warpdyn.vibration import vibration_of
 
 LAWS, DAMPING = ("elastic", "bilinear", "bouc_wen"), ("rayleigh", "modal")
 BROKEN = 1 / 3  # the share of the buildings whose limit the step is beyond
@@ -59,7 +59,7 @@ def breaking_step(storeys, count, seed, motion):
     limits = []
     for scene in scenes(storeys, count, seed, motion):
         drawn = {name: listed.values for name, listed in scene.scatter.items()}
-        limits.append(pack.vibration_of(scene, drawn, METHODS["rk4"]).stable_step)
+        limits.append(vibration_of(scene, drawn, METHODS["rk4"]).stable_step)
     return float(np.quantile(np.concatenate(limits), BROKEN))
 
 
@@ -88,7 +88,7 @@ def sweep(storeys, count, seed=0):
         return prepare(scene, samples=count, method="rk4", device="cpu", **settings)
 
     built = [prepared(scene, dtype="float64")[0].plan for scene in scenes(storeys, count, seed, motion)]
-    with ThreadPoolExecutor() as pool:  # compiled side by side
+    with ThreadPoolExecutor(build.cores()) as pool:  # compiled side by side; each thread compiles warp's headers first
         list(pool.map(lambda plan: build.load_kernel(plan, "cpu"), built))
     for scene in scenes(storeys, count, seed, motion):
         everything = np.arange(count)

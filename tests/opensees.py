@@ -87,6 +87,8 @@ def chain_drifts(
     step: float,
     intervals: int,
     substeps: int,
+    devices: Sequence[Sequence[tuple[str, Sequence[float]]]] = (),
+    of_tangent: float = 0.0,
 ) -> np.ndarray:
     """Return the storey drifts [m] of a chain under a base acceleration, shape [interval x substeps + 1, storey].
 
@@ -101,6 +103,8 @@ def chain_drifts(
         step: Between its samples [s].
         intervals: Samples to run for.
         substeps: Integration steps in each.
+        devices: Uniaxial materials and their parameters that stand beside each storey.
+        of_tangent: Factor of the tangent stiffness of all that stands in a storey [s].
     """
     ops = opensees()
     storeys = len(mass)
@@ -114,11 +118,16 @@ def chain_drifts(
         ops.uniaxialMaterial(material, tags[0], *parameters)
         ops.uniaxialMaterial("Elastic", tags[1], 0.0, float(damping[1][i]))
         ops.uniaxialMaterial("Elastic", tags[2], -float(weight_over_height[i]))
-        ops.element("zeroLength", i + 1, i, i + 1, "-mat", *tags, "-dir", 1, 1, 1)
+        for place, (name, values) in enumerate(devices[i] if devices else ()):
+            tags.append(3 * storeys + 100 * (i + 1) + place)
+            ops.uniaxialMaterial(name, tags[-1], *values)
+        # Only where it is asked for: with it, OpenSees finds no balance beside a damper of a power of the velocity.
+        rayleigh = ("-doRayleigh", 1) if of_tangent else ()
+        ops.element("zeroLength", i + 1, i, i + 1, "-mat", *tags, "-dir", *[1] * len(tags), *rayleigh)
     values = np.concatenate([acceleration, np.zeros(2)])
     ops.timeSeries("Path", 1, "-dt", step, "-values", *values.tolist())
     ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
-    ops.rayleigh(float(damping[0]), 0.0, 0.0, 0.0)
+    ops.rayleigh(float(damping[0]), float(of_tangent), 0.0, 0.0)
     ops.constraints("Plain")
     ops.numberer("Plain")
     ops.system("BandGeneral")  # P-Delta may leave a matrix that is not positive definite

@@ -79,7 +79,11 @@ STRUCTURES = {
         "61",
     ),
     "unknown law": (lambda: building(law="plastic"), "storey law 'plastic'", "'elastic', 'bilinear', 'bouc_wen'"),
-    "unknown damping": (lambda: building(damping="viscous"), "unknown damping 'viscous'", "'rayleigh', 'modal'"),
+    "unknown damping": (
+        lambda: building(damping="viscous"),
+        "unknown damping 'viscous'",
+        "'rayleigh', 'rayleigh_tangent', 'mass_proportional', 'stiffness_proportional', 'modal'",
+    ),
     "unknown parameter": (lambda: building(strength=1.0), "unknown parameter 'strength'", "yield_force"),
     "parameter of another law": (lambda: building(beta=0.5), "unknown parameter 'beta'", "law 'bilinear'"),
     "missing parameter": (

@@ -3,10 +3,12 @@
 The cases come from the engine's own tables, so that a new row is in them. What one case is:
 
 - Chains of two storeys under every law x method, and dense systems of one and three degrees of freedom under every
-  method x dtype: a kernel with every recorder, a kernel that keeps whole histories, and for every other case a kernel
-  with one recorder alone. Damping, load and dtype are taken in turn, so that every law and every method meets every one
-  of them, and they each other.
+  method x dtype. Damping, load, dtype and what is recorded are taken in turn, so that every law and every method meets
+  every one of them, and they each other.
 - Chains of one storey and of five under every damping x law with the other tables' rows in turn.
+
+What is recorded is one of the rows of RECORDED: every recorder, one recorder alone, every recorder beside whole
+histories or beside one alone.
 
 Random motions of one, two and four states are one kind of load, whose rows are taken in turn.
 
@@ -14,6 +16,7 @@ Storey loops of the two-storey chains are left rolled, the form that buildings a
 unrolled as shipped. sm_90 gets a kernel for every law x load and for every method, with the other tables' rows in turn.
 """
 
+import itertools
 import os
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -29,7 +32,7 @@ import warpdyn as wd
 from warpdyn.kernels import build
 from warpdyn.kernels.devices import CpuQueue
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.plan import DTYPES, Plan
+from warpdyn.kernels.plan import DTYPES, Plan, keeps_slopes
 from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
 from warpdyn.methods import METHODS, fitting_methods
@@ -65,9 +68,13 @@ VALUES = {  # of every parameter that a law or a damping takes
     "cracked_stiffness_ratio": 0.4,
     "ductility_4": 10.0,
     "force_ratio_4": 1.0,
+    "post_yield_stiffness": 2e4,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
+USUAL_DAMPING = ("none", "storey", "rayleigh", "modal")
+# Damping in proportion to stiffness alone is dashpots to a kernel.
+KERNEL_DAMPING = [name for name in DAMPING if name != "stiffness_proportional"]
 NOISE = [name for name, row in LOADS.items() if row.noise_states]
 LOAD_KINDS = [*(name for name in LOADS if name not in NOISE), "noise"]
 OF_A_ROW = (  # each has a row of SPRINGS of its own
@@ -81,6 +88,28 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
     {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},
 )
+
+
+# Laws of few values are combined with all there is. Those of more share all that with them: what is theirs alone stands
+# in one kernel of each source that a method can have, and in five storeys.
+FEW = [name for name, spring in SPRINGS.items() if spring.memory <= 1]
+MANY = [name for name in SPRINGS if name not in FEW]
+FRICTION = {"devices": ("friction_damper",), "slip_force": 200.0, "brace_stiffness": 4e5}
+STOP = {"clearance": 0.001, "contact_stiffness": 4e5, "restitution": 0.7}
+DAMPER = {"damper_coefficient": 500.0, "velocity_exponent": 0.5}
+# Rows of SPRINGS made of several, and viscous dampers: laws of the storeys and devices that lead to them.
+COMBINED = {
+    "bouc_wen_1+slip": {"law": ("bouc_wen",) * 2, **FRICTION},
+    "bilinear|bouc_wen_1+gap": {"law": ("lead_rubber_bearing", "bouc_wen"), "devices": ("gap",), **STOP},
+    "bouc_wen|takeda|elastic+slip": {"law": ("bouc_wen", "takeda", "elastic"), "exponent": 1.5, **FRICTION},
+    "bilinear|menegotto_pinto+slip+gap": {
+        "law": ("bilinear", "menegotto_pinto"), **FRICTION, **STOP, "devices": ("friction_damper", "gap")
+    },
+    "elastic": {"law": ("elastic",) * 2, "devices": ("viscous_damper",), **DAMPER},
+    "bilinear+slip": {
+        "law": ("bilinear",) * 3, **FRICTION, **DAMPER, "devices": ("viscous_damper", "friction_damper")
+    },
+}  # fmt: skip
 
 
 def springs_of_laws():
@@ -128,13 +157,32 @@ def load_in_turn(turn, turn_of_noise):
     return in_turn(NOISE, turn_of_noise) if kind == "noise" else kind
 
 
+def source_of(method):
+    """Return what decides on a kernel's source: methods that have it in common differ by constants alone."""
+    row = METHODS[method]
+    if row.kind != "explicit":
+        return row.kind, getattr(row, "beta", 0) > 0, getattr(row, "force_lag", 0) > 0
+    return row.kind, keeps_slopes(row), row.is_adaptive, row.is_nystroem, row.starts_halfway
+
+
+def methods_for(spring, law, law_at):
+    """Return the methods that a law meets: all that fit, or of each source one in turn."""
+    fitting = fitting_methods(law)
+    if spring in FEW:
+        return fitting
+    alike = {source_of(name): [] for name in fitting}
+    for name in fitting:
+        alike[source_of(name)].append(name)
+    return [in_turn(names, law_at) for names in alike.values()]
+
+
 def chain_cases():
-    """Return every law x method with one damping, load and dtype each."""
+    """Return laws x methods with one damping, load and dtype each."""
     cases = []
     for law_at, (spring, (law, _)) in enumerate(springs_of_laws().items()):
-        for method in fitting_methods(law):
+        for method in methods_for(spring, law, law_at):
             method_at = list(METHODS).index(method)
-            damping = in_turn(DAMPING, method_at + law_at)
+            damping = in_turn(USUAL_DAMPING, method_at + law_at)
             if damping == "none" and method in GROWING:
                 damping = "storey"
             load = load_in_turn(method_at + 2 * law_at, method_at)
@@ -147,13 +195,21 @@ GROWING = [name for name, method in METHODS.items() if stability_limit(method, 0
 # Those that do not fit every law do not meet every load and damping either.
 CHOOSY = set(METHODS) - set.intersection(*(set(fitting_methods(law)) for law in LAWS))
 STABLE = [name for name in fitting_methods("bouc_wen") if name not in GROWING]
+
+
+def stable(damping):
+    """Return the methods that fit every law and a damping, and amplify nothing."""
+    return [name for name in STABLE if name in fitting_methods("bouc_wen", damping)]
+
+
 FULL = chain_cases()
 LIBRARY_SCRATCH, FEW_VALUES = 40, 128  # bytes a thread
+RECORDED = (("all",), ("all", "histories"), ("alone",), ("all", "alone"))
 IN_TURN = [
-    ("chain", dofs, damping, spring, load_in_turn(i + j, i), in_turn(STABLE, 5 * i + j + dofs), dtype)
+    ("chain", dofs, damping, spring, load_in_turn(i + j, i), in_turn(stable(damping), 5 * i + j + dofs), dtype)
     for dofs, dtype in ((1, "float64"), (5, "float32"))
-    for (i, damping), (j, spring) in product(enumerate(DAMPING), enumerate(SPRINGS))
-    if dofs == 1 or i == j % len(DAMPING)
+    for (i, damping), (j, spring) in product(enumerate(KERNEL_DAMPING), enumerate(SPRINGS))
+    if i == j % len(KERNEL_DAMPING) or (dofs == 1 and spring in FEW)
 ]
 DENSE = [
     ("dense", (1, 3)[turn // 2 % 2], "matrix", "elastic", load_in_turn(turn + turn // 4, turn), method, dtype)
@@ -164,21 +220,37 @@ SM90 = [
     (
         "chain",
         2,
-        in_turn(DAMPING, i + j),
+        in_turn(USUAL_DAMPING, i + j),
         spring,
         load_in_turn(j, i),
         in_turn(fitting_methods(law), 4 * i + j),
         in_turn(DTYPES, i + j),
     )
     for (i, (spring, (law, _))), (j, _) in product(enumerate(springs_of_laws().items()), enumerate(LOAD_KINDS))
+    if spring in FEW or j < len(DTYPES)
 ] + [("dense", 3, "matrix", "elastic", load_in_turn(i, i), m, in_turn(DTYPES, i // 4)) for i, m in enumerate(METHODS)]
+
+
+def recorded_in(case):
+    """Return what a case's kernels record, a row of RECORDED in turn."""
+    _, dofs, damping, spring, _, method, _ = case
+    law_at, method_at = list(SPRINGS).index(spring), list(METHODS).index(method)
+    if case in FULL and spring in MANY:
+        return ("alone",)
+    if case in FULL:
+        turn = method_at + method_at // len(RECORDED) + 3 * law_at
+    elif case in DENSE:
+        turn = DENSE.index(case) + DENSE.index(case) // len(RECORDED)
+    else:
+        turn = law_at + (KERNEL_DAMPING.index(damping) if dofs == 1 else 0)
+    return in_turn(RECORDED, turn)
 
 
 def recorder_alone(family, dofs, damping, spring, load, method, dtype):
     """Return the recorder that this case has alone; neighbours along every axis have another."""
     place = dofs + list(SPRINGS).index(spring) + list(LOADS).index(load) + list(DTYPES).index(dtype)
     place += list(METHODS).index(method)
-    place += list(DAMPING).index(damping) if damping in DAMPING else 0
+    place += KERNEL_DAMPING.index(damping) if damping in KERNEL_DAMPING else 0
     return list(RECORDERS[family])[place % len(RECORDERS[family])]
 
 
@@ -188,17 +260,12 @@ def name_of(case):
 
 def sm90_plan(case):
     """Return one of a case's plans as a GPU runs it: all recorders, histories, one recorder, in turn."""
-    plans = plans_of(case, is_gpu=True)
+    plans = list(plans_of(case, is_gpu=True).values())
     return plans[SM90.index(case) % len(plans)]
 
 
-def is_alone_too(case):
-    """Return whether a case also runs with one recorder alone."""
-    return CASES.index(case) % 2 == 0 if case in CASES else True
-
-
 def plans_of(case, is_gpu=False):
-    """Return the plans of a case: every recorder, whole histories, one recorder alone."""
+    """Return the plans a case may have: every recorder, whole histories, one recorder alone."""
     family, dofs, damping, spring, load, method, dtype = case
     if METHODS[method].kind == "exact":
         damping = damping_of(wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs)))
@@ -206,8 +273,13 @@ def plans_of(case, is_gpu=False):
     plan = build.fitted(plan, is_gpu)
     if case in FULL and not is_gpu:
         plan = replace(plan, max_unroll=1)
-    alone = (replace(plan, recorders=(recorder_alone(*case),)),) if is_alone_too(case) else ()
-    return plan, build.history_plan(plan), *alone
+    alone = replace(plan, recorders=(recorder_alone(*case),))
+    return {"all": plan, "histories": build.history_plan(plan), "alone": alone}
+
+
+def launches_of(case):
+    """Return the plans that a case launches, in their order."""
+    return [plan for name, plan in plans_of(case).items() if name in recorded_in(case)]
 
 
 def in_threads(work, items):
@@ -228,7 +300,7 @@ def selected(request, test):
 @pytest.fixture(scope="module")
 def compiled(request):
     """Compile what the selected tests will run, side by side: one after the other it takes twice as long."""
-    kernels = [build.build_kernel(plan) for case in selected(request, "test_combination") for plan in plans_of(case)]
+    kernels = [build.build_kernel(plan) for case in selected(request, "test_combination") for plan in launches_of(case)]
     in_threads(lambda kernel: kernel.module.load(wp.get_device("cpu"), block_dim=1), kernels)
 
 
@@ -272,23 +344,35 @@ def test_every_row_is_among_the_cases():
     for load in LOADS:
         make_excitation(load, 2)
     for family in ("chain", "dense"):
-        assert set(RECORDERS[family]) == {recorder_alone(*case) for case in CASES if case[0] == family}
+        assert set(RECORDERS[family]) == {
+            recorder_alone(*case) for case in CASES if case[0] == family and "alone" in recorded_in(case)
+        }
     on_gpu = [sm90_plan(case) for case in SM90]
     tables = {"law": SPRINGS, "load": LOADS, "method": METHODS, "dtype": DTYPES}
     for column, table in tables.items():
         assert set(table) <= {getattr(plan, column) for plan in on_gpu}, column
     assert set(LOADS) <= {case[4] for case in FULL}
     # By pairs: (law, method), (damping, method) and so on, all there are.
-    names = ("damping", "law", "load", "method", "dtype")
-    chains = [dict(zip(names, case[2:], strict=True)) for case in FULL]
+    names = ("damping", "law", "load", "method", "dtype", "recorded")
+    chains = [dict(zip(names, (*case[2:], recorded_in(case)), strict=True)) for case in FULL]
+    sources = {source_of(method) for method in STABLE}
+    assert set(product(MANY, sources)) <= {(case["law"], source_of(case["method"])) for case in chains}
+    assert set(product(MANY, DTYPES)) <= {(case["law"], case["dtype"]) for case in chains}
+    chains = [case for case in chains if case["law"] in FEW]
     chains = [case | {"load": "noise" if case["load"] in NOISE else case["load"]} for case in chains]
-    tables |= {"damping": DAMPING, "load": LOAD_KINDS}
+    tables |= {"law": FEW, "damping": USUAL_DAMPING, "load": LOAD_KINDS, "recorded": RECORDED}
     for one, other in combinations(tables, 2):
         met = {(case[one], case[other]) for case in chains}
         due = set(product(tables[one], tables[other]))
         growing = {("none", name) for name in GROWING} | {(name, "none") for name in GROWING}
         missing = {pair for pair in due - met - growing if not set(pair) & CHOOSY}
         assert not missing, (one, other, missing)
+    dense = {(case[5], *recorded_in(case)) for case in DENSE} | {(case[6], *recorded_in(case)) for case in DENSE}
+    assert all((dtype, *recorded) in dense for dtype, recorded in product(DTYPES, RECORDED))
+    of_few = {(part, recorded_in(case)) for case in IN_TURN for part in (*case[2:4], case[6])}
+    assert of_few >= set(product([*KERNEL_DAMPING, *FEW, *DTYPES], RECORDED))
+    # A dense method meets two rows, one of each dtype, and one of them compares.
+    assert all(any(len(recorded) > 1 for name, *recorded in dense if name == method) for method in METHODS)
 
 
 @pytest.mark.parametrize("case", CASES, ids=name_of)
@@ -297,17 +381,21 @@ def test_combination(case, compiled, launched, monkeypatch):
     if case in FULL:
         monkeypatch.setattr(build, "CPU_UNROLL", 1)
     structure, excitation = make_structure(family, dofs, damping, spring), make_excitation(load, dofs)
-    alone = recorder_alone(*case)
+    alone, kernels = recorder_alone(*case), recorded_in(case)
 
-    def scene(record):
-        return wd.Scene(structure, excitation, record=record, tail=1.2)
+    def run_of(record, **kept):
+        scene = wd.Scene(structure, excitation, record=record, tail=1.2)
+        settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.005, "on_unstable": "raise"}
+        return wd.simulate(scene, device="cpu", **settings, **kept)
 
-    kinds = [(None, {"histories": wd.Histories((0, SAMPLES - 1))})] + [((alone,), {})] * is_alone_too(case)
-    settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.005, "on_unstable": "raise"}
-    settings["device"] = "cpu"
-    runs = [wd.simulate(scene(record), **settings, **kept) for record, kept in kinds]
-    assert launched == list(plans_of(case))
-    for run in runs:
+    runs = {}
+    if "all" in kernels:
+        kept = {"histories": wd.Histories((0, SAMPLES - 1))} if "histories" in kernels else {}
+        runs["all"] = run_of(None, **kept)
+    if "alone" in kernels:
+        runs["alone"] = run_of((alone,))
+    assert launched == launches_of(case)
+    for run in runs.values():
         assert np.all(run["status"].values == 0)
         for name, variable in run.data_vars.items():
             if variable.dtype.kind in "fi":
@@ -315,23 +403,76 @@ def test_combination(case, compiled, launched, monkeypatch):
                 if "sample" in variable.dims and load not in NOISE:
                     # The samples are one structure under one load: every lane gives the same bits, repeats included.
                     assert np.all(variable.values == variable.values[0]), name
-    if load in NOISE:  # a motion each
-        assert np.unique(runs[0]["input_energy"].values).size == SAMPLES
     recorded = {name for rows in RECORDERS[family].values() for name in rows} - {"residual_drift"}
-    together, single = runs[0], runs[-1]
-    assert recorded | set(HISTORY if family == "chain" else list(HISTORY)[:3]) <= set(together.data_vars)
+    own = {name for name in RECORDERS[family][alone]} - {"residual_drift"}
+    if "alone" in kernels:
+        assert own <= set(runs["alone"].data_vars)
+    if "all" not in kernels:
+        return
+    together = runs["all"]
+    assert recorded <= set(together.data_vars)
+    if load in NOISE:  # a motion each
+        assert np.unique(together["input_energy"].values).size == SAMPLES
     # A recorder sees the same motion whatever else is recorded, but for the order of roundings: 1e-3 (float32) covers
     # the growth of one rounding over the run's 200 steps through a yielding spring.
     close = {"rtol": 1e-3, "atol": 1e-4} if dtype == "float32" else {"rtol": 1e-10, "atol": 1e-12}
-    for name in recorded & set(single.data_vars):
-        np.testing.assert_allclose(single[name], together[name], **close, err_msg=name)
+    if "alone" in kernels:
+        for name in recorded & set(runs["alone"].data_vars):
+            np.testing.assert_allclose(runs["alone"][name], together[name], **close, err_msg=name)
+    if "histories" not in kernels:
+        return
     # And the histories are of the motion whose peaks were recorded.
+    assert set(HISTORY if family == "chain" else list(HISTORY)[:3]) <= set(together.data_vars)
     moved = together["displacement"].values
     name = "peak_storey_drift" if family == "chain" else "peak_displacement"
     peak = np.abs(np.diff(moved, axis=2, prepend=0) if family == "chain" else moved).max(axis=1)
     # An adaptive method sees peaks at the parts of steps too, which histories do not keep: up to (w h)^2 / 8 more.
     rtol = 2e-3 if METHODS[method].is_adaptive else close["rtol"]
     np.testing.assert_allclose(peak, together[name].values[[0, -1]], rtol=rtol, atol=0)
+
+
+def combined_structure(row, damping):
+    """Return a building of a row of COMBINED."""
+    given = COMBINED[row]
+    taken = {name for law in given["law"] for name in LAWS[law].parameters} | set(DAMPING[damping])
+    values = {name: VALUES[name] for name in taken if name in VALUES}
+    return wd.ShearBuilding(np.full(len(given["law"]), 1e3), 4e5, 3.0, damping=damping, **values | given)
+
+
+SOME = ("rk4", "nystroem4", "velocity_verlet", "dormand_prince54", "central_difference", "newmark_average", "hht_alpha")
+DEVICES = [
+    (row, in_turn(USUAL_DAMPING, i + j // 2), load_in_turn(i + j, j), method, in_turn(DTYPES, i + j))
+    for (i, row), (j, method) in product(enumerate(COMBINED), enumerate(SOME))
+]
+
+
+@pytest.mark.parametrize("case", DEVICES, ids=name_of)
+def test_devices(case, launched):
+    row, damping, load, method, dtype = case
+    structure = combined_structure(row, damping)
+    scene = wd.Scene(structure, make_excitation(load, structure.storeys), tail=1.2)
+    settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.0025, "device": "cpu"}
+    run = wd.simulate(scene, **settings)
+    assert launched[0].law == row
+    assert launched[0].viscous_dampers == ("power" if "viscous_damper" in structure.devices else "none")
+    assert np.all(run["status"].values == 0)
+    assert np.isfinite(run["peak_storey_drift_ratio"]).all()
+    # The energy that devices take closes the balance: of second order at corners, and of float32 sums.
+    assert np.abs(run["energy_balance_error"]).max() < 5e-3
+    if "slip" in row or "gap" in row or damping != "none":
+        lost = run["hysteretic_energy"].sum("storey") + run["viscous_energy"]
+        assert (lost > 0).all()
+
+
+@pytest.mark.parametrize(("row", "method"), zip(COMBINED, itertools.cycle(SOME[::2])), ids=str)
+def test_sm90_of_devices(row, method, tmp_path):
+    dampers = "power" if "viscous_damper" in COMBINED[row]["devices"] else "none"
+    plan = Plan("chain", 2, row, "rayleigh", "base_acceleration", ("drift", "energy"), method, "float32")
+    module = build.build_kernel(build.fitted(replace(plan, viscous_dampers=dampers), True)).module
+    wp.compile_aot_module(module, arch=90, module_dir=tmp_path)
+    taken = usage(next(tmp_path.glob("*.sm90.cubin")))
+    assert taken.local == 0
+    assert taken.registers <= 255
 
 
 @pytest.mark.parametrize("case", SM90, ids=name_of)

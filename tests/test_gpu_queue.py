@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import warp as wp
-from test_simulate import assert_same_bits, make_scene
+from test_simulate import MOTIONS, assert_same_bits, make_scene
 
 import warpdyn as wd
 from warpdyn import blocks
@@ -248,3 +248,18 @@ def test_blocks_are_queued_before_the_first_is_waited_for(pretended, monkeypatch
     ahead = devices.BLOCKS_ON_A_GPU
     steady = ["read_into", "launch"] * (blocks_there - ahead)
     assert order == ["launch"] * ahead + steady + ["read_into"] * ahead
+
+
+def test_events_of_a_sequence_go_through_gpus_in_turn(pretended, monkeypatch):
+    events = {
+        "mainshock": wd.Cloud(MOTIONS),
+        "aftershock": wd.Stripes(MOTIONS[:2], [0.2, 0.6], wd.PeakGroundAcceleration()),
+    }
+    scene = make_scene(excitation=wd.Sequence(events), collapse_drift_ratio=0.004)
+    settings = {"samples": 11, "seed": 2, "dtype": "float64", "check": 0.3}
+    whole = wd.simulate(scene, device="cpu", **settings)
+    assert len(np.unique(whole["status"])) == 2
+    one = wd.simulate(scene, device="cuda:0", **settings)
+    assert_close(one, whole)
+    monkeypatch.setattr(blocks, "GPU_BLOCK", 50)
+    assert_same_bits(one, wd.simulate(scene, device=["cuda:1", "cuda:0"], **settings))

@@ -57,13 +57,13 @@ def fading_force(drift: Any, memory: Any, c: Any):
 
 
 @wp.func
-def fading_evolve(velocity: Any, memory: Any, c: Any):
-    rate = type(memory)()
-    rate[0] = c[2] * memory[1] * velocity
-    rate[1] = c[2] * velocity - type(velocity)(0.5) * c[2] * (
+def fading_rate(velocity: Any, memory: Any, c: Any):
+    slope = type(memory)()
+    slope[0] = c[2] * memory[1] * velocity
+    slope[1] = c[2] * velocity - type(velocity)(0.5) * c[2] * (
         memory[1] * wp.abs(velocity) + wp.abs(memory[1]) * velocity
     )
-    return rate
+    return slope
 
 
 @wp.func
@@ -74,23 +74,23 @@ def fading_recoverable(drift: Any, memory: Any, c: Any):
 @wp.func
 def fading_advance(drift: Any, increment: Any, memory: Any, c: Any):
     half = type(increment)(0.5)
-    k1 = fading_evolve(increment, memory, c)
-    k2 = fading_evolve(increment, memory + half * k1, c)
-    k3 = fading_evolve(increment, memory + half * k2, c)
-    k4 = fading_evolve(increment, memory + k3, c)
+    k1 = fading_rate(increment, memory, c)
+    k2 = fading_rate(increment, memory + half * k1, c)
+    k3 = fading_rate(increment, memory + half * k2, c)
+    k4 = fading_rate(increment, memory + k3, c)
     return memory + (k1 + type(increment)(2.0) * (k2 + k3) + k4) / type(increment)(6.0)
 
 
 @wp.func
 def fading_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
     direction = wp.where(increment < type(increment)(0.0), type(increment)(-1.0), type(increment)(1.0))
-    slope = fading_evolve(direction, after, c)
+    slope = fading_rate(direction, after, c)
     return c[0] + c[1] * direction * slope[1] / (type(drift)(1.0) + type(drift)(FADING) * after[0])
 
 
 ROWS = {
     "counting": Spring(counting_force, counting_evolve, counting_recoverable, 3, counting_tangent, 3, counting_advance),
-    "fading": Spring(fading_force, fading_evolve, fading_recoverable, 3, fading_tangent, 2, fading_advance, True),
+    "fading": Spring(fading_force, None, fading_recoverable, 3, fading_tangent, 2, fading_advance, fading_rate),
 }
 
 

@@ -132,10 +132,14 @@ def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
 def test_whatever_a_building_is_beside_its_parameters_decides_on_its_group():
     # All buildings of a group are built like its first one. Whoever gives ShearBuilding one more attribute must have
     # `groups_of` tell buildings apart by it, and add it here.
-    told_apart = {"storeys", "law", "damping", "damping_modes"}
-    assert set(vars(chain(2))) == told_apart | {"parameters", "parameter_table"}
+    told_apart = {"storeys", "storey_laws", "devices", "damping", "damping_modes", "damped_storeys"}
+    assert set(vars(chain(2))) == told_apart | {"parameters", "parameter_table", "law", "storey_law"}
     kinds = [chain(3), chain(3, damping_modes=(1, 3)), chain(3, damping="modal"), chain(3, law="bouc_wen"), chain(2)]
     kinds.append(chain(3, law="bouc_wen", exponent=2.0))  # which has a kernel of its own
+    kinds += [chain(3, damped_storeys=(1, 3)), chain(3, damped_storeys=(2, 3)), chain(3, gravity_load=1e3)]
+    damper = {"devices": ("friction_damper",), "slip_force": 1e3, "brace_stiffness": 1e6}
+    kinds += [chain(3, **damper), chain(3, law=("elastic", "bilinear", "bilinear"))]
+    kinds.append(chain(3, law=("bilinear", "elastic", "bilinear")))
     city = wd.Portfolio({f"{i}": wd.Archetype(kind) for i, kind in enumerate(kinds)})
     scenes = scenes_of(city, wd.Scene(kinds[0], MOTIONS[0]))
     assert len(groups_of(city, scenes, "rk4", 0, is_stepped=True)) == len(kinds)

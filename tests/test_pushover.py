@@ -11,6 +11,7 @@ import xarray as xr
 from opensees import opensees
 
 import warpdyn as wd
+from warpdyn.laws import LAWS
 
 STIFFNESS = np.array([1.0e8, 2.0e8, 1.5e8, 0.8e8])
 STRENGTH = np.array([2.0e6, 2.2e6, 1.5e6, 0.4e6])
@@ -26,7 +27,7 @@ def softening(hardening: list[float], strength: list[float]) -> SimpleNamespace:
     """Storeys that a scene refuses, since these have no end of their softening: a law's own branch stands still."""
     values = {"mass": 2.0e5, "height": 3.0, "stiffness": 1.0e8, "yield_force": strength, "hardening_ratio": hardening}
     parameters = {name: np.array(np.broadcast_to(value, 3), float) for name, value in values.items()}
-    return SimpleNamespace(storeys=3, law="bilinear", parameters=parameters)
+    return SimpleNamespace(storeys=3, storey_law=LAWS["bilinear"], parameters=parameters)
 
 
 def roof_of(shear: np.ndarray, load: np.ndarray) -> np.ndarray:

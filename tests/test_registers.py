@@ -1,5 +1,7 @@
 """The chain's kernels as a GPU runs them hold a whole history in registers: none of it goes to local memory."""
 
+from dataclasses import replace
+
 import pytest
 import warp as wp
 from cubin import usage
@@ -38,3 +40,12 @@ def test_local_memory_is_seen(tmp_path):
     wp.compile_aot_module(build.build_kernel(plan).module, arch=90, module_dir=tmp_path, use_ptx=False)
     [binary] = tmp_path.glob("*.sm90.cubin")
     assert usage(binary).local > 400
+
+
+def test_one_that_goes_on_from_an_event_before_stays_there_too(tmp_path):
+    plan = Plan("chain", 20, "bouc_wen_1", "rayleigh", "base_acceleration", (*EVERY, "state"), "rk4", "float32")
+    plan = build.fitted(replace(plan, resumes=True), is_gpu=True)
+    assert plan.sections > 1
+    wp.compile_aot_module(build.build_kernel(plan).module, arch=90, module_dir=tmp_path, use_ptx=False)
+    [binary] = tmp_path.glob("*.sm90.cubin")
+    assert usage(binary).local == 0

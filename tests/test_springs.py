@@ -17,8 +17,8 @@ STIFFNESS, YIELD_FORCE, YIELD_DRIFT, HARDENING = 100.0, 1.0, 0.01, 0.1
 def leaves(row: str) -> wp.Kernel:
     """Return a kernel that calls a row's three functions, one point a thread."""
     spring = SPRINGS[row]
-    force, recoverable, evolve = spring.force, spring.recoverable, spring.evolve or spring.force
-    HAS_MEMORY = spring.evolve is not None
+    force, recoverable, evolve = spring.force, spring.recoverable, spring.rate or spring.evolve or spring.force
+    HAS_MEMORY = spring.memory > 0
     C, M = spring.coefficients, spring.memory
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=max(1, M), dtype=wp.float64)

@@ -8,8 +8,11 @@ from scipy.optimize import root
 
 import warpdyn as wd
 from warpdyn.methods import METHODS
+from warpdyn.prepare import prepare
 
 IMPLICIT = [name for name, method in METHODS.items() if method.kind == "implicit"]
+# The damping that yielding chains under base motion have, by method.
+YIELDING_DAMPING = {name: ("modal", "storey", "rayleigh")[i % 3] for i, name in enumerate(IMPLICIT)}
 
 
 def simulate(structure, excitation, step, method, dtype="float64", **scene):
@@ -20,6 +23,16 @@ def simulate(structure, excitation, step, method, dtype="float64", **scene):
     assert run.status.item() == 0
     assert np.isclose(run.integration_step.item(), step)
     return run
+
+
+def histories(structure, excitation, step, method, dtype="float64", **scene):
+    """Return the time [s] and the whole histories of one sample, from the kernel of histories alone."""
+    scene = wd.Scene(structure, excitation, **scene)
+    run, _ = prepare(scene, samples=1, step=step, method=method, dtype=dtype, device="cpu")
+    assert np.isclose(run.schedule.step.item(), step)
+    time, kept = run.integrate_histories((0,), 1, step)
+    assert all(np.isfinite(values).all() for values in kept.values())
+    return SimpleNamespace(time=time, **{name: values[0] for name, values in kept.items()})
 
 
 # Storeys of 9, 29 and 45 rad/s that yield to ductilities of 3 and more.

@@ -23,9 +23,10 @@ from warpdyn.plan import Choice, plan
 from warpdyn.portfolio import Archetype, Portfolio
 from warpdyn.pushover import pushover, storey_hysteresis
 from warpdyn.response_spectra import response_spectra
-from warpdyn.results import summary
+from warpdyn.results import of_event, summary
 from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
+from warpdyn.sequences import Sequence
 from warpdyn.simulate import simulate
 from warpdyn.simulate_portfolio import simulate_portfolio
 from warpdyn.store import write
@@ -58,6 +59,7 @@ __all__ = [
     "PeakGroundVelocity",
     "Portfolio",
     "Scene",
+    "Sequence",
     "ShearBuilding",
     "SignificantDuration",
     "SpectralAcceleration",
@@ -71,6 +73,7 @@ __all__ = [
     "intensity_measures",
     "modal_table",
     "of_archetype",
+    "of_event",
     "plan",
     "pushover",
     "response_spectra",

@@ -7,7 +7,7 @@ import numpy as np
 from warpdyn import pack
 from warpdyn.kernels.devices import BLOCKS_ON_A_GPU, free_memory
 from warpdyn.prepare import Run
-from warpdyn.results import Column
+from warpdyn.results import Column, lengths
 
 SHARE_OF_FREE_MEMORY = 0.25
 # Samples of a block: as many as the CPU's launches need to cost nothing beside their work; on a GPU as few as fill it
@@ -64,7 +64,7 @@ def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, flo
     """Return what a structure takes with all its samples, on the host and on a device."""
     terms = run.terms
     width, real = terms.plan.dofs, np.dtype(terms.plan.dtype).itemsize
-    row = sum(column.dtype.itemsize * width ** len(column.dims) for column in columns.values())
+    row = sum(column.dtype.itemsize * int(np.prod(lengths(terms, column))) for column in columns.values())
     outputs = sum(real * width ** len(shape) for shape in terms.shapes.values())
     drawn = run.sampler.draw(np.arange(1))
     parameters = pack.parameters_of(terms.scene, drawn)
@@ -73,7 +73,13 @@ def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, flo
     values = sum(array.size for array in packed.values())
     if pack.needs_step(terms.plan):  # a structure is packed once for each step
         values *= np.unique(of_step).size
-    values, drawn_values = (values, sum(array.size for array in drawn.values())) if drawn else (0, 0)
+    drawn_values = sum(array.size for array in drawn.values())
+    if len(run.samples_by_event) > 1:  # each sample of an event is a structure of the next one
+        damaged = run.samples_by_event[-2] // run.structures
+        values, drawn_values = values * damaged, drawn_values * damaged
+        outputs *= 3  # as they come, beside those that were not run, and labelled before they join the other events'
+    elif not drawn:  # one structure serves all
+        values = 0
     samples = run.samples // run.structures
     host = samples * (row + outputs + BYTES_A_SAMPLE) + 8 * COPIES_OF_A_STRUCTURE * (values + drawn_values)
     return host, samples * (2 * outputs + 8 * real) + 2 * real * values

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.ensemble import Terms
-from warpdyn.results import Arrays, Column, labelled
+from warpdyn.results import Arrays, Column, labelled, lengths
 from warpdyn.store import GrowingFile
 
 
@@ -81,5 +81,4 @@ class InFile:
 
 def blank_rows(terms: Terms, columns: dict[str, Column], samples: int) -> Arrays:
     """Return memory for what the dataset holds of some samples."""
-    shapes = {name: (samples, *(terms.plan.dofs for _ in column.dims)) for name, column in columns.items()}
-    return {name: np.empty(shape, columns[name].dtype) for name, shape in shapes.items()}
+    return {name: np.empty((samples, *lengths(terms, column)), column.dtype) for name, column in columns.items()}

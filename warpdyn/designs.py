@@ -161,11 +161,11 @@ class Individual:
             if values is not None and np.ndim(values) and np.size(values) != structures:
                 raise ValueError(f"Individual.{name} has {np.size(values)} values for {structures} samples")
 
-    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
-        """Return one sample for each of these structures, given by their indices."""
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
+        """Return one sample for each of these structures, given by their indices; motions are drawn by event."""
         index = np.asarray(structures, dtype=np.int32)
         if self.motion is None:
-            random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, 0)[:, 0]
+            random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, event)[:, 0]
             motion = (random * len(self.motions)).astype(np.int32)
         else:
             motion = self.motion[index]

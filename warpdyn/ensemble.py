@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +13,11 @@ from warpdyn.kernels import arguments, devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import Plan
+from warpdyn.kernels.springs import spring_row
 from warpdyn.methods import METHODS
 from warpdyn.motions import Assignment
 from warpdyn.philox import key_of
-from warpdyn.recorders import HISTORY, recorded
+from warpdyn.recorders import HISTORY, STATE, recorded
 from warpdyn.scene import Scene
 from warpdyn.timeline import MOST_STEPS, Schedule, Timeline
 
@@ -63,7 +64,15 @@ class Terms:
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """What is recorded of one sample: every dimension beside `sample` is as long as there are dofs."""
         variables = recorded(self.plan.family, self.plan.recorders, METHODS[self.plan.method].is_adaptive)
-        return {name: (self.plan.dofs,) * len(v.dims) for name, v in variables.items()} | {"status": ()}
+        shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in variables.items()} | {"status": ()}
+        if STATE in self.plan.recorders:
+            values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
+            shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}
+        return shapes
+
+    def of_event(self, resumes: bool) -> Terms:
+        """Return the terms of an event of a sequence, which leaves a state and may go on from one, too."""
+        return replace(self, plan=replace(self.plan, recorders=(*self.plan.recorders, STATE), resumes=resumes))
 
     @property
     def kernel_name(self) -> str:
@@ -92,6 +101,7 @@ class Ensemble:
         schedule: How each sample is stepped; it may be changed between integrations.
         sample: Index of each sample in the run, shape [sample].
         queue: Where they run.
+        before: Where they go on from an event before: its samples, each of which is one of the structures here.
     """
 
     def __init__(
@@ -105,7 +115,10 @@ class Ensemble:
         schedule: Schedule,
         sample: np.ndarray,
         queue: devices.Queue,
+        before: Ensemble | None = None,
     ) -> None:
+        self.before = before
+        self.state: Arrays = {}  # that `before` has left, structure first
         self.terms, self.queue = terms, queue
         self.scene, self.timeline, self.plan, self.tolerance = terms.scene, terms.timeline, terms.plan, terms.tolerance
         self.structures, self.drawn, self.rayleigh = structures, drawn, rayleigh
@@ -116,9 +129,9 @@ class Ensemble:
     def take(self, samples: np.ndarray) -> Ensemble:
         """Return some of the samples with their structures, to be integrated on the same terms."""
         structures, row = np.unique(self.row[samples], return_inverse=True)
-        return Ensemble(
+        part = Ensemble(
             self.terms,
-            self.structures[structures] if self.drawn else self.structures,
+            self.structures[structures] if self.drawn or self.before else self.structures,
             {name: values[structures] for name, values in self.drawn.items()},
             self.rayleigh[structures],
             self.assignment.take(samples),
@@ -126,12 +139,20 @@ class Ensemble:
             self.schedule.take(samples),
             self.sample[samples],
             self.queue,
+            self.before and self.before.take(structures),
         )
+        part.state = {name: values[structures] for name, values in self.state.items()}
+        return part
+
+    def resume(self, outputs: Arrays) -> None:
+        """Take the state from which the structures go on: what the samples of `before` recorded, sample last."""
+        left = {name: values.T for name, values in outputs.items() if name.startswith("final_")}
+        self.state = {name.replace("final", "initial"): values for name, values in left.items()}
 
     def alike(self, terms: Terms, schedule: Schedule) -> Ensemble:
         """Return the same samples on other terms."""
         held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
-        return Ensemble(terms, *held, schedule, self.sample, self.queue)
+        return Ensemble(terms, *held, schedule, self.sample, self.queue, self.before)
 
     def restepped(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
         """Return the schedule with other steps an interval for some samples, which run as long as before.
@@ -235,8 +256,10 @@ class Ensemble:
             parameters = pack.parameters_of(self.scene, self.drawn, pairs // steps.size)
             step = steps[pairs % steps.size]
         else:
-            parameters, place, step = pack.parameters_of(self.scene, self.drawn), self.row, None
+            everything = np.arange(len(self.structures)) if self.before else slice(None)
+            parameters, place, step = pack.parameters_of(self.scene, self.drawn, everything), self.row, None
         structures = pack.pack_structures(self.scene, parameters, self.plan, step, self.rayleigh, self.terms.threads)
+        structures |= {name: values.T for name, values in self.state.items()}
         number = self.sample if LOADS[self.plan.load].noise_states else None
         samples, groups = pack.pack_samples(self.schedule, self.assignment, place, columns, number)
         dtype = self.plan.dtype
@@ -275,21 +298,3 @@ class Ensemble:
             first = last
         loads = self.terms.loads_on(self.queue.device)
         self.queue.launch(plan, launches, [structures, loads, output, history], advance)
-
-
-def joined(parts: Sequence[Ensemble]) -> Ensemble:
-    """Return the samples of several blocks of one run as one, to be integrated where the last of them was."""
-    first = parts[0]
-    counts = [len(part.structures) for part in parts] if first.drawn else [0] * len(parts)
-    starts = np.cumsum([0, *counts[:-1]], dtype=np.int32)
-    return Ensemble(
-        first.terms,
-        np.concatenate([part.structures for part in parts]),
-        {name: np.concatenate([part.drawn[name] for part in parts]) for name in first.drawn},
-        np.concatenate([part.rayleigh for part in parts]) if first.drawn else first.rayleigh,
-        Assignment.joined([part.assignment for part in parts]),
-        np.concatenate([part.row + start for part, start in zip(parts, starts, strict=True)]),
-        Schedule.joined([part.schedule for part in parts]),
-        np.concatenate([part.sample for part in parts]),
-        parts[-1].queue,
-    )

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
-from warpdyn.ensemble import Ensemble, joined
+from warpdyn.ensemble import Ensemble
 from warpdyn.guard import Reruns, integrate_guarded
 from warpdyn.methods import METHODS
+from warpdyn.motions import Assignment
 from warpdyn.philox import Purpose
 from warpdyn.prepare import LEAST_TOLERANCE, in_float64
 from warpdyn.recorders import DIVERGED, RECORDERS
 from warpdyn.results import heights
+from warpdyn.timeline import Schedule
 
 FEWEST_SAMPLES = 30  # a 95 % quantile of fewer says little
 # Statistics of the error over the samples, as quantiles.
@@ -38,14 +42,23 @@ def relative_errors(
     """
     method = METHODS[run.plan.method]
     finer = FINER_EXACT if method.kind == "exact" else FINER
-    schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
-    tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if method.is_adaptive else run.tolerance
-    finer_run = run.alike(in_float64(run.terms, tolerance, run.queue.device), schedule)
-    reference = integrate_guarded(finer_run, chosen, reruns)
+    reference = integrate_guarded(_refined(run, chosen, finer), chosen, reruns)
     # What the finer run still errs itself: peaks are seen at steps, so that no method's are of more than order 2.
     order = 1 if method.kind == "explicit" and method.order == 1 else 2
     errors = compare(run, outputs, reference, chosen)
     return {name: error / (1 - finer**-order) for name, error in errors.items()}
+
+
+def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
+    """Return a run in float64 with so many times the steps for some samples, and so all events before it."""
+    schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
+    is_adaptive = METHODS[run.plan.method].is_adaptive
+    tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
+    refined = run.alike(in_float64(run.terms, tolerance, run.queue.device), schedule)
+    if run.before is not None:
+        everything = np.arange(run.before.sample.size)
+        refined.resume(integrate_guarded(_refined(run.before, everything, finer), everything))
+    return refined
 
 
 def compare(
@@ -140,3 +153,25 @@ class ErrorEstimate:
             {"estimated_relative_error": (("demand", "error_statistic"), values, attributes)},
             coords={"demand": demands, "error_statistic": list(STATISTICS)},
         )
+
+
+def joined(parts: Sequence[Ensemble]) -> Ensemble:
+    """Return the samples of several blocks of one run as one, to be integrated where the last of them was."""
+    first = parts[0]
+    has_rows = bool(first.drawn) or first.before is not None  # else one structure serves all
+    counts = [len(part.structures) for part in parts] if has_rows else [0] * len(parts)
+    starts = np.cumsum([0, *counts[:-1]], dtype=np.int32)
+    whole = Ensemble(
+        first.terms,
+        np.concatenate([part.structures for part in parts]),
+        {name: np.concatenate([part.drawn[name] for part in parts]) for name in first.drawn},
+        np.concatenate([part.rayleigh for part in parts]) if has_rows else first.rayleigh,
+        Assignment.joined([part.assignment for part in parts]),
+        np.concatenate([part.row + start for part, start in zip(parts, starts, strict=True)]),
+        Schedule.joined([part.schedule for part in parts]),
+        np.concatenate([part.sample for part in parts]),
+        parts[-1].queue,
+        first.before and joined([part.before for part in parts]),
+    )
+    whole.state = {name: np.concatenate([part.state[name] for part in parts]) for name in first.state}
+    return whole

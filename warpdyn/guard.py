@@ -23,10 +23,11 @@ class Findings:
     Args:
         samples: Samples of the run.
         method: Integration method.
+        event: Name of the event of a sequence whose samples they are; it stands before all that is told.
     """
 
-    def __init__(self, samples: int, method: str) -> None:
-        self.samples, self.method = samples, method
+    def __init__(self, samples: int, method: str, event: str = "") -> None:
+        self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
         self.beyond = self.unsure = 0
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
         self.least, self.most = np.inf, 1.0  # step that holds for all [s]; times as many steps as asked for
@@ -55,14 +56,14 @@ class Findings:
         """Raise a ValueError if no step holds for a sample or, with `any_step`, if any step was beyond its limit."""
         if self.never is not None:
             raise ValueError(
-                f"method {self.method!r} amplifies sample {self.never} at any step, since a mode of it is (nearly) "
-                "undamped: choose a method with a stability limit, such as 'rk4', or a damping"
+                f"{self.event}method {self.method!r} amplifies sample {self.never} at any step, since a mode of it is "
+                "(nearly) undamped: choose a method with a stability limit, such as 'rk4', or a damping"
             )
         if any_step and self.beyond:
             raise ValueError(
-                f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the first of them "
-                f"{self.first}. A step of at most {self.least:.4g} s holds for all; on_unstable='substep' divides the "
-                "steps of these samples alone"
+                f"{self.event}the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the "
+                f"first of them {self.first}. A step of at most {self.least:.4g} s holds for all; "
+                "on_unstable='substep' divides the steps of these samples alone"
             )
 
     def warn(self, on_unstable: str, stacklevel: int) -> None:
@@ -92,7 +93,7 @@ class Findings:
                 f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate"
             )
         for text in told:
-            warnings.warn(text, stacklevel=stacklevel + 1)
+            warnings.warn(self.event + text, stacklevel=stacklevel + 1)
 
     def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
         """Take what became of a block's samples whose step was stable."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from warpdyn.checks import one_of
 from warpdyn.method_kinds import ExactMethod, ExplicitMethod, ImplicitMethod, Method
 
@@ -88,24 +90,33 @@ METHODS: dict[str, Method] = {
 }
 
 
-def fitting_methods(law: str) -> tuple[str, ...]:
-    """Return the methods that integrate structures of a storey law.
+def fitting_methods(law: str, damping: str = "none") -> tuple[str, ...]:
+    """Return the methods that integrate structures of a storey law and a damping.
 
     The exact one needs a linear law. Lagged central difference does not fit a law whose memory follows the velocity:
-    the force would lag behind the drift, which feeds the motion until yielding bounds it.
+    the force would lag behind the drift, which feeds the motion until yielding bounds it. Damping in proportion to the
+    tangent stiffness jumps where a storey yields: an implicit step may have no balance then.
     """
     unfit = set() if law == "elastic" else {"exact"}
-    if law in RATE_LAWS:
+    if set(RATE_LAWS) & set(re.split(r"[|+]", law)):
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
+    if damping == "rayleigh_tangent":
+        unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
     return tuple(name for name in METHODS if name not in unfit)
 
 
-def check_fits(method: object, law: str) -> None:
-    """Raise an error that lists the methods there are, or that fit a storey law, if this is none of them."""
+def check_fits(method: object, law: str, damping: str = "none") -> None:
+    """Raise an error that lists the methods there are, or that fit a law and a damping, if this is none of them."""
     one_of("method", method, METHODS)
-    fitting = fitting_methods(law)
-    if method not in fitting:
-        reason = "it needs a linear structure" if METHODS[method].kind == "exact" else "its velocities lag behind"
+    fitting = fitting_methods(law, damping)
+    if method in fitting:
+        return
+    if method in fitting_methods(law):
         raise ValueError(
-            f"method {method!r} does not fit storeys of law {law!r} ({reason}); these fit: {', '.join(fitting)}"
+            f"method {method!r} does not fit damping {damping!r} (a step may have no balance where a storey yields); "
+            f"these fit: {', '.join(fitting)}"
         )
+    reason = "it needs a linear structure" if METHODS[method].kind == "exact" else "its velocities lag behind"
+    raise ValueError(
+        f"method {method!r} does not fit storeys of law {law!r} ({reason}); these fit: {', '.join(fitting)}"
+    )

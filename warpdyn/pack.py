@@ -6,34 +6,28 @@ import numpy as np
 
 from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.kernels.build import fitted
-from warpdyn.kernels.plan import Plan
-from warpdyn.kernels.vibration import circular_frequencies
-from warpdyn.laws import LAWS
-from warpdyn.method_kinds import Method
+from warpdyn.kernels.plan import MASS_DAMPED, Plan
+from warpdyn.laws.devices import damper_values
 from warpdyn.methods import METHODS
 from warpdyn.modal import (
     chain_stiffness_matrix,
     modal_damping_matrix,
-    rayleigh_coefficients,
 )
 from warpdyn.motions import Assignment, ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.p_delta import stiffness_under_gravity, storey_weight_over_height
-from warpdyn.parts import STRUCTURES_AT_A_TIME, in_parts
+from warpdyn.parts import in_parts
 from warpdyn.propagators import damping_of, pack_linear
 from warpdyn.scatter import nominal_values
 from warpdyn.scene import Scene
-from warpdyn.stability import (
-    highest_damping_rate,
-    stable_step,
-    stable_step_of_eigenvalues,
-    stable_step_of_yielding,
-    state_eigenvalues,
+from warpdyn.storey_dampers import (
+    damper_kind,
+    kernel_damping,
+    storey_dashpots,
 )
-from warpdyn.timeline import Schedule, Timeline, Vibration
+from warpdyn.timeline import Schedule, Timeline
 
 Arrays = dict[str, np.ndarray]
 SORTED_BITS = 16  # of the durations that samples are sorted by
-DOUBLES_AT_A_TIME = 2**20  # in the state matrices of the eigenvalue problems, which are larger than any result
 
 
 def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
@@ -53,7 +47,7 @@ def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = 
 
 def spring_of(scene: Scene) -> str:
     """Return the row of the kernels' SPRINGS table that holds for all structures that can be drawn."""
-    return LAWS[scene.structure.law].spring({**scene.structure.parameters, **scene.representative_parameters})
+    return scene.structure.storey_law.spring({**scene.structure.parameters, **scene.representative_parameters})
 
 
 def load_of(scene: Scene) -> str:
@@ -64,24 +58,35 @@ def load_of(scene: Scene) -> str:
     return kinds.get(type(scene.excitation), "base_acceleration")
 
 
-def pack_chain(scene: Scene, parameters: Arrays, spring: str, rayleigh: np.ndarray) -> Arrays:
+def pack_chain(scene: Scene, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:
     """Return the arrays of the chain's kernels, structures last."""
-    mass, stiffness = parameters["mass"], parameters["stiffness"]
+    mass = parameters["mass"]
     structures, storeys = mass.shape
     # Structures are next to each other, as kernels have them and as they were drawn.
-    coefficients = np.stack([values.T for values in LAWS[scene.structure.law].coefficients(parameters, spring)], axis=1)
+    coefficients = np.stack(
+        [values.T for values in scene.structure.storey_law.coefficients(parameters, plan.law)], axis=1
+    )
     packed = {
         "mass": mass.T,
         "inverse_mass": 1 / mass.T,
         "inverse_height": 1 / parameters["height"].T,
         "coefficients": coefficients.reshape(-1, structures),
     }
-    if scene.structure.damping == "storey":
-        packed["storey_damping"] = parameters["damping_coefficient"].T
-    elif scene.structure.damping == "rayleigh":
-        packed["storey_damping"] = (rayleigh[:, 1:] * stiffness).T
+    dashpots = None
+    if plan.damping != "rayleigh_tangent":
+        dashpots = storey_dashpots(scene.structure, parameters, rayleigh[:, 1])
+    if plan.viscous_dampers == "linear":
+        dashpots = parameters["damper_coefficient"] + (0.0 if dashpots is None else dashpots)
+    elif plan.viscous_dampers == "power":
+        values = np.stack([values.T for values in damper_values(parameters)], axis=1)
+        packed["viscous_damper"] = values.reshape(-1, structures)
+    if dashpots is not None:
+        packed["storey_damping"] = dashpots.T
+    if plan.damping in MASS_DAMPED:
         packed["mass_damping"] = rayleigh[:, 0]
-    elif scene.structure.damping == "modal":
+    if plan.damping == "rayleigh_tangent":
+        packed["tangent_damping"] = rayleigh[:, 1]
+    if plan.damping == "modal":
         matrix = chain_stiffness_matrix(stiffness_under_gravity(parameters))
         matrices = modal_damping_matrix(mass, matrix, parameters["damping_ratio"])
         packed["damping_matrix"] = matrices.reshape(structures, storeys * storeys).T
@@ -123,7 +128,7 @@ def pack_structures(
 
     def part(structures: slice) -> Arrays:
         values = {name: array[structures] for name, array in parameters.items()}
-        return pack_chain(scene, values, plan.law, rayleigh[structures])
+        return pack_chain(scene, values, plan, rayleigh[structures])
 
     count = len(rayleigh)
     whole = {name: np.empty((*of_one.shape[:-1], count), plan.dtype) for name, of_one in part(slice(1)).items()}
@@ -143,11 +148,12 @@ def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
         family=family,
         dofs=dofs,
         law=spring_of(scene),
-        damping=damping_of(scene) if METHODS[method].kind == "exact" else scene.structure.damping,
+        damping=damping_of(scene) if METHODS[method].kind == "exact" else kernel_damping(scene.structure),
         load=load_of(scene),
         recorders=scene.record,
         method=method,
         dtype=dtype,
+        viscous_dampers=damper_kind(scene),
         p_delta="gravity_load" in scene.structure.parameters and METHODS[method].kind != "exact",
     )
     return fitted(plan, is_gpu)
@@ -227,69 +233,3 @@ def pack_load(scene: Scene, timeline: Timeline) -> Arrays:
         lengths = [len(motion.values) for motion in motions]
         packed["first"] = np.concatenate([[0], np.cumsum(lengths)[:-1]])
     return packed
-
-
-def vibration_of(scene: Scene, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
-    """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
-    count = len(next(iter(drawn.values()))) if drawn else 1
-    at_a_time = STRUCTURES_AT_A_TIME
-    if scene.structure.family == "dense" or damping_of(scene) == "general":
-        at_a_time = max(1, DOUBLES_AT_A_TIME // threads // (2 * scene.structure.dofs) ** 2)
-
-    def part(structures: slice) -> tuple[np.ndarray, ...]:
-        return _vibration(scene, parameters_of(scene, drawn, structures), method)
-
-    found = in_parts(part, count, threads, at_a_time)
-    return Vibration(*(np.concatenate(values) for values in zip(*found, strict=True)))
-
-
-def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
-    """Return period [s], slowest decay [1/s], longest stable step [s] and Rayleigh damping of some structures."""
-    damping = scene.structure.damping
-    mass, stiffness = parameters["mass"], parameters["stiffness"]
-    if scene.structure.family == "dense":
-        nominal = scene.structure.parameters
-        mass_matrix, damping_matrix, stiffness_matrix = (
-            parameters[name][:, None, None] * nominal[name] for name in ("mass", "damping", "stiffness")
-        )
-        eigenvalues = state_eigenvalues(mass_matrix, damping_matrix, stiffness_matrix)
-        modes = scene.structure.modal()["circular_frequency"].values
-        lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[[0, -1]])
-        rate = highest_damping_rate(mass_matrix, damping_matrix)
-        stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
-        return 2 * np.pi / lowest, _slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
-    effective = stiffness_under_gravity(parameters)
-    frequency = circular_frequencies(mass, effective).T  # [mode, structure]
-    period, rayleigh = 2 * np.pi / frequency[0], np.zeros((2, len(mass)))
-    if damping == "rayleigh":
-        first, second = (frequency[mode - 1] for mode in scene.structure.damping_modes)
-        rayleigh[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
-    if damping_of(scene) == "general":
-        dampers = chain_stiffness_matrix(parameters.get("damping_coefficient", rayleigh[1][:, None] * stiffness))
-        dampers += rayleigh[0][:, None, None] * mass[:, :, None] * np.eye(mass.shape[1])
-        eigenvalues = state_eigenvalues(mass, dampers, chain_stiffness_matrix(effective))
-        rate, decay = highest_damping_rate(mass, dampers), _slowest_decay(eigenvalues)
-        stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
-    else:
-        # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
-        ratios = np.zeros_like(frequency)
-        if damping == "modal":
-            ratios += parameters["damping_ratio"]
-        elif damping == "rayleigh":
-            ratios += (rayleigh[0] / frequency + rayleigh[1] * frequency) / 2
-        stable = stable_step(method, frequency, ratios).min(axis=0)
-        rates = ratios * frequency
-        rate = 2 * rates.max(axis=0)
-        # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
-        over = ratios > 1
-        rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
-        decay = rates.min(axis=0)
-    if scene.structure.law != "elastic":
-        stiffest = stiffness_under_gravity(parameters, LAWS[scene.structure.law].stiffest(parameters))
-        highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
-        stable = stable_step_of_yielding(method, highest, rate, stable)
-    return period, decay, stable, rayleigh.T
-
-
-def _slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:
-    return np.maximum(-eigenvalues.real.max(axis=1), 0.0)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import collections.abc
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from warpdyn.philox import Purpose
 from warpdyn.prepare import Drawn, prepare
 from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
+from warpdyn.sequences import Sequence
 from warpdyn.timeline import Vibration
 
 # The methods that the accuracy study found cheapest for some scene and error, or within its timings' scatter of them,
@@ -78,7 +79,7 @@ def plan(
     method: str | None = None,
     dtype: str | None = None,
     seed: int = 0,
-    device: str | Sequence[str] | None = None,
+    device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
 ) -> Choice:
     """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
@@ -105,13 +106,18 @@ def plan(
         raise TypeError(f"plan() takes a Scene, got {type(scene).__name__}")
     if not LEAST_ERROR <= real_number("error", error, above=0) < 1:
         raise ValueError(f"error must be a relative error from {LEAST_ERROR:g} to below 1, got {error}")
+    if isinstance(scene.excitation, Sequence):
+        raise ValueError(
+            "error chooses the step by a pilot of one event, and the scene has a Sequence: plan() its first event by "
+            "itself, give simulate() the step, and estimate the errors of all events with check="
+        )
     samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
     if method is not None:
-        check_fits(method, scene.structure.law)
+        check_fits(method, scene.structure.law, scene.structure.damping)
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
     pilot = _Pilot(scene, error, seed, checked_devices(device)[0], threads)
-    fitting = fitting_methods(scene.structure.law)
+    fitting = fitting_methods(scene.structure.law, scene.structure.damping)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
     for name in methods:

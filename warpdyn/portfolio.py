@@ -10,7 +10,6 @@ from types import MappingProxyType
 import numpy as np
 
 from warpdyn.checks import whole_number
-from warpdyn.laws import LAWS
 from warpdyn.sample import Sampler
 from warpdyn.scatter import Listed, Scatter, check_scatter
 from warpdyn.structures import ShearBuilding
@@ -99,7 +98,7 @@ class Portfolio:
                 values |= sampler.draw(np.arange(first, first + count))
             nominal = building.parameters.items()
             values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
-            problem = LAWS[building.law].problem(values)
+            problem = building.storey_law.problem(values)
             if problem:
                 raise ValueError(f"drawn: {problem}")
         return values

@@ -16,6 +16,7 @@ from warpdyn.portfolio import Portfolio, named
 from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
 from warpdyn.timeline import default_step
+from warpdyn.vibration import vibration_of
 
 # Default steps are 10 ms divided by a power of 2: those of most records divide by them, so that rounding down costs
 # little, and buildings of like periods share a launch.
@@ -94,11 +95,18 @@ def groups_of(
     for place, (name, scene) in enumerate(scenes.items()):
         building = scene.structure
         with named(name):
-            check_fits(method, building.law)
+            check_fits(method, building.law, building.damping)
         drawn.append(portfolio.parameters(name, seed))  # before the step: what is wrong is said of what is drawn
         longest = None if is_stepped else _rounded_step(scene, method)
         # Everything that decides on the kernel but what is common to all.
-        kernel = building.storeys, building.law, pack.spring_of(scene), building.damping, building.damping_modes
+        kernel = (
+            building.storeys,
+            building.storey_laws,
+            building.devices,
+            tuple(building.parameters),
+            pack.spring_of(scene),
+        )
+        kernel = *kernel, building.damping, building.damping_modes, building.damped_storeys
         members.setdefault((*kernel, longest), []).append(place)
     groups = []
     for (*_, longest), places in members.items():
@@ -121,5 +129,5 @@ def _of(design: Stripes | Cloud | Individual, buildings: np.ndarray) -> Stripes 
 def _rounded_step(scene: Scene, method: str) -> float:
     """Return the step that an archetype would take by itself, rounded down."""
     central = {name: values[None] for name, values in scene.central_parameters.items()}
-    step = default_step(pack.vibration_of(scene, central, METHODS[method]))
+    step = default_step(vibration_of(scene, central, METHODS[method]))
     return ROUND_STEP / 2.0 ** max(0, int(np.ceil(np.log2(ROUND_STEP / step) - 1e-9)))

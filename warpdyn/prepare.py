@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import collections.abc
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,7 +17,9 @@ from warpdyn.kernels.devices import Queue, checked_devices, open_queues
 from warpdyn.methods import METHODS, check_fits
 from warpdyn.sample import Sampler
 from warpdyn.scene import Scene
+from warpdyn.sequences import Sequence
 from warpdyn.timeline import Vibration, build_schedule, build_timeline
+from warpdyn.vibration import vibration_of
 
 # Parameters drawn, and the vibration of each structure at a method's limit.
 Drawn = tuple[dict[str, np.ndarray], Vibration]
@@ -51,7 +54,7 @@ class Run:
     def draw(self, structures: np.ndarray) -> Drawn:
         """Return the parameters and the vibration of some structures, given by their indices, increasing."""
         drawn = self.sampler.draw(structures, self.terms.threads)
-        return drawn, pack.vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method], self.terms.threads)
+        return drawn, vibration_of(self.terms.scene, drawn, METHODS[self.terms.plan.method], self.terms.threads)
 
     def ensemble(self, structures: np.ndarray, queue: Queue, known: Drawn | None = None) -> tuple[Ensemble, Vibration]:
         """Return some structures with all their samples, and their vibration.
@@ -73,6 +76,43 @@ class Run:
         rayleigh = vibration.rayleigh
         return Ensemble(self.terms, structures, drawn, rayleigh, assignment, row, schedule, sample, queue), vibration
 
+    def events(self, structures: np.ndarray, queue: Queue) -> list[tuple[Ensemble, Vibration]]:
+        """Return what `ensemble` does of each event of a sequence in turn; of other excitations there is one.
+
+        From the second event on, each sample of the one before it is a structure.
+        """
+        scene, timeline = self.terms.scene, self.terms.timeline
+        if not isinstance(scene.excitation, Sequence):
+            return [self.ensemble(structures, queue)]
+        (drawn, vibration), found = self.draw(structures), []
+        building, block, each = np.asarray(structures), None, 1
+        for event, samples in enumerate(scene.excitation.samples_by_event):
+            assignment = scene.excitation.assign(event, building, self.seed)
+            row = np.repeat(np.arange(building.size, dtype=np.int32), samples // each)
+            if block is None and not drawn:  # one structure serves all
+                row[:] = 0
+            comes_to_rest = event + 1 < len(scene.excitation.events)
+            schedule = build_schedule(scene, timeline, vibration, assignment, row, comes_to_rest)
+            sample = np.add.outer(structures * samples, np.arange(samples)).astype(np.int32).ravel()
+            place = structures if block is None else block.sample
+            terms, held = self._terms_by_event[min(event, 1)], (drawn, vibration.rayleigh, assignment, row, schedule)
+            block = Ensemble(terms, place, *held, sample, queue, block)
+            found.append((block, vibration))
+            drawn, vibration = {name: values[row] for name, values in drawn.items()}, vibration.take(row)
+            building, each = assignment.structure, samples
+        return found
+
+    @cached_property
+    def _terms_by_event(self) -> tuple[Terms, Terms]:
+        """Terms of the first event of a sequence, and of any other."""
+        return self.terms.of_event(resumes=False), self.terms.of_event(resumes=True)
+
+    @property
+    def samples_by_event(self) -> tuple[int, ...]:
+        """How many samples each event has, the last one's being those of the run."""
+        by_event = getattr(self.terms.scene.excitation, "samples_by_event", None)
+        return (self.samples,) if by_event is None else tuple(self.structures * samples for samples in by_event)
+
 
 def lay_out(
     scene: Scene,
@@ -81,7 +121,7 @@ def lay_out(
     method: str,
     dtype: str,
     seed: int = 0,
-    device: str | Sequence[str] | None = None,
+    device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
     step: float | None = None,
     longest_step: float | None = None,
@@ -91,7 +131,7 @@ def lay_out(
     """Check a run's arguments (of `simulate`) and lay out its time grid; nothing is drawn yet."""
     if not isinstance(scene, Scene):
         raise TypeError(f"a run takes a Scene, got {type(scene).__name__}")
-    check_fits(method, scene.structure.law)
+    check_fits(method, scene.structure.law, scene.structure.damping)
     row = METHODS[method]
     one_of("dtype", dtype, ("float32", "float64"))
     samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
@@ -109,10 +149,15 @@ def lay_out(
     if samples * scene.excitation.samples_a_structure > MOST_SAMPLES:
         raise ValueError(f"{samples} structures have more than {MOST_SAMPLES} samples: divide them into several runs")
     sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, samples, seed)
-    if isinstance(scene.excitation, Individual):
+    if isinstance(scene.excitation, Sequence) and row.kind == "exact":
+        raise ValueError(
+            "method 'exact' is for linear structures, which come out of an earthquake as they went into it: choose "
+            "another method for a Sequence, or run its events by themselves"
+        )
+    if isinstance(scene.excitation, Individual | Sequence):
         scene.excitation.check_structures(samples)
     sampler.draw(np.arange(1))  # the first error of a scatter out of bounds is of what it draws, not of its middle
-    central = pack.vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
+    central = vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
     timeline = build_timeline(scene, central, step, longest_step, resample)
     plan = pack.plan_of(scene, method, dtype, devices[0] != "cpu")
     return Run(Terms(scene, timeline, plan, tolerance, seed, threads), sampler, samples, seed, devices)

@@ -14,11 +14,12 @@ from scipy.linalg import eigh
 
 from warpdyn.kernels.plan import Plan
 from warpdyn.methods import METHODS, ImplicitMethod, Method
-from warpdyn.modal import chain_stiffness_matrix, rayleigh_coefficients
+from warpdyn.modal import chain_stiffness_matrix
 from warpdyn.motions import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.oscillators import HIGHEST_POWER, halvings_of, oscillator_increments
 from warpdyn.p_delta import stiffness_under_gravity
 from warpdyn.scene import Scene
+from warpdyn.storey_dampers import OF_MASS_AND_STIFFNESS, couples_modes, rayleigh_of, storey_dashpots
 
 Arrays = dict[str, np.ndarray]
 DIAGONAL_TOLERANCE = 1e-12  # what rounding leaves beside a diagonal, over its largest entry
@@ -52,9 +53,7 @@ def damping_of(scene: Scene) -> str:
     Modes of the same frequency that the damping couples count as general; the same propagator, with more to multiply.
     """
     if scene.structure.family == "chain":
-        # Rayleigh's part of the stiffness is that of the springs alone: what gravity takes off is not in it.
-        couples = scene.structure.damping == "rayleigh" and "gravity_load" in scene.structure.parameters
-        return "general" if scene.structure.damping == "storey" or couples else "classical"
+        return "general" if couples_modes(scene.structure) else "classical"
     matrices = scene.structure.parameters
     shape = eigh(matrices["stiffness"], matrices["mass"])[1]
     damping = np.abs(shape.T @ matrices["damping"] @ shape)
@@ -154,16 +153,14 @@ def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
     drift = np.diff(shape, axis=1, prepend=0.0)
     # From strain energies, a sum of positive terms, lower frequencies keep digits that the matrix has lost.
     squared = (stiffness[:, None, :] @ drift**2)[:, 0]
-    if structure.damping == "storey":
-        damping = drift.transpose(0, 2, 1) @ (parameters["damping_coefficient"][:, :, None] * drift)
-    elif structure.damping == "rayleigh":
-        omega = np.sqrt(squared[:, [mode - 1 for mode in structure.damping_modes]])
-        of_mass, of_stiffness = rayleigh_coefficients(*omega.T, parameters["damping_ratio"])
+    if couples_modes(structure):
+        of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
+        dashpots = storey_dashpots(structure, parameters, of_stiffness)
+        damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
+        damping += of_mass[:, None, None] * np.eye(structure.dofs)
+    elif structure.damping in OF_MASS_AND_STIFFNESS:
+        of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
         damping = of_mass[:, None] + of_stiffness[:, None] * squared
-        if damping_of(scene) == "general":
-            dampers = of_stiffness[:, None] * parameters["stiffness"]
-            damping = drift.transpose(0, 2, 1) @ (dampers[:, :, None] * drift)
-            damping += of_mass[:, None, None] * np.eye(structure.dofs)
     elif structure.damping == "modal":
         damping = 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
     else:

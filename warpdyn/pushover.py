@@ -8,11 +8,10 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.checks import finite_numbers
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.storey_path import storey_path_kernel
 from warpdyn.kernels.storey_step import storey_step_kernel
 from warpdyn.lateral_loads import floor_loads, storey_shears
-from warpdyn.laws import LAWS
 from warpdyn.structures import ShearBuilding
 
 TOLERANCE = 1e-9  # of storey forces off balance, over the base shear
@@ -25,7 +24,7 @@ LEAST_STIFFNESS = 1e-6  # over the initial one, of what a correction takes for a
 def _spring(building: ShearBuilding) -> tuple[str, np.ndarray]:
     """Return the building's row of SPRINGS and its coefficients [coefficient, storey]."""
     parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
-    law = LAWS[building.law]
+    law = building.storey_law
     spring = law.spring(parameters)
     coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters, spring)))
     return spring, np.ascontiguousarray(coefficients, np.float64)
@@ -116,7 +115,7 @@ class _PushedChain:
         self.elastic_drift = shears / self.stiffness
         self.roof_stiffness = 1 / self.elastic_drift.sum()
         self.elastic_drift *= self.roof_stiffness
-        memory = (max(1, SPRINGS[row].memory), storeys)
+        memory = (max(1, spring_row(row).memory), storeys)
         # The kernel and numpy share these.
         self.drift, self.trial = np.zeros(storeys), np.zeros(storeys)
         self.memory, self.trial_memory = np.zeros(memory), np.full(memory, np.nan)

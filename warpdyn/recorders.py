@@ -94,6 +94,9 @@ ADAPTIVE = {
     "rejected_steps": Variable((), "1", "integration steps tried and found too long"),
 }
 
+# The recorder that hands the state on from one event of a sequence to the next; it is not in the dataset.
+STATE = "state"
+
 # What a whole history holds, named as the kernels' History struct names it.
 HISTORY = {
     "displacement": Variable(("dof",), "m", "displacement relative to the base"),
@@ -105,5 +108,7 @@ HISTORY = {
 
 def recorded(family: str, recorders: tuple[str, ...], is_adaptive: bool) -> dict[str, Variable]:
     """Return what some recorders keep of each sample, by name, and what an adaptive method adds to it."""
-    variables = {name: variable for row in recorders for name, variable in RECORDERS[family][row].items()}
+    variables = {
+        name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
+    }
     return variables | (ADAPTIVE if is_adaptive else {})

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import collections.abc
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -11,9 +11,10 @@ import xarray as xr
 from warpdyn.ensemble import Each, Ensemble, Terms
 from warpdyn.kernels.arguments import output_dtype
 from warpdyn.methods import METHODS
-from warpdyn.motions import IN_G, motion_names
+from warpdyn.motions import IN_G, Assignment, motion_names
 from warpdyn.recorders import HISTORY, STATUS_MEANINGS, STRIPED, recorded
 from warpdyn.scene import Scene
+from warpdyn.sequences import Sequence
 from warpdyn.store import trace
 from warpdyn.timeline import motions_of
 
@@ -25,7 +26,7 @@ class Column:
     """A variable of a run's dataset that has one value (or one row of values) a sample.
 
     Args:
-        dims: Its dimension beside `sample`, if it has one: ("storey",), ("floor",), ("dof",) or ().
+        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), each after "event" in a Sequence.
         dtype: Number type.
         attributes: What the dataset says of it.
         is_coordinate: Whether it is a coordinate.
@@ -72,17 +73,37 @@ def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
         coordinates["record"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
         scale = {"long_name": "factor on the recorded motion", "units": "1"}
         coordinates["scale_factor_of_motion"] = (double, scale)
-    level = scene.excitation.assign([], 0)
-    if level.im_level is not None:
-        striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
-        name = f"{level.measure} of the scaled motion"
-        attributes = {"long_name": name, "units": level.units, "design": striped}
-        if level.units == "g":
-            attributes["comment"] = IN_G
+    if isinstance(scene.excitation, Sequence):
+        attributes = {"long_name": "intensity measure of the scaled motion", "design": "of a sequence: see of_event"}
         coordinates["im_level"] = (double, attributes)
+    else:
+        level = scene.excitation.assign([], 0)
+        if level.im_level is not None:
+            coordinates["im_level"] = (double, _of_level(level))
     for name, (dtype, attributes) in coordinates.items():
         columns[name] = Column((), dtype, attributes, is_coordinate=True)
-    return columns
+    return _by_event(scene, columns) if isinstance(scene.excitation, Sequence) else columns
+
+
+def _of_level(level: Assignment) -> dict[str, str]:
+    """Return what is said of the intensity measure of a design's samples."""
+    striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
+    attributes = {"long_name": f"{level.measure} of the scaled motion", "units": level.units, "design": striped}
+    return attributes | ({"comment": IN_G} if level.units == "g" else {})
+
+
+def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
+    """Return the columns of a sequence: what is not of the structure or the sample alone lies along `event`, too."""
+    fixed = {"sample", "structure", *scene.scatter}
+    return {
+        name: column if name in fixed else replace(column, dims=("event", *column.dims))
+        for name, column in columns.items()
+    }
+
+
+def lengths(terms: Terms, column: Column) -> tuple[int, ...]:
+    """Return how long each of a column's dimensions beside `sample` is."""
+    return tuple(len(terms.scene.excitation.events) if dim == "event" else terms.plan.dofs for dim in column.dims)
 
 
 def fill_inputs(run: Ensemble, rows: Arrays, each: Each = map) -> None:
@@ -167,6 +188,13 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
     if scene.structure.family == "dense":
         return {"dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})}
     coordinates = {"storey": ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})}
+    if isinstance(scene.excitation, Sequence):
+        names = np.array(list(scene.excitation.events))
+        coordinates["event"] = ("event", names, {"long_name": "event of the sequence", "units": "1"})
+        levels = [_of_level(scene.excitation.assign(event, [], 0)) for event in range(names.size)]
+        for key in ("long_name", "units", "design"):
+            text = {"long_name": f"{key} of im_level in each event", "units": "1"}
+            coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
     if "acceleration" in scene.record:
         coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
     return coordinates
@@ -184,7 +212,9 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
     }
 
 
-def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:
+def history_variables(
+    samples: collections.abc.Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]
+) -> xr.Dataset:
     """Return whole histories along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
 
     Args:
@@ -215,6 +245,9 @@ def summary(run: xr.Dataset) -> str:
     Args:
         run: What `simulate` returned.
     """
+    if "event" in run.dims:
+        names = run["event"].values.tolist()
+        return "\n".join(f"{name}\n{summary(of_event(run, name))}" for name in names)
     status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
     told = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
     steps = run["integration_step"].values
@@ -231,3 +264,28 @@ def summary(run: xr.Dataset) -> str:
             row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
             lines.append(f"{demand:<26}{row}")
     return "\n".join(lines)
+
+
+def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
+    """Return one event of a run of a Sequence as an ordinary run, its samples being those of the whole sequence.
+
+    Args:
+        run: What `simulate` returned.
+        name: The event.
+
+    Raises:
+        ValueError: If the run is not of a Sequence, or has no such event.
+    """
+    if "event" not in run.dims or "im_level_design" not in run.coords:
+        raise ValueError("the dataset has no events: it is not what simulate() returned of a Sequence")
+    names = run["event"].values.tolist()
+    if name not in names:
+        raise ValueError(f"no event {name!r} in the run; it has {', '.join(names)}")
+    event = run.isel(event=names.index(name))
+    keys = ("long_name", "units", "design")
+    attributes = {key: str(event[f"im_level_{key}"].values) for key in keys}
+    if attributes["units"] == "g":
+        attributes["comment"] = IN_G
+    event = event.drop_vars(["event", *(f"im_level_{key}" for key in keys)])
+    event["im_level"].attrs = attributes
+    return event

@@ -11,7 +11,6 @@ from scipy.stats import qmc
 from warpdyn.kernels.arguments import lane_rows
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.kernels.parameters import correlate_normals, fill_uniforms
-from warpdyn.laws import LAWS
 from warpdyn.p_delta import buckling_problem
 from warpdyn.parts import in_parts
 from warpdyn.philox import Purpose
@@ -101,7 +100,7 @@ class Sampler:
             if problem:
                 raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
         values = {**self.structure.parameters, **drawn}
-        problem = LAWS[self.structure.law].problem(values) or buckling_problem(values)
+        problem = self.structure.storey_law.problem(values) or buckling_problem(values)
         if problem:
             counted = f", counted from structure {structures[0]}" if structures[0] else ""
             raise ValueError(f"drawn{counted}: {problem}")

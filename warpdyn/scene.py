@@ -16,9 +16,10 @@ from warpdyn.filtered_noise import FilteredNoise
 from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.recorders import RECORDERS
 from warpdyn.scatter import SAMPLING, Scatter, central, check_scatter, representative
+from warpdyn.sequences import Sequence
 from warpdyn.structures import LinearSystem, ShearBuilding
 
-Excitation = Stripes | Cloud | Individual | FilteredNoise | HarmonicForce | ForceHistory | FreeVibration
+Excitation = Stripes | Cloud | Individual | Sequence | FilteredNoise | HarmonicForce | ForceHistory | FreeVibration
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +28,8 @@ class Scene:
 
     Args:
         structure: A ShearBuilding or a LinearSystem.
-        excitation: Stripes, Cloud or Individual ground motions; FilteredNoise; HarmonicForce, ForceHistory or
-            FreeVibration; or one GroundMotion.
+        excitation: Stripes, Cloud or Individual ground motions, or a Sequence of them; FilteredNoise;
+            HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
         scatter: What is random: parameter name -> Factor, Value, or a number that replaces the nominal value.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
         sampling: "monte_carlo", "latin_hypercube" or "sobol".
@@ -36,7 +37,8 @@ class Scene:
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
         collapse_drift_ratio: Storey drift ratio beyond which a sample counts as collapsed; None for none.
-        tail: Free vibration after a motion's end [s]; None for long enough to read each structure's residual drift.
+        tail: Free vibration after a motion's end [s], each event's of a Sequence; None for long enough to read each
+            structure's residual drift.
         title: What the dataset is called.
 
     Raises:
@@ -60,8 +62,12 @@ class Scene:
             object.__setattr__(self, "excitation", Cloud((self.excitation,)))
         if not isinstance(self.excitation, Excitation):
             raise TypeError(
-                "excitation must be Stripes, Cloud, Individual, GroundMotion, FilteredNoise, HarmonicForce, "
+                "excitation must be Stripes, Cloud, Individual, Sequence, GroundMotion, FilteredNoise, HarmonicForce, "
                 f"ForceHistory or FreeVibration, got {type(self.excitation).__name__}"
+            )
+        if isinstance(self.excitation, Sequence) and not isinstance(self.structure, ShearBuilding):
+            raise TypeError(
+                "a Sequence needs a ShearBuilding: a LinearSystem comes out of an earthquake as it went into it"
             )
         self._check_width()
         one_of("sampling", self.sampling, SAMPLING)
@@ -94,7 +100,8 @@ class Scene:
                 if size != dofs and (size != 1 or kind is HarmonicForce):
                     raise ValueError(f"{kind.__name__}.{name} has {size} values for {dofs} degrees of freedom")
         displaced = isinstance(self.excitation, FreeVibration) and np.any(self.excitation.displacement)
-        if displaced and self.structure.law != "elastic":
+        forgets = {*self.structure.storey_laws, *self.structure.devices} <= {"elastic", "viscous_damper"}
+        if displaced and not forgets:
             raise ValueError(
                 f"FreeVibration.displacement needs an elastic structure: the force of a {self.structure.law!r} "
                 "storey at a displacement depends on how it came there; start from a velocity"
@@ -132,9 +139,12 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if isinstance(value, ShearBuilding | LinearSystem):
         kept = {"law": value.law, "damping": value.damping}
-        if value.family == "chain" and value.damping_modes:
-            kept["damping_modes"] = list(value.damping_modes)
-        elif value.family == "dense":
+        if value.family == "chain":
+            of_storeys = {"damping_modes": value.damping_modes, "damped_storeys": value.damped_storeys}
+            kept |= {name: list(storeys) for name, storeys in of_storeys.items() if storeys}
+            if len(value.storey_laws) > 1:
+                kept["storey_laws"] = list(value.storey_laws)
+        else:
             kept["influence"] = value.influence.tolist()
         return {"type": type(value).__name__, **kept, **_plain(value.parameters)}
     if hasattr(value, "__dataclass_fields__"):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import collections.abc
 import os
 import time
-from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -23,6 +23,8 @@ from warpdyn.plan import plan
 from warpdyn.prepare import lay_out
 from warpdyn.results import columns_of
 from warpdyn.scene import Scene
+from warpdyn.sequence_course import SequenceCourse
+from warpdyn.sequences import Sequence
 from warpdyn.store import GrowingFile
 from warpdyn.timeline import warn_of_short_tail
 
@@ -40,7 +42,7 @@ def simulate(
     error: float | None = None,
     check: float | None = None,
     on_unstable: str = "substep",
-    device: str | Sequence[str] | None = None,
+    device: str | collections.abc.Sequence[str] | None = None,
     seed: int = 0,
     histories: Histories | None = None,
     keep_inputs: bool = True,
@@ -73,7 +75,7 @@ def simulate(
         device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
             samples; None for the first GPU, or the CPU where there is none.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
-        histories: Samples whose whole histories are kept; None for none.
+        histories: Samples whose whole histories are kept; None for none. Of a Sequence there are none.
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
         threads: CPU threads; None for every core this process may use.
         memory: Bytes that the blocks under way may take, on the host and on each device; None for a share of what is
@@ -84,7 +86,8 @@ def simulate(
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,
-        unstable_step, not_converged). Demands of the last three are NaN.
+        unstable_step, not_converged). Demands of the last three are NaN. Of a Sequence all but the inputs drawn lies
+        along `event`, too (see `of_event`); what is not ok in an event has no demands in those after it.
 
     Raises:
         ValueError: If an argument is out of its range or a name is unknown; nothing has been run then. If a value is
@@ -92,6 +95,9 @@ def simulate(
         OSError: If the file cannot be written.
     """
     started = time.perf_counter()
+    is_sequence = isinstance(scene, Scene) and isinstance(scene.excitation, Sequence)
+    if histories is not None and is_sequence:
+        raise ValueError("histories of a Sequence are not kept: leave them out, or run its first event by itself")
     one_of("on_unstable", on_unstable, ON_UNSTABLE)
     if check is not None and not 0 < real_number("check", check) <= 1:
         raise ValueError(f"check must be a share of the samples, above 0 and at most 1, got {check}")
@@ -127,29 +133,42 @@ def simulate(
     columns = columns_of(run.terms, keep_inputs)
     blocks = divide(run, columns, memory)
     queues = open_queues(run.devices, run.terms.threads)
-    findings = Findings(run.samples, method)
+    events = list(scene.excitation.events) if is_sequence else [""]
+    findings = [Findings(count, method, name) for count, name in zip(run.samples_by_event, events, strict=True)]
     if on_unstable == "raise":
         for structures in blocks:
-            findings.add_limits(*run.ensemble(structures, queues[0]))
-        findings.refuse(any_step=True)
+            for found, part in zip(findings, run.events(structures, queues[0]), strict=True):
+                found.add_limits(*part)
+        for found in findings:
+            found.refuse(any_step=True)
     kept = None if histories is None else KeptHistories(histories, run, queues[0], on_unstable)
-    estimate = None
+    estimates = []
     if check is not None:
-        estimate = ErrorEstimate(run.samples, check, run.seed, len(blocks[0]) * run.samples // run.structures)
+        together = [len(blocks[0]) * count // run.structures for count in run.samples_by_event]
+        estimates = [
+            ErrorEstimate(count, check, run.seed, part)
+            for count, part in zip(run.samples_by_event, together, strict=True)
+        ]
     if path is None:
         table = InMemory(run.terms, columns, run.samples)
     else:
         table = InFile(run.terms, columns, GrowingFile(path, run.samples))
     with table, tqdm(total=run.samples, unit="history", unit_scale=True, disable=None) as progress:
-        course = Course(run, on_unstable, findings, table, kept, estimate, progress.update)
+        if is_sequence:
+            course = SequenceCourse(run, on_unstable, findings, table, estimates, progress.update)
+        else:
+            estimate = estimates[0] if estimates else None
+            course = Course(run, on_unstable, findings[0], table, kept, estimate, progress.update)
         course.seconds_sampling += time.perf_counter() - started
         course.go(blocks, queues)
         progress.close()
-        findings.warn(on_unstable, stacklevel=2)
+        for found in findings:
+            found.warn(on_unstable, stacklevel=2)
         warn_of_short_tail(scene, course.longest_period, stacklevel=2)
         rest = xr.Dataset() if kept is None else kept.result()
-        if estimate is not None:
-            rest = rest.merge(estimate.result(scene.structure.family, scene.record))
+        found = [estimate.result(scene.structure.family, scene.record) for estimate in estimates]
+        if found:
+            rest = rest.merge(found[0] if len(found) == 1 else xr.concat(found, "event", combine_attrs="override"))
         steps = np.unique(run.terms.timeline.interval / run.terms.timeline.substeps)
         rest.attrs = {
             "seed": seed,

@@ -10,13 +10,17 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.calibration import CalibratedChain
-from warpdyn.checks import finite_numbers, one_of, real_numbers, whole_number
-from warpdyn.laws import LAWS, Parameter
+from warpdyn.checks import one_of, real_numbers, whole_number
+from warpdyn.laws import DEVICES, LAWS, Parameter
+from warpdyn.laws.of_storeys import law_of_storeys, name_of, storeys_of
+from warpdyn.linear_system import LinearSystem
 from warpdyn.modal import chain_stiffness_matrix, modal_properties
 from warpdyn.p_delta import buckling_problem, stiffness_under_gravity
+from warpdyn.protection import ProtectedChain
+
+__all__ = ["LinearSystem", "ShearBuilding"]
 
 MAXIMUM_STOREYS = 60
-MAXIMUM_DOFS = 32
 
 DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_open=True)
 # Each kind of damping with the parameters it takes: one value a storey, or one for the building.
@@ -24,13 +28,16 @@ DAMPING = {
     "none": {},
     "storey": {"damping_coefficient": Parameter("N s m-1", "viscous damping coefficient of the storey", low=0.0)},
     "rayleigh": {"damping_ratio": DAMPING_RATIO},
+    "rayleigh_tangent": {"damping_ratio": DAMPING_RATIO},
+    "mass_proportional": {"damping_ratio": DAMPING_RATIO},
+    "stiffness_proportional": {"damping_ratio": DAMPING_RATIO},
     "modal": {"damping_ratio": DAMPING_RATIO},
 }
 GRAVITY_LOAD = Parameter("N", "vertical load of the floor that leans with the building", low=0.0)
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
-class ShearBuilding(CalibratedChain):
+class ShearBuilding(CalibratedChain, ProtectedChain):
     """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
 
     `from_hazus`, `from_capacity` and `from_periods` make one from what is known of the building as a whole.
@@ -39,19 +46,32 @@ class ShearBuilding(CalibratedChain):
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
-        law: Storey law, a row of `warpdyn.laws.LAWS`: "elastic", "bilinear" (kinematic hardening),
-            "elastic_perfectly_plastic", "trilinear", "quadrilinear", "menegotto_pinto" (Steel02), "bouc_wen",
-            "baber_noori" (Bouc-Wen that degrades and pinches), "peak_oriented" (Clough), "takeda", "hysteretic"
-            (trilinear, pinching, damaged), "pinching4" (four points, pinching, damaged), or with a capping point and
-            cyclic deterioration "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or "..._pinching". Each law's
-            parameters are in its file of `warpdyn.laws`, beside OpenSees' names of them.
+        law: Storey law, one for all storeys or one a storey, each a row of `warpdyn.laws.LAWS`: "elastic", "bilinear"
+            (kinematic hardening), "elastic_perfectly_plastic", "trilinear", "quadrilinear", "menegotto_pinto"
+            (Steel02), "bouc_wen", "baber_noori" (Bouc-Wen that degrades and pinches), "peak_oriented" (Clough),
+            "takeda", "hysteretic" (trilinear, pinching, damaged), "pinching4" (four points, pinching, damaged), or with
+            a capping point and cyclic deterioration "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or
+            "..._pinching"; of isolators "lead_rubber_bearing" or "friction_pendulum". Each law's parameters are in its
+            file of `warpdyn.laws`, beside OpenSees' names of them.
+        devices: What stands beside the storeys' springs: "friction_damper", "viscous_damper", "gap" (a stop on either
+            side of the storey's drift) or "one_sided_gap" (one ahead).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
-            mass and initial stiffness, without P-Delta); or "modal" (`damping_ratio` in every mode).
+            mass and initial stiffness, without P-Delta); "rayleigh_tangent" (the same of mass and tangent stiffness,
+            OpenSees' betaK: it fades as storeys yield); "mass_proportional" or "stiffness_proportional" (initial
+            stiffness; `damping_ratio` in the first mode); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
+        damped_storeys: First and last storey that Rayleigh damping is of, where the others are isolators or a tuned
+            mass damper: it is then in proportion to their stiffness alone, with its ratio in the first mode that they
+            would have on a fixed base. A part in proportion to mass would damp what isolators let through (Ryan and
+            Polanco 2008, Journal of Structural Engineering 134).
         gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, that leans with the
             building (P-Delta); None for no P-Delta.
         **parameters: What the law and the damping take, one value or one a storey: `yield_force` [N],
-            `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`.
+            `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`. Where laws
+            differ, a value counts in storeys whose law takes it. Devices: `slip_force` [N], `brace_stiffness` [N/m];
+            `damper_coefficient` [N (s/m)^a], `velocity_exponent` a, at most 1, `linear_velocity` [m/s], below which
+            the force is linear; `clearance` [m], `contact_stiffness` [N/m], `restitution`. A storey without a device
+            has 0 for its first.
 
     The Bouc-Wen force is a k d + (1 - a) Fy z with a the hardening ratio, Fy the yield force, k the stiffness and
     (Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v), where -beta < gamma <= beta. Its z is bounded by
@@ -73,22 +93,26 @@ class ShearBuilding(CalibratedChain):
         stiffness: ArrayLike,
         height: ArrayLike,
         *,
-        law: str = "elastic",
+        law: str | Sequence[str] = "elastic",
+        devices: Sequence[str] = (),
         damping: str = "none",
         damping_modes: tuple[int, int] | None = None,
+        damped_storeys: tuple[int, int] | None = None,
         gravity_load: ArrayLike | None = None,
         **parameters: ArrayLike,
     ) -> None:
-        one_of("storey law", law, LAWS)
         one_of("damping", damping, DAMPING)
-        self.law, self.damping = law, damping
+        self.storey_laws, self.devices = _checked_laws(law), _checked_devices(devices)
+        self.law, self.damping = name_of(self.storey_laws, self.devices), damping
+        self.storey_law = law_of_storeys(LAWS, self.storey_laws, self.devices)
+        law = self.law
         self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
             {
                 "mass": Parameter("kg", "floor mass", low=0.0, low_open=True),
                 "stiffness": Parameter("N m-1", "initial storey stiffness", low=0.0, low_open=True),
                 "height": Parameter("m", "storey height", low=0.0, low_open=True),
                 **({} if gravity_load is None else {"gravity_load": GRAVITY_LOAD}),
-                **LAWS[law].parameters,
+                **self.storey_law.parameters,
                 **DAMPING[damping],
             }
         )
@@ -104,14 +128,17 @@ class ShearBuilding(CalibratedChain):
         arrays = {}
         for name, parameter in self.parameter_table.items():
             value = given.get(name, parameter.default)
-            if value is None:
+            if value is None and len(self.storey_laws) == 1:
                 raise ValueError(
                     f"{name} ({parameter.long_name}) is missing: law {law!r} and damping {damping!r} need it"
                 )
-            arrays[name] = real_numbers(name, value)
+            arrays[name] = np.full((), np.nan) if value is None else real_numbers(name, value)
             if arrays[name].ndim > 1:
                 raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
-        self.storeys = max(array.size for array in arrays.values())
+        several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
+        self.storeys = max(several, *(array.size for array in arrays.values()))
+        if several not in (1, self.storeys):
+            raise ValueError(f"law names {several} storeys, but the building has {self.storeys}")
         if not 1 <= self.storeys <= MAXIMUM_STOREYS:
             raise ValueError(f"a shear building has 1 to {MAXIMUM_STOREYS} storeys, got {self.storeys}")
         for name, array in arrays.items():
@@ -123,18 +150,53 @@ class ShearBuilding(CalibratedChain):
                 raise ValueError(f"{name} has {array.size} values, but the building has {self.storeys} storeys")
             else:
                 arrays[name] = np.array(np.broadcast_to(array, self.storeys))
+                if several > 1:
+                    arrays[name] = self._where_taken(name, arrays[name])
             axes = () if name in BUILDING_PARAMETERS else ("storey",)
             problem = self.parameter_table[name].first_violation(name, arrays[name], axes)
             if problem:
                 raise ValueError(problem)
             arrays[name].flags.writeable = False
-        problem = LAWS[law].problem(arrays) or buckling_problem(arrays)
+        problem = self.storey_law.problem(arrays) or buckling_problem(arrays)
         if problem:
             raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
-        if damping_modes is not None and damping != "rayleigh":
-            raise ValueError(f"damping_modes belong to damping 'rayleigh', not {damping!r}")
-        self.damping_modes = self._checked_modes(damping_modes) if damping == "rayleigh" else None
+        for what, modes in {"damping_modes": damping_modes, "damped_storeys": damped_storeys}.items():
+            kinds = ("rayleigh", "rayleigh_tangent") if what == "damping_modes" else ("rayleigh",)
+            if modes is not None and damping not in kinds:
+                raise ValueError(f"{what} belong to damping {' or '.join(map(repr, kinds))}, not {damping!r}")
+        if damping_modes is not None and damped_storeys is not None:
+            raise ValueError(
+                "damping_modes and damped_storeys exclude each other: of some storeys it is the first mode"
+            )
+        self.damped_storeys = None if damped_storeys is None else self._checked_storeys(damped_storeys)
+        has_modes = damping in ("rayleigh", "rayleigh_tangent") and damped_storeys is None
+        self.damping_modes = self._checked_modes(damping_modes) if has_modes else None
+
+    def _where_taken(self, name: str, values: np.ndarray) -> np.ndarray:
+        """Return values of a parameter; storeys whose law does not take it have that of one that does, unseen."""
+        laws = [law for law in dict.fromkeys(self.storey_laws) if name in LAWS[law].parameters]
+        if not laws:
+            return values
+        for law in laws:
+            default, own = LAWS[law].parameters[name].default, storeys_of(self.storey_laws, law)
+            missing = own[np.isnan(values[own])]
+            if default is not None:
+                values[missing] = default
+            elif missing.size:
+                raise ValueError(f"{name} is missing at storey {missing[0] + 1}, whose law {law!r} needs it")
+        takes = np.isin(self.storey_laws, laws)
+        values[~takes] = values[takes][0]
+        return values
+
+    def _checked_storeys(self, storeys: tuple[int, int]) -> tuple[int, int]:
+        """Return the first and last storey of those that damping is of."""
+        if not isinstance(storeys, Sequence) or len(storeys) != 2:
+            raise ValueError(f"damped_storeys must be the first and the last storey, such as (2, 6), got {storeys!r}")
+        first, last = (whole_number(f"damped_storeys[{i}]", storey, 1) for i, storey in enumerate(storeys))
+        if not first <= last <= self.storeys:
+            raise ValueError(f"damped_storeys must be within 1 to {self.storeys}, first to last, got {storeys!r}")
+        return first, last
 
     def _checked_modes(self, modes: tuple[int, int] | None) -> tuple[int, int]:
         """Return the two modes of Rayleigh damping; a one-storey building has its only mode twice."""
@@ -167,82 +229,24 @@ class ShearBuilding(CalibratedChain):
         return f"ShearBuilding({self.storeys} storeys, law={self.law!r}, damping={self.damping!r})"
 
 
-class LinearSystem:
-    """A linear system of full matrices: M u'' + C u' + K u = F.
+def _checked_laws(law: str | Sequence[str]) -> tuple[str, ...]:
+    """Return the law of each storey, or the one of all."""
+    laws = (law,) if isinstance(law, str) else tuple(law) if isinstance(law, list | tuple) else (law,)
+    for name in laws or (None,):
+        one_of("storey law", name, LAWS)
+    return laws[:1] if len(set(laws)) == 1 and isinstance(law, str) else laws
 
-    Args:
-        mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
-        damping: Viscous damping matrix [N s/m], shape [dof, dof].
-        stiffness: Stiffness matrix [N/m], shape [dof, dof].
-        influence: Displacement of each degree of freedom under a unit base displacement, shape [dof]; ones by default.
 
-    Raises:
-        ValueError: If shapes differ, a value is not finite, a matrix is not symmetric, or the mass matrix is not
-            positive definite.
-    """
-
-    family = "dense"
-    law = "elastic"
-
-    def __init__(
-        self, mass: ArrayLike, damping: ArrayLike, stiffness: ArrayLike, *, influence: ArrayLike | None = None
-    ) -> None:
-        matrices = {"mass": mass, "damping": damping, "stiffness": stiffness}
-        for name, values in matrices.items():
-            matrix = finite_numbers(name, values)
-            if name == "mass" and matrix.ndim == 1:
-                matrix = np.diag(matrix)
-            if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
-                raise ValueError(f"{name} must be a square matrix [dof, dof], got shape {matrix.shape}")
-            if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
-                raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: they must agree")
-            difference = np.abs(matrix - matrix.T)
-            # Rounding of an assembly is forgiven; anything above it is a mistake in the matrix.
-            if difference.max() > 1e-12 * np.abs(matrix).max():
-                row, column = np.unravel_index(difference.argmax(), difference.shape)
+def _checked_devices(devices: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(devices, str) or not isinstance(devices, list | tuple):
+        raise TypeError(f"devices must be a tuple of names, such as ('friction_damper',), got {devices!r}")
+    for name in devices:
+        one_of("device", name, DEVICES)
+    for place, name in enumerate(devices):
+        for other in devices[:place]:
+            shared = set(DEVICES[name].parameters) & set(DEVICES[other].parameters)
+            if shared:
                 raise ValueError(
-                    f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:g} "
-                    f"but [{column}, {row}] is {matrix[column, row]:g}"
+                    f"devices {other!r} and {name!r} share the parameter {min(shared)!r}: a storey has one"
                 )
-            matrix.flags.writeable = False
-            matrices[name] = matrix
-        self.dofs = matrices["mass"].shape[0]
-        if not 1 <= self.dofs <= MAXIMUM_DOFS:
-            raise ValueError(f"a linear system has 1 to {MAXIMUM_DOFS} degrees of freedom, got {self.dofs}")
-        smallest, largest = np.linalg.eigvalsh(matrices["mass"])[[0, -1]]
-        if smallest <= 1e-13 * abs(largest):
-            raise ValueError(
-                f"mass is singular or not positive definite (smallest eigenvalue {smallest:g} kg): "
-                "every degree of freedom needs mass; condense those without it"
-            )
-        smallest, largest = np.linalg.eigvalsh(matrices["damping"])[[0, -1]]
-        if smallest < -1e-12 * abs(largest):
-            raise ValueError(
-                f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would put energy in"
-            )
-        self.parameters: Mapping[str, np.ndarray] = MappingProxyType(matrices)
-        # A matrix is only ever scaled: these are the bounds of its factor.
-        self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
-            {
-                "mass": Parameter("1", "factor on the mass matrix", low=0.0, low_open=True),
-                "damping": Parameter("1", "factor on the viscous damping matrix", low=0.0),
-                "stiffness": Parameter("1", "factor on the stiffness matrix", low=0.0, low_open=True),
-            }
-        )
-        self.influence = np.ones(self.dofs) if influence is None else finite_numbers("influence", influence)
-        if self.influence.shape != (self.dofs,):
-            raise ValueError(f"influence must be {self.dofs} finite values, one a degree of freedom")
-        self.damping = "matrix"
-        self.modal()  # says what is wrong with a stiffness that is not positive definite
-
-    def modal(self) -> xr.Dataset:
-        """Return periods, shapes, participation factors and effective masses of the undamped system."""
-        return modal_properties(self.parameters["mass"], self.parameters["stiffness"], self.influence)
-
-    @property
-    def fundamental_period(self) -> float:
-        """First period of the undamped system [s]."""
-        return float(self.modal()["period"][0])
-
-    def __repr__(self) -> str:
-        return f"LinearSystem({self.dofs} degrees of freedom)"
+    return tuple(devices)

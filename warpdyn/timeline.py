@@ -101,6 +101,10 @@ class Vibration:
     stable_step: np.ndarray
     rayleigh: np.ndarray
 
+    def take(self, structures: np.ndarray) -> Vibration:
+        """Return that of some of the structures, which may repeat."""
+        return Vibration(*(values[structures] for values in (self.period, self.decay, self.stable_step, self.rayleigh)))
+
 
 def motions_of(scene: Scene) -> tuple[GroundMotion | ForceHistory, ...]:
     """Return the sampled histories of a scene; empty where its load is a formula or noise."""
@@ -225,7 +229,12 @@ def warn_of_short_tail(scene: Scene, longest_period: float, stacklevel: int) -> 
 
 
 def build_schedule(
-    scene: Scene, timeline: Timeline, vibration: Vibration, assignment: Assignment, row: np.ndarray
+    scene: Scene,
+    timeline: Timeline,
+    vibration: Vibration,
+    assignment: Assignment,
+    row: np.ndarray,
+    comes_to_rest: bool = False,
 ) -> Schedule:
     """Return how each sample is stepped, how long it runs and its residual drift is averaged.
 
@@ -235,6 +244,7 @@ def build_schedule(
         vibration: Vibration of each drawn structure.
         assignment: Which structure and motion each sample has.
         row: Place of each sample's structure in `vibration`, shape [sample].
+        comes_to_rest: Whether free vibration is followed to rest although no residual drift is read.
 
     Raises:
         ValueError: If a sample would take more steps than can be counted.
@@ -249,7 +259,7 @@ def build_schedule(
     elif scene.tail is not None:
         tail = np.full_like(period, scene.tail)
         window = np.minimum(window, np.maximum(tail, period))
-    elif "residual" in scene.record:
+    elif "residual" in scene.record or comes_to_rest:
         with np.errstate(divide="ignore"):
             decay = np.log(1 / RESIDUAL_DECAY) / vibration.decay[structure]
         tail = np.minimum(decay, LONGEST_DECAY_IN_PERIODS * period) + window

@@ -14,6 +14,7 @@ from warpdyn.kernels.loads import LOADS, at_ends, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import (
     DTYPES,
+    MASS_DAMPED,
     Plan,
     constants,
     options,
@@ -25,9 +26,12 @@ from warpdyn.kernels.plan import (
 )
 from warpdyn.kernels.processor import ELEMENT, LARGER, NEIGHBOURS, across_warp, align_rows, see_neighbours
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
+from warpdyn.kernels.viscous_dampers import VALUES, damper_force
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
+
+SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at
 
 
 @functools.cache
@@ -35,27 +39,30 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates shear chains as the plan says."""
     dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
     larger, element = LARGER[plan.dtype], ELEMENT[plan.dtype]
-    spring, load = SPRINGS[plan.law], LOADS[plan.load]
+    spring, load = spring_row(plan.law), LOADS[plan.load]
     # A thread carries a section of the storeys, all of them on a processor; N are those of a section.
     STOREYS, SECTIONS, LANES, C, M = plan.dofs, plan.sections, plan.lanes, spring.coefficients, spring.memory
     N = -(-STOREYS // SECTIONS)
     IS_SPLIT = SECTIONS > 1
-    SEES_FOOT = IS_SPLIT and ("residual" in plan.recorders or (spring.evolve is not None and not spring.is_rate))
+    HAS_PADS = N * SECTIONS > STOREYS
+    SEES_FOOT = IS_SPLIT and ("residual" in plan.recorders or spring.evolve is not None)
     SPLIT_ENERGY, SPLIT_FALL = IS_SPLIT and "energy" in plan.recorders, IS_SPLIT and plan.p_delta
     SEES_LAST, SEES_LAST_FOOT = "energy" in plan.recorders or plan.p_delta, SPLIT_ENERGY or SPLIT_FALL
     SPLIT_TIME = IS_SPLIT and "time_of_peak" in plan.recorders
     SPLIT_STIFF = IS_SPLIT and spring.relaxation is not None
     below, above_of, across, together = NEIGHBOURS[plan.dtype]
-    HAS_MEMORY, IS_RATE, IS_STIFF = spring.evolve is not None, spring.is_rate, spring.relaxation is not None
-    IS_MAPPING = HAS_MEMORY and not IS_RATE
+    IS_MAPPING, IS_RATE, IS_STIFF = (part is not None for part in (spring.evolve, spring.rate, spring.relaxation))
     # Warp looks names up in branches that are never built too, so each must be some function.
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
-    evolve, relaxation_of = spring.evolve or spring.force, spring.relaxation or spring.force
+    evolve, rate_of, relaxation_of = (part or spring.force for part in (spring.evolve, spring.rate, spring.relaxation))
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
     IS_RECORD = IS_BASE and not IS_NOISE
     Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
-    STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
+    STOREY_DAMPING = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
+    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping in MASS_DAMPED
+    TANGENT_DAMPING, AHEAD = plan.damping == "rayleigh_tangent", wp.constant(dtype(SHARE_OF_STEP_AHEAD))
+    HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS or TANGENT_DAMPING
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders
@@ -63,12 +70,16 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     )
     P_DELTA = plan.p_delta
     RATIO = TIME or RESIDUAL or P_DELTA
+    RESUMES, STATE = plan.resumes, "state" in plan.recorders
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
+    dampers = wp.types.matrix(shape=(N * VALUES if POWER_DAMPERS else 1, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
     method = tableau(plan)
-    STAGES, KEEPS_SLOPES, ADAPTIVE, STARTS_HALFWAY = method.stages, method.keeps_slopes, method.adaptive, method.halfway
+    STAGES, KEEPS_SLOPES, ADAPTIVE = method.stages, method.keeps_slopes, method.adaptive
+    # What goes on from an event before has velocities half a step behind already.
+    HALVES_FIRST_STEP = method.halfway and not RESUMES
     MAPS_AT_END, IS_STIFF = IS_MAPPING and not ADAPTIVE, IS_STIFF and not ADAPTIVE
     STIFF_BY_VELOCITY, STIFF_BY_MEMORY = (
         IS_STIFF and spring.settles_by_velocity,
@@ -125,9 +136,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         mass = matrix()
         inverse_height = matrix()
         damping = matrix()
+        power_damper = dampers()
         weight_over_height = matrix()
         damping_matrix = square()
         mass_damping = row()
+        tangent_damping = row()
         coefficients = table()
         amplitude = matrix()
         frequency = row64()
@@ -190,6 +203,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 phase[j] = loads.phase[0]
             if MASS_DAMPING:
                 mass_damping[j] = structures.mass_damping[s]
+            if TANGENT_DAMPING:
+                tangent_damping[j] = structures.tangent_damping[s]
             if MODAL_DAMPING:
                 for i in range(N * N):
                     damping_matrix[i, j] = structures.damping_matrix[i, s]
@@ -205,7 +220,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                 if motion[j] != motion[0]:
                     differing_motions += 1
             for i in range(N):
-                # Sections end with storeys of no mass and no stiffness where the number of storeys is not a multiple.
+                # Sections end with storeys of no mass that stay undeformed where the number of storeys is no multiple.
                 g = lowest + i
                 if g < STOREYS:
                     inverse_mass[i, j] = structures.inverse_mass[g, s]
@@ -215,6 +230,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         inverse_height[i, j] = structures.inverse_height[g, s]
                     if STOREY_DAMPING:
                         damping[i, j] = structures.storey_damping[g, s]
+                    if POWER_DAMPERS:
+                        for q in range(VALUES):
+                            power_damper[i * VALUES + q, j] = structures.viscous_damper[g * VALUES + q, s]
                     if P_DELTA:
                         weight_over_height[i, j] = structures.storey_weight_over_height[g, s]
                     if IS_HARMONIC:
@@ -223,6 +241,16 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         coefficients[i * C + q, j] = structures.coefficients[g * C + q, s]
                     u[i, j] = loads.initial_displacement[g]
                     v[i, j] = loads.initial_velocity[g]
+                    if RESUMES:
+                        u[i, j] = structures.initial_displacement[g, s]
+                        v[i, j] = structures.initial_velocity[g, s]
+                        for m in range(M):
+                            z[i * M + m, j] = structures.initial_memory[g * M + m, s]
+                            zs[i * M + m, j] = z[i * M + m, j]
+                if HAS_PADS:
+                    if g >= STOREYS:
+                        for q in range(C):  # a law without coefficients may divide by zero
+                            coefficients[i * C + q, j] = structures.coefficients[(STOREYS - 1) * C + q, s]
         if IS_SPLIT:
             intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
             for j in range(LANES):
@@ -241,7 +269,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         c = coefficient_vector()
                         for q in range(C):
                             c[q] = coefficients[i * C + q, j]
-                        absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
+                        memory = memory_vector()
+                        if RESUMES:
+                            for m in range(M):
+                                memory[m] = z[i * M + m, j]
+                        absorbed[i, j] = recoverable_of(drift, memory, c)
                         initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
                         if P_DELTA:
                             initial_energy[j] -= dtype(0.5) * weight_over_height[i, j] * drift * drift
@@ -426,6 +458,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 foot_v[j] = below(top_v, section, SECTIONS)
                                 drift -= foot_u[j]
                                 rate -= foot_v[j]
+                                if HAS_PADS:
+                                    if lowest >= STOREYS:
+                                        drift = dtype(0.0)
+                                        rate = dtype(0.0)
                                 c = coefficient_vector()
                                 for q in range(C):
                                     c[q] = coefficients[q, j]
@@ -439,6 +475,14 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     f -= weight_over_height[0, j] * drift
                                 if STOREY_DAMPING:
                                     f += damping[0, j] * rate
+                                if TANGENT_DAMPING:
+                                    ahead = drift + AHEAD * h[j] * rate
+                                    after = memory
+                                    if IS_MAPPING:
+                                        after = evolve(ahead, memory, c)
+                                    f += tangent_damping[j] * tangent_of(ahead, rate, memory, after, c) * rate
+                                if POWER_DAMPERS:
+                                    f += damper_force(rate, power_damper[0, j], power_damper[1, j], power_damper[2, j])
                                 roof[j] = above_of(f, section, SECTIONS)
                         for j in range(LANES):
                             above[j] = roof[j]
@@ -470,6 +514,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 elif IS_SPLIT:
                                     drift -= foot_u[j]
                                     rate -= foot_v[j]
+                                if HAS_PADS:
+                                    if lowest + i >= STOREYS:
+                                        drift = dtype(0.0)
+                                        rate = dtype(0.0)
                                 ha = h[j] * reach[stage]
                                 c = coefficient_vector()
                                 for q in range(C):
@@ -484,8 +532,26 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 f = restoring
                                 if P_DELTA:
                                     f -= weight_over_height[i, j] * drift
+                                if HAS_DASHPOTS:
+                                    dashpot = dtype(0.0)
                                 if STOREY_DAMPING:
                                     dashpot = damping[i, j] * rate
+                                if TANGENT_DAMPING:
+                                    # As the storey goes on from here; where it stands, rounding would choose a side.
+                                    ahead = drift + AHEAD * h[j] * rate
+                                    after = memory
+                                    if IS_MAPPING:
+                                        after = evolve(ahead, memory, c)
+                                    dashpot += tangent_damping[j] * tangent_of(ahead, rate, memory, after, c) * rate
+                                if POWER_DAMPERS:
+                                    of_velocity_power = damper_force(
+                                        rate,
+                                        power_damper[i * VALUES, j],
+                                        power_damper[i * VALUES + 1, j],
+                                        power_damper[i * VALUES + 2, j],
+                                    )
+                                    dashpot += of_velocity_power
+                                if HAS_DASHPOTS:
                                     f += dashpot
                                 # What acts on the floor: absolute acceleration times its mass, but for base motion.
                                 net = above[j] - f
@@ -531,7 +597,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                         power_in[j] += amplitude[i, j] * sine[j] * vi
                                     if IS_FORCE_HISTORY:
                                         power_in[j] += force * vi
-                                    if STOREY_DAMPING:
+                                    if HAS_DASHPOTS:
                                         power_viscous[j] += dashpot * rate
                                     if MASS_DAMPING:
                                         power_viscous[j] += momentum_of_floor * nodal
@@ -547,7 +613,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                             settles = larger(fastest[j], settles)
                                         fastest[j] = settles
                                 if IS_RATE:
-                                    z_rate = evolve(rate, memory, c)
+                                    z_rate = rate_of(rate, memory, c)
                                 if KEEPS_SLOPES:
                                     acceleration[stage * N + i, j] = ai
                                     if IS_RATE:
@@ -598,7 +664,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                                     z_slope = memory_rate[(q * N + i) * M + m, j]
                                                     to_memory[m, j] += of_velocity[(stage + 1) * STAGES + q] * z_slope
                                 for j in range(LANES):
-                                    if STARTS_HALFWAY:
+                                    if HALVES_FIRST_STEP:
                                         if index == 0:
                                             to_displacement[j] *= dtype(0.5)
                                             to_velocity[j] *= dtype(0.5)
@@ -667,6 +733,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     before = memory_vector(z[i * M, j])
                                     for m in range(1, M):
                                         before[m] = z[i * M + m, j]
+                                    if IS_RATE:
+                                        for m in range(M):
+                                            before[m] = zn[i * M + m, j]
                                     after = evolve(drift, before, c)
                                     if begin_rate * rate < dtype(0.0):
                                         # From either end by a parabola; where the two differ, maybe farther still.
@@ -735,6 +804,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 drift -= u[i - 1, j]
                             elif IS_SPLIT:
                                 drift -= foot_u[j]
+                            if HAS_PADS:
+                                if lowest + i >= STOREYS:
+                                    drift = dtype(0.0)
                             c = coefficient_vector()
                             for q in range(C):
                                 c[q] = coefficients[i * C + q, j]
@@ -823,6 +895,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         output.peak_storey_drift[g, o] = peak_drift[i, j]
                     if ACCELERATION:
                         output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
+                    if STATE:
+                        output.final_displacement[g, o] = u[i, j]
+                        output.final_velocity[g, o] = v[i, j]
+                        for m in range(M):
+                            output.final_memory[g * M + m, o] = z[i * M + m, j]
                     if SEES_LAST:
                         drift = u[i, j]
                         if i > 0:

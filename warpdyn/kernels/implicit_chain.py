@@ -14,10 +14,11 @@ import warp as wp
 
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
-from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs
+from warpdyn.kernels.plan import DTYPES, MASS_DAMPED, Plan, constants, row_types, settling_polynomial, structs
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
+from warpdyn.kernels.viscous_dampers import VALUES, damper_force, damper_tangent
 from warpdyn.methods import METHODS
 from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
 
@@ -34,9 +35,9 @@ MOST_ITERATIONS = 100
 def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that integrates shear chains by an implicit method as the plan says."""
     dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
-    spring, load, method = SPRINGS[plan.law], LOADS[plan.load], METHODS[plan.method]
+    spring, load, method = spring_row(plan.law), LOADS[plan.load], METHODS[plan.method]
     N, LANES, C, M = plan.dofs, plan.lanes, spring.coefficients, spring.memory
-    HAS_MEMORY, IS_STIFF = spring.evolve is not None, spring.relaxation is not None
+    HAS_MEMORY, IS_STIFF = spring.advance is not None, spring.relaxation is not None
     # Warp looks names up in branches that are never built too, so each must be some function.
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
     advance, relaxation_along = spring.advance or spring.force, spring.relaxation_along or spring.force
@@ -44,7 +45,9 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
     IS_RECORD = IS_BASE and not IS_NOISE
     Processes, Numbers, noise_over_interval = noise.Processes, noise.Numbers, noise.over_interval
-    STOREY_DAMPING, MASS_DAMPING = plan.damping in ("storey", "rayleigh"), plan.damping == "rayleigh"
+    STOREY_DAMPING = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
+    POWER_DAMPERS, MASS_DAMPING = plan.viscous_dampers == "power", plan.damping in MASS_DAMPED
+    HAS_DASHPOTS = STOREY_DAMPING or POWER_DAMPERS
     MODAL_DAMPING = plan.damping == "modal"
     DRIFT, TIME, ACCELERATION, SHEAR, RESIDUAL, ENERGY, HISTORY = (
         name in plan.recorders
@@ -52,9 +55,10 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     )
     P_DELTA = plan.p_delta
     RATIO, SEES_LAST = TIME or RESIDUAL or P_DELTA, ENERGY or P_DELTA
+    RESUMES, STATE = plan.resumes, "state" in plan.recorders
     # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
     SOLVES_DRIFT = method.beta > 0
-    NEWTON = SOLVES_DRIFT and HAS_MEMORY
+    NEWTON = (SOLVES_DRIFT and HAS_MEMORY) or POWER_DAMPERS
     ITERATES = NEWTON or MODAL_DAMPING
     # What needs the forces of every accepted state; the first one's give the first acceleration.
     SEES_FORCES = ACCELERATION or SHEAR or ENERGY or HISTORY or method.force_lag > 0
@@ -78,6 +82,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
+    dampers = wp.types.matrix(shape=(N * VALUES if POWER_DAMPERS else 1, LANES), dtype=dtype)
     row, row64, indices = row_types(plan)
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=max(1, M), dtype=dtype)
@@ -110,6 +115,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         inverse_mass = matrix()
         inverse_height = matrix()
         damping = matrix()
+        power_damper = dampers()
         weight_over_height = matrix()
         damping_matrix = square()
         mass_damping = row()
@@ -217,6 +223,9 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 if STOREY_DAMPING:
                     damping[i, j] = structures.storey_damping[i, s]
                     solved_damping[i, j] = of_damping * damping[i, j]
+                if POWER_DAMPERS:
+                    for q in range(VALUES):
+                        power_damper[i * VALUES + q, j] = structures.viscous_damper[i * VALUES + q, s]
                 if MASS_DAMPING:
                     solved_mass[i, j] += of_damping * mass_damping[j] * mass[i, j]
                 if MODAL_DAMPING:
@@ -226,7 +235,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     solved_mass[i, j] += of_damping * damping_matrix[i * N + i, j]
                     if i > 0:
                         solved_mass[i, j] += of_damping * damping_matrix[i * N + i - 1, j]
-                        solved_damping[i, j] = -of_damping * damping_matrix[i * N + i - 1, j]
+                        solved_damping[i, j] -= of_damping * damping_matrix[i * N + i - 1, j]
                     if i < N - 1:
                         solved_mass[i, j] += of_damping * damping_matrix[i * N + i + 1, j]
                 c = coefficient_vector()
@@ -236,6 +245,13 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 initial_stiffness[i, j] = tangent_of(zero, zero, memory_vector(), memory_vector(), c)
                 u[i, j] = loads.initial_displacement[i]
                 v[i, j] = loads.initial_velocity[i]
+                memory = memory_vector()
+                if RESUMES:
+                    u[i, j] = structures.initial_displacement[i, s]
+                    v[i, j] = structures.initial_velocity[i, s]
+                    for m in range(M):
+                        z[i * M + m, j] = structures.initial_memory[i * M + m, s]
+                        memory[m] = z[i * M + m, j]
                 us[i, j] = u[i, j]
                 vs[i, j] = v[i, j]
                 drift = u[i, j]
@@ -247,7 +263,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     worst_ratio[j] = wp.max(worst_ratio[j], wp.abs(drift) * inverse_height[i, j])
                 if ENERGY:
                     last_drift[i, j] = drift
-                    absorbed[i, j] = recoverable_of(drift, memory_vector(), c)
+                    absorbed[i, j] = recoverable_of(drift, memory, c)
                     initial_energy[j] += absorbed[i, j] + half * mass[i, j] * v[i, j] * v[i, j]
                     if P_DELTA:
                         initial_energy[j] -= half * weight_over_height[i, j] * drift * drift
@@ -372,7 +388,17 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                             if P_DELTA:
                                 f -= weight_over_height[i, j] * drift
                             if STOREY_DAMPING:
-                                f += damping[i, j] * rate
+                                dashpot = damping[i, j] * rate
+                            if POWER_DAMPERS:
+                                c0 = power_damper[i * VALUES, j]
+                                c1 = power_damper[i * VALUES + 1, j]
+                                c2 = power_damper[i * VALUES + 2, j]
+                                if STOREY_DAMPING:
+                                    dashpot += damper_force(rate, c0, c1, c2)
+                                else:
+                                    dashpot = damper_force(rate, c0, c1, c2)
+                            if HAS_DASHPOTS:
+                                f += dashpot
                             # What acts on the floor: absolute acceleration times its mass, but for base motion.
                             net = above[j] - f
                             above[j] = f
@@ -416,8 +442,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                                         energy_in[j] += weight * amplitude[i, j] * sine[j] * vi
                                     if IS_FORCE_HISTORY:
                                         energy_in[j] += half * (h_last[j] * force_end[i, j] + h[j] * force) * vi
-                                    if STOREY_DAMPING:
-                                        energy_viscous[j] += weight * damping[i, j] * rate * rate
+                                    if HAS_DASHPOTS:
+                                        energy_viscous[j] += weight * dashpot * rate
                                     if MASS_DAMPING:
                                         energy_viscous[j] += weight * mass_damping[j] * mass[i, j] * vi * vi
                                     if MODAL_DAMPING:
@@ -442,6 +468,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                                 storey = solved_damping[i, j]
                                 if SOLVES_DRIFT:
                                     storey += of_stiffness[j] * stiffness
+                                if POWER_DAMPERS:
+                                    storey += force_share * gamma * theta * h[j] * damper_tangent(rate, c0, c1, c2)
                                 above_it = solved_mass[i, j] + carried[j]
                                 inverse_pivot[i, j] = dtype(1.0) / (above_it + storey)
                                 passed[i, j] = storey * inverse_pivot[i, j]
@@ -572,6 +600,11 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     output.peak_storey_drift[i, o] = peak_drift[i, j]
                 if ACCELERATION:
                     output.peak_floor_acceleration[i, o] = peak_acceleration[i, j]
+                if STATE:
+                    output.final_displacement[i, o] = u[i, j]
+                    output.final_velocity[i, o] = v[i, j]
+                    for m in range(M):
+                        output.final_memory[i * M + m, o] = z[i * M + m, j]
                 if SEES_LAST:
                     drift = u[i, j]
                     if i > 0:

@@ -10,13 +10,15 @@ import numpy as np
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import POWERS
+from warpdyn.kernels.viscous_dampers import VALUES
 from warpdyn.method_kinds import ExplicitMethod
 from warpdyn.methods import METHODS
 from warpdyn.stability import relaxation_limit
 
 LARGEST_LIMIT = 1e30  # stands for none: a constant of a kernel must be finite
+MASS_DAMPED = ("rayleigh", "rayleigh_tangent", "mass_proportional")  # dampings with a part in proportion to mass
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
 
@@ -28,16 +30,18 @@ class Plan:
         family: "chain" (storeys in series) or "dense" (full matrices).
         dofs: Degrees of freedom.
         law: Row of SPRINGS ("elastic" for the dense family).
-        damping: "none", "storey", "rayleigh" or "modal" (chain); "matrix" (dense); "classical" or "general" where the
-            method is exact.
+        damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"
+            (dense); "classical" or "general" where the method is exact.
         load: Row of LOADS.
-        recorders: Rows of RECORDERS, sorted.
+        recorders: Rows of RECORDERS, sorted, and "state" where the next event goes on from this one's.
         method: Row of METHODS.
         dtype: Row of DTYPES.
         lanes: Samples a thread carries.
         max_unroll: Loops up to this count are unrolled before the compiler sees them.
         sections: Threads that share a sample's storeys (a GPU's chains of many storeys), a power of 2.
+        viscous_dampers: "none", "linear" (part of the storey damping) or "power" of the velocity, devices of a chain.
         p_delta: Whether gravity pushes leaning storeys over (chain, integrated step by step).
+        resumes: Whether each structure starts from the state that an event before left it in, and not from the load's.
     """
 
     family: str
@@ -51,7 +55,9 @@ class Plan:
     lanes: int = 1
     max_unroll: int = 1
     sections: int = 1
+    viscous_dampers: str = "none"
     p_delta: bool = False
+    resumes: bool = False
 
 
 # On a processor too, products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where
@@ -122,11 +128,11 @@ def settling_limit(plan: Plan) -> float:
 
 def values_held(plan: Plan) -> dict[str, int]:
     """Return how many values a kernel holds for each sample while it runs: what a scene does not name is not there."""
-    n, kind, spring = plan.dofs, METHODS[plan.method].kind, SPRINGS[plan.law]
+    n, kind, spring = plan.dofs, METHODS[plan.method].kind, spring_row(plan.law)
     states = 2 + spring.memory  # displacement and velocity of each degree of freedom, and the law's memory
     # Of a memory that stages move, each value has working copies; any other is looked at one storey after another.
-    moving = 2 + (spring.memory if spring.is_rate else min(1, spring.memory))
-    dampers = {"none": 0, "storey": n, "rayleigh": n + 1, "modal": n * n}
+    moving = 2 + (spring.memory if spring.rate is not None else min(1, spring.memory))
+    dampers = {"none": 0, "storey": n, "rayleigh": n + 1, "rayleigh_tangent": 2, "mass_proportional": 1, "modal": n * n}
     if kind == "exact":
         size = 2 * n
         structure = {"classical": n * n + 8 * n, "general": size * size + 4 * n}[plan.damping]
@@ -136,6 +142,9 @@ def values_held(plan: Plan) -> dict[str, int]:
         working = 3 * n if kind == "implicit" else 4 * n
     else:
         structure = n * (1 + spring.coefficients + plan.p_delta) + dampers[plan.damping]
+        structure += {"none": 0, "linear": n * (plan.damping in ("none", "modal")), "power": VALUES * n}[
+            plan.viscous_dampers
+        ]
         working = 2 * moving * n
     if kind == "explicit":
         method = tableau(plan)
@@ -181,9 +190,15 @@ def structs(dtype_name: str) -> SimpleNamespace:
         inverse_height: table
         coefficients: table  # of the storey law, [storey x coefficient, structure]
         storey_damping: table
+        viscous_damper: table  # of powers of the velocity, [storey x value, structure]
         storey_weight_over_height: table  # of gravity
         mass_damping: plain  # Rayleigh's factor of the mass, [structure]
+        tangent_damping: plain  # and of the tangent stiffness
         damping_matrix: table  # [dof x dof, structure]
+        # Where structures go on from an event before: what it left them in.
+        initial_displacement: table
+        initial_velocity: table
+        initial_memory: table  # [storey x memory, structure]
         # A linear system's matrices are those of the nominal system, [dof, dof]; each structure scales them.
         mass_matrix: table
         rate_of_displacement: table  # M^-1 K
@@ -241,6 +256,9 @@ def structs(dtype_name: str) -> SimpleNamespace:
         peak_displacement: table
         time_of_peak_displacement: table
         peak_acceleration: table
+        final_displacement: table  # the state that an event leaves, [dof, sample]
+        final_velocity: table
+        final_memory: table  # [storey x memory, sample]
         accepted_steps: wp.array(dtype=wp.int32)
         rejected_steps: wp.array(dtype=wp.int32)
         status: wp.array(dtype=wp.int8)

@@ -5,14 +5,14 @@ import functools
 import warp as wp
 
 from warpdyn.kernels.plan import DTYPES
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 
 
 @functools.cache
 def storey_path_kernel(law: str, dtype_name: str) -> wp.Kernel:
     """Return the kernel of a row of SPRINGS; each thread takes one storey through all its drifts."""
-    spring, dtype = SPRINGS[law], DTYPES[dtype_name]
-    HAS_MEMORY, C = spring.evolve is not None, spring.coefficients
+    spring, dtype = spring_row(law), DTYPES[dtype_name]
+    HAS_MEMORY, C = spring.advance is not None, spring.coefficients
     force_of, recoverable_of, advance = spring.force, spring.recoverable, spring.advance or spring.force
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=max(1, spring.memory), dtype=dtype)

@@ -4,14 +4,14 @@ import functools
 
 import warp as wp
 
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.kernels.springs import spring_row
 
 
 @functools.cache
 def storey_step_kernel(law: str) -> wp.Kernel:
     """Return the kernel of a row of SPRINGS, in double precision; each thread tries a step of one storey."""
-    spring = SPRINGS[law]
-    HAS_MEMORY, C, M = spring.evolve is not None, spring.coefficients, max(1, spring.memory)
+    spring = spring_row(law)
+    HAS_MEMORY, C, M = spring.advance is not None, spring.coefficients, max(1, spring.memory)
     force_of, tangent_of, recoverable_of = spring.force, spring.tangent, spring.recoverable
     advance = spring.advance or spring.force
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)

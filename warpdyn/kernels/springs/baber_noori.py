@@ -40,24 +40,24 @@ def _baber_noori(pinches: bool) -> Spring:
     """Return the law with or without pinching."""
     PINCHES, name = pinches, "baber_noori_pinching" if pinches else "baber_noori"
 
-    def evolve(velocity: Any, memory: Any, c: Any):
+    def rate(velocity: Any, memory: Any, c: Any):
         zero, one = type(velocity)(0.0), type(velocity)(1.0)
         z, energy = memory[0], memory[1]
         speed = velocity * c[2]
         growth = wp.max(one - c[7] * energy, zero)
         nu = one + c[8] * energy
-        rate = growth * speed - nu * power_of(wp.abs(z), c[5]) * (c[4] * speed + c[3] * wp.abs(speed) * wp.sign(z))
-        rate = rate / (one + c[9] * energy)
+        flow = growth * speed - nu * power_of(wp.abs(z), c[5]) * (c[4] * speed + c[3] * wp.abs(speed) * wp.sign(z))
+        flow = flow / (one + c[9] * energy)
         if PINCHES:
             bound = power_of(growth / nu * c[17], c[16])
             zeta1 = c[10] * (one - exponential(-c[11] * energy))
             zeta2 = (c[12] + c[13] * energy) * (c[14] + zeta1)
             apart = (wp.where(velocity < zero, -z, z) - c[15] * bound) / zeta2
-            rate = rate * (one - zeta1 * exponential(-apart * apart))
-        after = type(memory)()
-        after[0] = rate
-        after[1] = c[6] * z * speed
-        return after
+            flow = flow * (one - zeta1 * exponential(-apart * apart))
+        slope = type(memory)()
+        slope[0] = flow
+        slope[1] = c[6] * z * speed
+        return slope
 
     def recoverable(drift: Any, memory: Any, c: Any):
         """What z gives back as it unloads to 0, the integral of z over the drift; by quadrature where it pinches."""
@@ -93,14 +93,14 @@ def _baber_noori(pinches: bool) -> Spring:
         function.__qualname__ = f"{name}_{function.__name__}"
         return wp.func(function)
 
-    evolve, relaxation = own(evolve), own(relaxation)
+    rate, relaxation = own(rate), own(relaxation)
     return Spring(
         baber_noori_force,
-        evolve,
+        None,
         own(recoverable),
         coefficients=18 if PINCHES else 10,
         memory=2,
-        **along_drift(evolve, relaxation),
+        **along_drift(rate, relaxation),
     )
 
 

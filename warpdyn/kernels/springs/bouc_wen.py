@@ -42,52 +42,52 @@ def bouc_wen_relaxation(velocity: Any, memory: Any, c: Any):
 
 
 @wp.func
-def bouc_wen_1_evolve(velocity: Any, memory: Any, c: Any):
+def bouc_wen_1_rate(velocity: Any, memory: Any, c: Any):
     z = memory[0]
-    rate = type(memory)()
-    rate[0] = velocity * (c[2] - c[4] * wp.abs(z)) - c[3] * z * wp.abs(velocity)
-    return rate
+    slope = type(memory)()
+    slope[0] = velocity * (c[2] - c[4] * wp.abs(z)) - c[3] * z * wp.abs(velocity)
+    return slope
 
 
 @wp.func
-def bouc_wen_2_evolve(velocity: Any, memory: Any, c: Any):
+def bouc_wen_2_rate(velocity: Any, memory: Any, c: Any):
     z = memory[0]
-    rate = type(memory)()
-    rate[0] = velocity * (c[2] - c[4] * z * z) - c[3] * z * wp.abs(z * velocity)
-    return rate
+    slope = type(memory)()
+    slope[0] = velocity * (c[2] - c[4] * z * z) - c[3] * z * wp.abs(z * velocity)
+    return slope
 
 
 @wp.func
-def bouc_wen_evolve(velocity: Any, memory: Any, c: Any):
+def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
     z = memory[0]
-    rate = type(memory)()
+    slope = type(memory)()
     power = power_of(wp.abs(z), c[5])
-    rate[0] = velocity * (c[2] - c[4] * power) - power * c[3] * wp.abs(velocity) * wp.sign(z)
-    return rate
+    slope[0] = velocity * (c[2] - c[4] * power) - power * c[3] * wp.abs(velocity) * wp.sign(z)
+    return slope
 
 
 BOUC_WEN_1 = Spring(
     bouc_wen_force,
-    bouc_wen_1_evolve,
+    None,
     bouc_wen_recoverable,
     coefficients=5,
     memory=1,
     settles_by_velocity=True,
-    **along_drift(bouc_wen_1_evolve, bouc_wen_1_relaxation),
+    **along_drift(bouc_wen_1_rate, bouc_wen_1_relaxation),
 )
 BOUC_WEN_2 = Spring(
     bouc_wen_force,
-    bouc_wen_2_evolve,
+    None,
     bouc_wen_recoverable,
     coefficients=5,
     memory=1,
-    **along_drift(bouc_wen_2_evolve, bouc_wen_2_relaxation),
+    **along_drift(bouc_wen_2_rate, bouc_wen_2_relaxation),
 )
 BOUC_WEN = Spring(
     bouc_wen_force,
-    bouc_wen_evolve,
+    None,
     bouc_wen_recoverable,
     coefficients=6,
     memory=1,
-    **along_drift(bouc_wen_evolve, bouc_wen_relaxation),
+    **along_drift(bouc_wen_rate, bouc_wen_relaxation),
 )

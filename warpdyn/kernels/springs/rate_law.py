@@ -6,7 +6,7 @@ from typing import Any
 import warp as wp
 
 
-def along_drift(evolve: Callable, relaxation: Callable) -> dict[str, Callable]:
+def along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
     """Return what a law whose memory has a rate that is proportional to the velocity does over a step: its fields.
 
     Such a memory depends on the path of the drift, not on its speed: it goes along an increment in one step of RK4.
@@ -14,30 +14,30 @@ def along_drift(evolve: Callable, relaxation: Callable) -> dict[str, Callable]:
 
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         half = type(increment)(0.5)
-        k1 = evolve(increment, memory, c)
-        k2 = evolve(increment, memory + half * k1, c)
-        k3 = evolve(increment, memory + half * k2, c)
-        k4 = evolve(increment, memory + k3, c)
+        k1 = rate(increment, memory, c)
+        k2 = rate(increment, memory + half * k1, c)
+        k3 = rate(increment, memory + half * k2, c)
+        k4 = rate(increment, memory + k3, c)
         return memory + (k1 + type(increment)(2.0) * (k2 + k3) + k4) / type(increment)(6.0)
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
         direction = type(increment)(1.0)
         if increment < type(increment)(0.0):
             direction = -direction
-        slope = evolve(direction, after, c)
+        slope = rate(direction, after, c)
         return c[0] + c[1] * direction * slope[0]
 
     def relaxation_along(increment: Any, memory: Any, c: Any):
         half = type(increment)(0.5)
-        first = memory + half * evolve(increment, memory, c)
-        second = memory + half * evolve(increment, first, c)
-        third = memory + evolve(increment, second, c)
+        first = memory + half * rate(increment, memory, c)
+        second = memory + half * rate(increment, first, c)
+        third = memory + rate(increment, second, c)
         outer = wp.max(relaxation(increment, memory, c), relaxation(increment, third, c))
         return wp.max(outer, wp.max(relaxation(increment, first, c), relaxation(increment, second, c)))
 
     fields = {}
     for function in (advance, tangent, relaxation_along):
         # Warp tells functions apart by name: those of two laws must not share one.
-        function.__qualname__ = f"{evolve.key}_{function.__name__}"
+        function.__qualname__ = f"{rate.key}_{function.__name__}"
         fields[function.__name__] = wp.func(function)
-    return fields | {"is_rate": True, "relaxation": relaxation}
+    return fields | {"rate": rate, "relaxation": relaxation}

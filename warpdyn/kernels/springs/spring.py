@@ -10,17 +10,19 @@ class Spring:
 
     Args:
         force: `(drift, memory, coefficients) -> force [N]`.
-        evolve: For a rate law `(velocity, memory, coefficients) -> d(memory)/dt`, integrated with the motion; for a
-            return-mapping law `(drift, memory, coefficients) -> memory`, applied once a step to the accepted drift.
+        evolve: `(drift, memory, coefficients) -> memory` of a return-mapping law, applied once a step to the accepted
+            drift. None where no value of the memory is mapped.
         recoverable: `(drift, memory, coefficients) -> elastic energy [J]` that unloading would give back.
         coefficients: Number of coefficients a storey.
         tangent: `(drift, increment, before, after, coefficients) -> d(force)/d(drift) [N/m]` at the end of a step that
             came to `drift` by `increment`, the memory going from `before` to `after`.
-        memory: Number of values that the memory has; they are all 0 before the first step. Those of a rate law are of
+        memory: Number of values that the memory has; they are all 0 before the first step. Those with a rate are of
             the order of 1, or grow far beyond it: an adaptive method holds their errors against the larger of the two.
         advance: `(drift, increment, memory, coefficients) -> memory` after such a step, for methods that know no
             velocity within it. None where there is no memory.
-        is_rate: Whether `evolve` returns a rate.
+        rate: `(velocity, memory, coefficients) -> d(memory)/dt` of a rate law, integrated with the motion. None where
+            no value of the memory has one. A row made of several laws may have this and `evolve`: a value that has no
+            rate has the rate 0, and `evolve` leaves alone what it does not map.
         relaxation: `(velocity, memory, coefficients) -> rate [1/s]` at which the memory settles, at its fastest. A step
             too long for it goes wrong without ever becoming infinite. None where the memory has no rate of its own.
         settles_by_velocity: Whether that rate depends on the velocity alone, so that one look a step tells it.
@@ -34,7 +36,7 @@ class Spring:
     tangent: Callable
     memory: int = 0
     advance: Callable | None = None
-    is_rate: bool = False
+    rate: Callable | None = None
     relaxation: Callable | None = None
     settles_by_velocity: bool = False
     relaxation_along: Callable | None = None

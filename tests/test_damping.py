@@ -1,0 +1,87 @@
+"""Kinds of damping: one-sided Rayleigh against closed forms, Rayleigh of the tangent stiffness against OpenSees."""
+
+import numpy as np
+import pytest
+from opensees import chain_drifts
+
+import warpdyn as wd
+from warpdyn.methods import METHODS, fitting_methods
+
+MASS, STIFFNESS, RATIO = np.array([2.0e5, 1.5e5, 1.0e5]), np.array([9.0e7, 7.0e7, 4.0e7]), 0.05
+TANGENT = fitting_methods("bouc_wen", "rayleigh_tangent")
+
+
+def building(damping, law="elastic", **parameters):
+    return wd.ShearBuilding(MASS, STIFFNESS, 3.2, law=law, damping=damping, damping_ratio=RATIO, **parameters)
+
+
+@pytest.mark.parametrize("method", ["rk4", "newmark_average", "exact"])
+@pytest.mark.parametrize("damping", ["mass_proportional", "stiffness_proportional"])
+@pytest.mark.parametrize("mode", [0, 2])
+def test_modes_decay_as_they_should(damping, mode, method):
+    modal = building(damping).modal()
+    omega, shape = modal["circular_frequency"].values, modal["shape"].isel(mode=mode).values
+    ratio = RATIO * (omega[0] / omega[mode] if damping == "mass_proportional" else omega[mode] / omega[0])
+    damped, cycles = omega[mode] * np.sqrt(1 - ratio**2), 4
+    end = 2 * np.pi * cycles / damped
+    scene = wd.Scene(building(damping), wd.FreeVibration(end, displacement=0.01 * shape))
+    steps = 4000
+    kept = {"histories": wd.Histories((0,), steps)} if method != "exact" else {"histories": wd.Histories((0,), 1)}
+    run = wd.simulate(scene, method=method, step=end / steps, dtype="float64", device="cpu", **kept)
+    # After whole cycles the mode is where it was, by the factor exp(-zeta omega t).
+    last = run["displacement"].values[0, -1] / (0.01 * shape)
+    expected = np.exp(-ratio * omega[mode] * end)
+    # RK4 at 1,000 steps a cycle is exact to 1e-10; Newmark's period is off by (omega h)^2 / 12 of the phase.
+    np.testing.assert_allclose(last, expected, rtol=1e-3 if method == "newmark_average" else 1e-8)
+
+
+@pytest.mark.parametrize("law", ["bilinear", "bouc_wen"])
+def test_tangent_rayleigh_against_opensees(law):
+    strength = np.array([9.0e5, 7.0e5, 4.0e5])
+    yielding = building("rayleigh_tangent", law, yield_force=strength, hardening_ratio=0.03)
+    step, seconds = 0.01, 6.0
+    time = np.arange(0, seconds, step)
+    acceleration = 4.0 * np.sin(5.0 * time) * np.exp(-(((time - 2.5) / 1.5) ** 2))
+    scene = wd.Scene(yielding, wd.Cloud([wd.GroundMotion(acceleration, step)]), tail=1.0, record=("drift",))
+    peaks = {m: wd.simulate(scene, method=m, step=step / 10, dtype="float64", device="cpu") for m in TANGENT}
+    modes = yielding.modal()["circular_frequency"].values
+    of_mass, of_stiffness = np.array([modes[0] * modes[1], 1]) * 2 * RATIO / (modes[0] + modes[1])
+    rate = 0.5 * STIFFNESS / strength
+    materials = [
+        ("Steel01", [f, k, 0.03]) if law == "bilinear" else ("BoucWen", [0.03, k, 1.0, r, r, 1.0, 0.0, 0.0, 0.0])
+        for f, k, r in zip(strength, STIFFNESS, rate, strict=True)
+    ]
+    theirs = chain_drifts(
+        MASS, materials, (of_mass, np.zeros(3)), np.zeros(3), acceleration, step, 700, 50, of_tangent=of_stiffness
+    )
+    expected = np.abs(theirs).max(axis=0)
+    assert (expected > 2 * strength / STIFFNESS).any()
+    fixed = wd.simulate(
+        wd.Scene(
+            building("rayleigh", law, yield_force=strength, hardening_ratio=0.03), scene.excitation, record=("drift",)
+        ),
+        dtype="float64",
+        device="cpu",
+    )
+    # It fades as storeys yield: more than what the comparison below could miss.
+    assert np.abs(fixed["peak_storey_drift"].values[0] / expected - 1).max() > 0.02
+    for method, run in peaks.items():
+        # Steps of 1 ms here, of .2 ms there with a dashpot that lags.
+        rtol = 0.02 if method in ("heun", "midpoint", "central_difference_lagged", "velocity_verlet") else 5e-3
+        np.testing.assert_allclose(run["peak_storey_drift"].values[0], expected, rtol=rtol, err_msg=method)
+
+
+def test_energy_closes_with_tangent_damping():
+    yielding = building("rayleigh_tangent", "bilinear", yield_force=5e5, hardening_ratio=0.03)
+    motion = wd.GroundMotion(4.0 * np.sin(5.0 * np.arange(0, 5, 0.01)), 0.01)
+    run = wd.simulate(wd.Scene(yielding, wd.Cloud([motion])), longest_step=1e-3, dtype="float64", device="cpu")
+    assert abs(float(run["energy_balance_error"][0])) < 1e-3
+    assert float(run["viscous_energy"][0]) > 0
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if METHODS[name].kind == "implicit"])
+def test_implicit_methods_refuse_it(method):
+    yielding = building("rayleigh_tangent", "bilinear", yield_force=5e5, hardening_ratio=0.03)
+    scene = wd.Scene(yielding, wd.FreeVibration(1.0, velocity=0.1))
+    with pytest.raises(ValueError, match=r"does not fit damping 'rayleigh_tangent'.*these fit: heun"):
+        wd.simulate(scene, method=method, device="cpu")

@@ -1,0 +1,31 @@
+"""The study of isolation: what its file holds, and what protection does that theory says it must."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from conftest import readme_commands, run_study
+from matplotlib import image
+
+
+def test_study(tmp_path: Path) -> None:
+    (command,) = (c for c in readme_commands() if "studies/isolation.py" in c)
+    done = run_study(f"{command} --samples 2", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert image.imread(tmp_path / "isolation.png").shape[0] > 500
+    with xr.open_dataset(tmp_path / "isolation.nc") as result:
+        assert result["building"].values.tolist() == ["as it is", "tuned mass damper", "lead-rubber bearings"]
+        assert result.sizes["storey"] == 5
+        assert (result["status"] <= 1).all()
+        median = result["fragility_median"]
+        assert np.isfinite(median).all()
+        assert (median.diff("damage_state") > 0).all()
+        # Bearings let little through while they hold: light damage needs twice the motion and more.
+        slight = median.sel(damage_state="slight")
+        assert slight.sel(building="lead-rubber bearings") > 2 * slight.sel(building="as it is")
+        # While all is elastic, 5 % of mass tuned to the first mode takes a part of its motion.
+        drift = result["peak_storey_drift_ratio"].where(result["im_level"] < 0.15).max("storey").mean("sample")
+        alone, tuned = (float(drift.sel(building=name)) for name in ("as it is", "tuned mass damper"))
+        assert 0.6 * alone < tuned < 0.97 * alone

@@ -1,0 +1,203 @@
+"""Runs of sequences: designs, the dataset, statuses, reruns, error estimates, fragility of the damaged, bad input."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_sequences import AFTER, LATER, MAIN, joined, make_building, make_motion, scaled
+
+import warpdyn as wd
+from warpdyn.recorders import COLLAPSED, OK
+
+LEVELS, PEAK = [1.0, 2.0], wd.PeakGroundAcceleration()
+STRIPED = wd.Sequence(
+    {
+        "mainshock": wd.Stripes([MAIN, LATER], LEVELS, PEAK),
+        "aftershock": wd.Stripes([AFTER, MAIN], [0.5, 1.5, 3.0], PEAK),
+    }
+)
+DRAWN = {"stiffness": wd.Factor(wd.Lognormal(1, 0.2), per="storey"), "yield_force": wd.Factor(wd.Lognormal(1, 0.3))}
+
+
+@pytest.fixture(scope="module")
+def striped():
+    return wd.simulate(wd.Scene(make_building(), STRIPED, DRAWN), samples=3, seed=4, device="cpu")
+
+
+def test_every_damaged_building_meets_every_aftershock(striped):
+    # Structure, then motion and level of the mainshock, then those of the aftershock.
+    assert striped.sizes["sample"] == 3 * 4 * 6
+    np.testing.assert_array_equal(striped["event"], ["mainshock", "aftershock"])
+    np.testing.assert_array_equal(striped["structure"], np.repeat(range(3), 24))
+    names = striped["motion_name"].values[striped["record"].values]
+    np.testing.assert_array_equal(names[:, 0], np.tile(np.repeat([MAIN.name, LATER.name], 12), 3))
+    np.testing.assert_array_equal(names[:, 1], np.tile(np.repeat([AFTER.name, MAIN.name], 3), 12))
+    assert striped.sizes["motion"] == 3
+    np.testing.assert_array_equal(striped["im_level"][:, 0], np.tile(np.repeat(LEVELS, 6), 6))
+    np.testing.assert_array_equal(striped["im_level"][:, 1], np.tile([0.5, 1.5, 3.0], 24))
+    assert striped["peak_storey_drift_ratio"].dims == ("sample", "event", "storey")
+    assert striped["stiffness"].dims == ("sample", "storey")
+    assert (striped["status"] == 0).all()
+    # One history of it by itself.
+    sample = 24 + 2 * 6 + 5
+    own = striped.isel(sample=sample)
+    building = make_building(stiffness=own["stiffness"].values, yield_force=own["yield_force"].values)
+    scales = own["scale_factor_of_motion"].values
+    single = {
+        "mainshock": wd.Individual([LATER], scale=scales[0]),
+        "aftershock": wd.Individual([MAIN], scale=scales[1]),
+    }
+    step = own["integration_step"].values[0]
+    alone = wd.simulate(wd.Scene(building, wd.Sequence(single)), step=step, device="cpu").isel(sample=0)
+    for name in ("peak_storey_drift", "residual_drift_ratio", "hysteretic_energy"):
+        scale = float(np.abs(own[name]).max())
+        np.testing.assert_allclose(own[name], alone[name], rtol=0, atol=1e-4 * scale, err_msg=name)  # float32 inputs
+
+
+def test_the_mainshock_is_an_ordinary_run(striped):
+    scene = wd.Scene(make_building(), STRIPED.events["mainshock"], DRAWN)
+    alone = wd.simulate(scene, samples=3, seed=4, device="cpu")
+    main = wd.of_event(striped, "mainshock")
+    for name in alone.data_vars:
+        if "sample" in alone[name].dims:
+            one, other = main[name].values, np.repeat(alone[name].values, 6, axis=0)
+            np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5 * np.abs(other).max(), err_msg=name)
+    assert main["im_level"].attrs == alone["im_level"].attrs
+
+
+def test_no_division_changes_a_bit(striped, tmp_path):
+    scene = wd.Scene(make_building(), STRIPED, DRAWN)
+    settings = {"samples": 3, "seed": 4, "device": "cpu"}
+    divided = wd.simulate(scene, memory=67_130_000, threads=3, **settings)
+    with wd.simulate(scene, path=tmp_path / "run.nc", **settings) as read:
+        for name in striped.variables:
+            assert divided[name].values.tobytes() == striped[name].values.tobytes(), name
+            assert read[name].values.tolist() == striped[name].values.tolist(), name
+
+
+def test_drawn_motions_differ_between_events():
+    motions = [make_motion(31, seed) for seed in range(20)]
+    design = wd.Individual(motions)
+    scene = wd.Scene(make_building("elastic"), wd.Sequence({"a": design, "b": design}), record=("drift",), tail=0.0)
+    record = wd.simulate(scene, samples=60, device="cpu")["record"].values
+    assert (record[:, 0] == record[:, 1]).sum() < 15  # 3 are due; as many by chance once in a million runs
+    alone = wd.simulate(replace(scene, excitation=design), samples=60, device="cpu")["record"]
+    np.testing.assert_array_equal(record[:, 0], alone)
+
+
+def test_what_has_collapsed_stays_collapsed():
+    scene = wd.Scene(make_building(), STRIPED, collapse_drift_ratio=0.012)
+    run = wd.simulate(scene, device="cpu")
+    main, after = wd.of_event(run, "mainshock"), wd.of_event(run, "aftershock")
+    fallen = (main["status"] == COLLAPSED).values
+    assert 0 < fallen.sum() < 24
+    assert (after["status"][fallen] == COLLAPSED).all()
+    for name in ("peak_storey_drift_ratio", "residual_drift_ratio", "peak_base_shear", "input_energy"):
+        assert np.isnan(after[name].values[fallen]).all(), name
+        assert np.isfinite(after[name].values[~fallen]).all(), name
+        assert np.isfinite(main[name].values).all(), name
+    unlimited = wd.simulate(replace(scene, collapse_drift_ratio=None), device="cpu")
+    same = wd.of_event(unlimited, "aftershock")["peak_storey_drift"].values[~fallen]
+    np.testing.assert_array_equal(after["peak_storey_drift"].values[~fallen], same)
+
+
+def test_what_has_failed_stays_failed():
+    # Of two storeys one is too stiff for the step.
+    scatter = {"stiffness": wd.Listed([6e5, 6e9])}
+    scene = wd.Scene(make_building(), wd.Sequence({"a": MAIN, "b": AFTER}), scatter)
+    with pytest.warns(UserWarning, match="[ab]: the step is beyond the stability limit of 1 of 2 samples"):
+        run = wd.simulate(scene, samples=2, step=0.01, on_unstable="flag", device="cpu")
+    np.testing.assert_array_equal(run["status"], [[0, 0], [3, 3]])
+    assert np.isnan(run["peak_storey_drift"].values[1]).all()
+    with pytest.raises(ValueError, match="a: the step is beyond the stability limit of 1 of 2 samples"):
+        wd.simulate(scene, samples=2, step=0.01, on_unstable="raise", device="cpu")
+
+
+def test_reruns_of_an_event_start_from_what_the_event_before_left():
+    # Bouc-Wen storeys whose memory settles too fast for the step in the second event alone.
+    building = wd.ShearBuilding(
+        1e4,
+        1e5,
+        1.0,
+        law="bouc_wen",
+        yield_force=300.0,
+        hardening_ratio=0.0,
+        exponent=2.0,
+        damping_ratio=0.05,
+        damping="rayleigh",
+    )
+    gentle, strong = (scaled(make_motion(201, 7), size) for size in (0.05, 2.0))
+    scene = wd.Scene(building, wd.Sequence({"gentle": gentle, "strong": strong}), tail=1.0, record=("drift", "energy"))
+    settings = {"dtype": "float64", "device": "cpu"}
+    run = wd.simulate(scene, step=0.01, **settings)
+    assert (run["status"] == OK).all()
+    steps = run["integration_step"].values[0]
+    assert steps[1] < steps[0] == 0.01
+    whole = replace(scene, excitation=joined(gentle, strong, tail=1.0))
+    finest = wd.simulate(whole, step=0.000625, **settings)
+    np.testing.assert_allclose(run["peak_storey_drift"][0, 1], finest["peak_storey_drift"][0], rtol=5e-3)
+
+
+def test_errors_are_estimated_through_all_events():
+    settings = {"samples": 30, "device": "cpu", "seed": 2}
+    load = wd.Sequence({"mainshock": MAIN, "aftershock": AFTER})
+    scene = wd.Scene(make_building(), load, DRAWN, record=("drift",), tail=1.0)
+    run = wd.simulate(scene, step=0.01, check=1.0, **settings)
+    finer = wd.simulate(scene, step=0.005, dtype="float64", **settings)
+    for event in range(2):
+        one, other = (each["peak_storey_drift"].values[:, event] for each in (run, finer))
+        error = np.abs(one - other).max(axis=1) / np.abs(other).max(axis=1) / (1 - 1 / 4)
+        told = run["estimated_relative_error"].isel(event=event).sel(demand="peak_storey_drift")
+        np.testing.assert_allclose(told.sel(error_statistic="worst"), error.max(), rtol=1e-6)
+        assert told.sel(error_statistic="worst") > 1e-5
+    text = wd.summary(run)
+    assert text.count("estimated relative error") == 2
+    assert text.startswith("mainshock\n30 samples: 30 ok")
+
+
+@pytest.mark.filterwarnings("ignore:damage state:UserWarning")
+def test_fragility_of_the_damaged_building():
+    motions = [make_motion(201, seed) for seed in range(6)]
+    stripes = wd.Stripes(motions, [0.5, 1.0, 2.0, 4.0], PEAK)
+    scene = wd.Scene(make_building(), wd.Sequence({"mainshock": stripes, "aftershock": stripes}), record=("drift",))
+    run = wd.simulate(scene, device="cpu")
+    main, after = wd.of_event(run, "mainshock"), wd.of_event(run, "aftershock")
+    worst = main["peak_storey_drift_ratio"].max("storey")
+    damaged = (worst > 0.003) & (worst <= 0.01)
+    assert 24 < damaged.sum() < 24 * 24
+    curves = wd.fragility(after.isel(sample=damaged), {"extensive": 0.01}, bootstrap=20)
+    level, drift = after["im_level"].values, after["peak_storey_drift_ratio"].max("storey").values
+    counted = [np.mean(drift[damaged.values & (level == value)] > 0.01) for value in stripes.levels_in_g]
+    np.testing.assert_allclose(curves["exceedance_fraction"][0], counted)
+    with pytest.raises(ValueError, match="of a sequence"):
+        wd.fragility(run.isel(event=1), {"extensive": 0.01})
+
+
+def test_bad_input_is_refused_by_name():
+    building = make_building()
+    with pytest.raises(TypeError, match="must map each event's name to its design"):
+        wd.Sequence([MAIN, AFTER])
+    with pytest.raises(ValueError, match="at least two events, got 1"):
+        wd.Sequence({"mainshock": MAIN})
+    with pytest.raises(TypeError, match="name must be text, such as 'mainshock', got 1"):
+        wd.Sequence({1: MAIN, "aftershock": AFTER})
+    with pytest.raises(TypeError, match=r"event 'aftershock' must be Stripes, .* got FreeVibration"):
+        wd.Sequence({"mainshock": MAIN, "aftershock": wd.FreeVibration(1.0, velocity=1.0)})
+    events = wd.Sequence({"mainshock": MAIN, "aftershock": wd.Individual([AFTER], scale=[1.0, 2.0])})
+    scene = wd.Scene(building, events)
+    with pytest.raises(ValueError, match=r"event 'aftershock': Individual\.scale has 2 values for 3 samples"):
+        wd.simulate(scene, samples=3)
+    with pytest.raises(ValueError, match="histories of a Sequence are not kept"):
+        wd.simulate(scene, samples=2, histories=wd.Histories((0,)))
+    with pytest.raises(ValueError, match="error chooses the step by a pilot of one event"):
+        wd.simulate(scene, samples=2, error=0.01)
+    with pytest.raises(ValueError, match="'exact' is for linear structures"):
+        wd.simulate(wd.Scene(make_building("elastic"), events), samples=2, method="exact")
+    with pytest.raises(TypeError, match="a Sequence needs a ShearBuilding"):
+        wd.Scene(wd.LinearSystem(np.eye(2), np.eye(2), np.eye(2)), events)
+    with pytest.raises(TypeError, match="portfolio must be Stripes, Cloud or Individual, got Sequence"):
+        wd.simulate_portfolio(wd.Portfolio({"a": wd.Archetype(building)}), events)
+    run = xr.Dataset({"status": ("sample", [0])})
+    with pytest.raises(ValueError, match="the dataset has no events"):
+        wd.of_event(run, "mainshock")
