@@ -24,7 +24,16 @@ def test_every_command_is_known_here() -> None:
     # The main job is run by the fixture `main_job`, the tests by this very run, the seed frame below; the others by
     # tests of their own, on fewer samples.
     scripts = {re.search(r"studies/\w+\.py", c)[0] for c in readme_commands() if "studies/" in c}
-    names = ("p695_fragility", "seed_frame", "stability", "accuracy_speed", "benchmark", "portfolio", "isolation")
+    names = (
+        "p695_fragility",
+        "seed_frame",
+        "stability",
+        "accuracy_speed",
+        "benchmark",
+        "portfolio",
+        "isolation",
+        "laws",
+    )
     assert scripts == {f"studies/{name}.py" for name in names}
 
 

@@ -1,0 +1,134 @@
+"""Every storey law that yields, taken through the same cycles of growing drift: forces, and the energy dissipated.
+
+    python studies/laws.py --out results
+
+The storeys have the same stiffness and yield force, and otherwise parameters as of typical buildings, which are in
+studies/peers/storey_laws.py beside those of the OpenSees materials. Writes laws.nc (the paths, forces and energies) and
+laws.png.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from command_line import save_figures
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from peers.storey_laws import LAWS
+
+import warpdyn as wd
+from warpdyn import store
+from warpdyn.plots import COLOURS
+
+STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of a storey that yields at 10 mm
+YIELD_DRIFT = YIELD_FORCE / STIFFNESS
+DUCTILITIES, CYCLES = (0.8, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0), 2  # two cycles at each
+DRIFT_STEP = YIELD_DRIFT / 100
+COLUMNS = 5
+
+
+def protocol() -> np.ndarray:
+    """Return the drifts that all storeys are taken through [m], shape [step]."""
+    turns = [0.0, *(sign * d for d in DUCTILITIES for _ in range(CYCLES) for sign in (1, -1)), 0.0]
+    legs = [np.linspace(a, b, round(abs(b - a) * YIELD_DRIFT / DRIFT_STEP), endpoint=False) for a, b in pairwise(turns)]
+    return YIELD_DRIFT * np.append(np.concatenate(legs), turns[-1])
+
+
+def take_through(drift: np.ndarray) -> xr.Dataset:
+    """Return the forces and the dissipated energies of all laws that yield, shape [law, step]."""
+    runs = {}
+    for law in (name for name in LAWS if name != "elastic"):
+        parameters = LAWS[law].parameters(YIELD_DRIFT)
+        # What height and mass it has makes no difference.
+        storey = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=law, yield_force=YIELD_FORCE, **parameters)
+        runs[law] = wd.storey_hysteresis(storey, drift).squeeze("storey", drop=True)
+        runs[law].attrs["parameters"] = json.dumps(parameters)
+    result = xr.concat([run.drop_vars("storey_drift") for run in runs.values()], "law", combine_attrs="drop_conflicts")
+    result["storey_drift"] = next(iter(runs.values()))["storey_drift"]
+    words = {"units": "1", "long_name": "OpenSees' uniaxial material of the same rules"}
+    return result.assign_coords(
+        law=("law", list(runs), {"units": "1", "long_name": "storey law"}),
+        opensees_material=("law", [LAWS[law].material for law in runs], words),
+        law_parameters=(
+            "law",
+            [run.attrs["parameters"] for run in runs.values()],
+            {"units": "1", "long_name": "parameters of the law, as JSON"},
+        ),
+    ).assign_attrs(stiffness=STIFFNESS, yield_force=YIELD_FORCE)
+
+
+def in_yield_energies(result: xr.Dataset) -> np.ndarray:
+    """Return the dissipated energies at the end over yield force times yield drift, shape [law]."""
+    return result["dissipated_energy"].isel(step=-1).values / (YIELD_FORCE * YIELD_DRIFT)
+
+
+def draw(result: xr.Dataset) -> Figure:
+    """Draw a panel a law, force over yield force against ductility, and one of the cycles."""
+    laws = result["law"].values.tolist()
+    rows = -(-(len(laws) + 1) // COLUMNS)
+    figure = Figure(figsize=(11.5, 2.3 * rows + 0.4), layout="constrained")
+    panels = figure.subplots(rows, COLUMNS, sharex=False, sharey=False).ravel()
+    ductility = result["storey_drift"].values / YIELD_DRIFT
+    forces, energies = result["storey_force"].values / YIELD_FORCE, in_yield_energies(result)
+    largest = 1.08 * np.abs(forces).max()
+    for i, (axes, law, force, energy) in enumerate(zip(panels, laws, forces, energies, strict=False)):
+        axes.plot(ductility, force, color=COLOURS[0], lw=0.7)
+        _frame(axes, law.replace("ibarra_medina_krawinkler", "ibarra_..."))
+        axes.set(xlim=(-11, 11), ylim=(-largest, largest))
+        axes.tick_params(labelleft=i % COLUMNS == 0, labelbottom=i + COLUMNS >= len(panels))
+        text = f"{result['opensees_material'].values[i]}\n{energy:.0f} $F_y d_y$"
+        axes.text(0.97, 0.04, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
+    last = panels[len(laws)]
+    last.plot(np.linspace(0, 1, ductility.size), ductility, color=COLOURS[3], lw=0.8)
+    _frame(last, "ductility of all, step by step")
+    last.tick_params(left=False, labelleft=False, right=True, labelright=True, bottom=False, labelbottom=False)
+    for axes in panels[len(laws) + 1 :]:
+        axes.set_axis_off()
+    figure.supxlabel("Ductility: storey drift over yield drift", fontsize=9)
+    figure.supylabel("Storey force over yield force", fontsize=9)
+    return figure
+
+
+def _frame(axes: Axes, title: str) -> None:
+    axes.set_title(title, fontsize=8)
+    axes.tick_params(labelsize=7)
+    axes.axhline(0, color="0.7", lw=0.5, zorder=0)
+    axes.axvline(0, color="0.7", lw=0.5, zorder=0)
+    axes.grid(alpha=0.25)
+
+
+def main() -> None:
+    """Run the study."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
+    arguments = parser.parse_args()
+    target = store.check_writable(arguments.out / "laws.nc")
+    result = take_through(protocol())
+    result.attrs |= {
+        "Conventions": "CF-1.11",
+        "title": "Storey laws under the same cycles",
+        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} studies/laws.py",
+    }
+    store.write(result, target)
+    save_figures({"laws": draw(result)}, arguments.out)
+    print(f"{'storey law':<40}{'OpenSees':<17}{'dissipated over Fy dy':>22}{'last peak over Fy':>19}")
+    last_cycle = np.abs(result["storey_drift"].values) >= DUCTILITIES[-1] * YIELD_DRIFT * (1 - 1e-9)
+    for law, material, energy, force in zip(
+        result["law"].values,
+        result["opensees_material"].values,
+        in_yield_energies(result),
+        np.abs(result["storey_force"].values[:, last_cycle][:, -1]) / YIELD_FORCE,
+        strict=True,
+    ):
+        print(f"{law:<40}{material:<17}{energy:>22.1f}{force:>19.2f}")
+    print(f"wrote {target} and laws.png")
+
+
+if __name__ == "__main__":
+    main()
