@@ -57,8 +57,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             side of the storey's drift) or "one_sided_gap" (one ahead).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
             mass and initial stiffness, without P-Delta); "rayleigh_tangent" (the same of mass and tangent stiffness,
-            OpenSees' betaK: it fades as storeys yield); "mass_proportional" or "stiffness_proportional" (initial
-            stiffness; `damping_ratio` in the first mode); or "modal" (`damping_ratio` in every mode).
+            OpenSees' betaK: it fades as storeys yield, and is 0 on falling branches, where OpenSees' gives energy);
+            "mass_proportional" or "stiffness_proportional" (initial stiffness; `damping_ratio` in the first mode); or
+            "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
         damped_storeys: First and last storey that Rayleigh damping is of, where the others are isolators or a tuned
             mass damper: it is then in proportion to their stiffness alone, with its ratio in the first mode that they
@@ -106,6 +107,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         self.law, self.damping = name_of(self.storey_laws, self.devices), damping
         self.storey_law = law_of_storeys(LAWS, self.storey_laws, self.devices)
         law = self.law
+        stiff = [device for device in self.devices if device != "viscous_damper"]
+        if damping == "rayleigh_tangent" and stiff:
+            raise ValueError(
+                f"damping 'rayleigh_tangent' does not go with a {stiff[0]}: its stiffness would damp too; "
+                "take 'rayleigh'"
+            )
         self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
             {
                 "mass": Parameter("kg", "floor mass", low=0.0, low_open=True),

@@ -91,6 +91,10 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
     if spring_of(scene) != "elastic" or dampers == "power":
         stiffest = stiffness_under_gravity(parameters, scene.structure.storey_law.stiffest(parameters))
         highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
+        if damping == "rayleigh_tangent":
+            # What the stiffest tangent adds to the dashpots; gravity takes nothing off them.
+            springs = circular_frequencies(mass, scene.structure.storey_law.stiffest(parameters))[:, -1]
+            rate = np.maximum(rate, rate + rayleigh[1] * (springs**2 - frequency[-1] ** 2))
         stable = stable_step_of_yielding(method, highest, rate, stable)
     return period, decay, stable, rayleigh.T
 

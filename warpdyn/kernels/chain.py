@@ -25,7 +25,15 @@ from warpdyn.kernels.plan import (
     tableau,
 )
 from warpdyn.kernels.processor import ELEMENT, LARGER, NEIGHBOURS, across_warp, align_rows, see_neighbours
-from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
+from warpdyn.kernels.recorders import (
+    add_to_mean,
+    balance_error,
+    has_overturned,
+    keep_force,
+    keep_state,
+    weight_in_mean,
+    worst_storey,
+)
 from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
 from warpdyn.kernels.viscous_dampers import VALUES, damper_force
@@ -480,7 +488,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     after = memory
                                     if IS_MAPPING:
                                         after = evolve(ahead, memory, c)
-                                    f += tangent_damping[j] * tangent_of(ahead, rate, memory, after, c) * rate
+                                    tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
+                                    f += tangent_damping[j] * tangent * rate
                                 if POWER_DAMPERS:
                                     f += damper_force(rate, power_damper[0, j], power_damper[1, j], power_damper[2, j])
                                 roof[j] = above_of(f, section, SECTIONS)
@@ -538,11 +547,13 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     dashpot = damping[i, j] * rate
                                 if TANGENT_DAMPING:
                                     # As the storey goes on from here; where it stands, rounding would choose a side.
+                                    # On a falling branch there is none: a dashpot of less than that gives energy.
                                     ahead = drift + AHEAD * h[j] * rate
                                     after = memory
                                     if IS_MAPPING:
                                         after = evolve(ahead, memory, c)
-                                    dashpot += tangent_damping[j] * tangent_of(ahead, rate, memory, after, c) * rate
+                                    tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
+                                    dashpot += tangent_damping[j] * tangent * rate
                                 if POWER_DAMPERS:
                                     of_velocity_power = damper_force(
                                         rate,
@@ -885,6 +896,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             fallen[j] = dtype(0.0)
             if SEES_LAST_FOOT:
                 foot_u[j] = below(u[N - 1, j], section, SECTIONS)
+            if SPLIT_FALL:
+                foot_v[j] = below(v[N - 1, j], section, SECTIONS)
             for i in range(N):
                 g = lowest + i
                 total += u[i, j] + v[i, j] + z[i * M, j]
@@ -913,12 +926,18 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         for m in range(1, M):
                             memory[m] = z[i * M + m, j]
                     if P_DELTA:
-                        # So far out either gravity has won, which is a collapse, or a spring still holds: a blow-up.
                         overturning = weight_over_height[i, j] * drift
                         lifted[j] += dtype(0.5) * overturning * drift
-                        if wp.abs(drift) * inverse_height[i, j] > blown_up:
-                            outweighed = (force_of(drift, memory, c) - overturning) * drift < dtype(0.0)
-                            fallen[j] = larger(fallen[j], wp.where(outweighed, fell, burst))
+                        ratio = wp.abs(drift) * inverse_height[i, j]
+                        if ratio > blown_up:
+                            rate = v[i, j]
+                            if i > 0:
+                                rate -= v[i - 1, j]
+                            elif IS_SPLIT:
+                                rate -= foot_v[j]
+                            outward = overturning - force_of(drift, memory, c)
+                            overturned = has_overturned(outward, drift, rate, step[j], ratio, blown_up)
+                            fallen[j] = larger(fallen[j], wp.where(overturned, fell, burst))
                     if ENERGY:
                         stored = recoverable_of(drift, memory, c)
                         output.hysteretic_energy[g, o] = absorbed[i, j] - stored

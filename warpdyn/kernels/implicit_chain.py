@@ -15,7 +15,15 @@ import warp as wp
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, MASS_DAMPED, Plan, constants, row_types, settling_polynomial, structs
-from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
+from warpdyn.kernels.recorders import (
+    add_to_mean,
+    balance_error,
+    has_overturned,
+    keep_force,
+    keep_state,
+    weight_in_mean,
+    worst_storey,
+)
 from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
 from warpdyn.kernels.viscous_dampers import VALUES, damper_force, damper_tangent
@@ -616,12 +624,16 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     for m in range(1, M):
                         memory[m] = z[i * M + m, j]
                 if P_DELTA:
-                    # So far out either gravity has won, which is a collapse, or a spring still holds: a blow-up.
                     overturning = weight_over_height[i, j] * drift
                     lifted[j] += half * overturning * drift
-                    if wp.abs(drift) * inverse_height[i, j] > blown_up:
-                        outweighed = (force_of(drift, memory, c) - overturning) * drift < zero
-                        fallen[j] = wp.max(fallen[j], wp.where(outweighed, fell, burst))
+                    ratio = wp.abs(drift) * inverse_height[i, j]
+                    if ratio > blown_up:
+                        rate = v[i, j]
+                        if i > 0:
+                            rate -= v[i - 1, j]
+                        outward = overturning - force_of(drift, memory, c)
+                        overturned = has_overturned(outward, drift, rate, step[j], ratio, blown_up)
+                        fallen[j] = wp.max(fallen[j], wp.where(overturned, fell, burst))
                 if ENERGY:
                     stored = recoverable_of(drift, memory, c)
                     output.hysteretic_energy[i, o] = absorbed[i, j] - stored

@@ -142,7 +142,7 @@ def values_held(plan: Plan) -> dict[str, int]:
         working = 3 * n if kind == "implicit" else 4 * n
     else:
         structure = n * (1 + spring.coefficients + plan.p_delta) + dampers[plan.damping]
-        structure += {"none": 0, "linear": n * (plan.damping in ("none", "modal")), "power": VALUES * n}[
+        structure += {"none": 0, "linear": n * (plan.damping not in ("storey", "rayleigh")), "power": VALUES * n}[
             plan.viscous_dampers
         ]
         working = 2 * moving * n

@@ -76,6 +76,18 @@ def balance_error(error: Any, supplied: Any):
 
 
 @wp.func
+def has_overturned(outward: Any, drift: Any, rate: Any, step: Any, ratio: Any, limit: Any):
+    """Return whether a storey whose drift ratio has passed a limit was pushed over by gravity, and did not blow up.
+
+    Gravity wins slowly: the net force is outward, so is the velocity, and within a step the drift grows by a fraction.
+    What a step too long amplifies goes to and fro from step to step, and is far beyond the limit once it is seen.
+    """
+    is_pushed = outward * drift > type(drift)(0.0) and rate * drift > type(drift)(0.0)
+    is_slow = wp.abs(rate) * step < type(drift)(0.5) * wp.abs(drift) and ratio < type(drift)(2.0) * limit
+    return is_pushed and is_slow
+
+
+@wp.func
 def worst_storey(output: Any, structures: Any, sample: int, structure: int, storeys: int):
     """Keep the storey of the largest drift ratio; return that ratio."""
     largest = output.peak_storey_drift[0, sample] * structures.inverse_height[0, structure]
