@@ -86,9 +86,13 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
     SOFTENS = unloads_softer
 
     def softer(farthest: Any, c: Any):
+        one = type(farthest)(1.0)
         if SOFTENS:
-            return power_of(wp.max(farthest, type(farthest)(1.0)), c[12])
-        return type(farthest)(1.0)
+            # No softer than towards the origin; where the backbone is below yield no power is.
+            reach = wp.max(farthest, one)
+            strength, _slope = hysteretic_backbone(reach, c)
+            return wp.min(power_of(reach, c[12]), reach / wp.max(strength, one))
+        return one
 
     softer.__qualname__ = f"{name}_softer"
     softer = wp.func(softer)
