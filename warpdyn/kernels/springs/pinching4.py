@@ -145,6 +145,10 @@ def _pinching4(damage: str | None) -> Spring:
         full, steep = pinching4_backbone(here, c)
         force = wp.where(on_backbone, strength * full, force)
         slope = wp.where(on_backbone, strength * steep, slope)
+        # Whatever the path, no step is stiffer than the first one.
+        steepest = way * memory[1] + (here - way * memory[0])
+        slope = wp.where(force > steepest, one, slope)
+        force = wp.min(force, steepest)
         state = wp.where(on_backbone, way, way + way)
         is_elastic = memory[2] == zero and here <= type(x)(ELASTIC)
         return way * force, slope, wp.where(is_elastic, zero, state), renews
