@@ -42,7 +42,11 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
         elastic = type(force)(0.5) * force * force / wp.max(stiffness, type(force)(SMALLEST))
         spent = wp.max(energy - energy_before - elastic, type(force)(0.0))
         left = c[9] - (energy - elastic)
-        return stiffness * (type(force)(1.0) - share_of(spent, left, exponent)), spent > left
+        deteriorated = stiffness * (type(force)(1.0) - share_of(spent, left, exponent))
+        # An excursion gives back no more than was put in, which a stiffness that is about exhausted would.
+        given = wp.max(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
+        least = wp.min(force * force / given, stiffness)
+        return wp.max(deteriorated, least), spent > left
 
     after_turning.__qualname__ = f"imk_after_turning_{POWERS}"
     return share_of, wp.func(after_turning)
@@ -91,8 +95,14 @@ def spring_of(name: str, follow: Callable, unloading: Callable, memory: int, coe
 
     def recoverable(drift: Any, memory: Any, c: Any):
         stiffness, holds = unloading(memory, c)
-        energy = memory[1] * memory[1] * c[1] / (type(drift)(2.0) * c[0] * wp.max(stiffness, type(drift)(SMALLEST)))
-        return wp.where(holds, energy, type(drift)(0.0))
+        zero = type(drift)(0.0)
+        # A stiffness that is about exhausted would give back more than was put in, on a way that has no end: the way
+        # ends with the force, or at the ultimate drift of the other side.
+        force = wp.abs(memory[1])
+        side = wp.where(memory[1] < zero, -type(drift)(1.0), type(drift)(1.0))
+        way = wp.min(force / wp.max(stiffness, type(drift)(SMALLEST)), c[6] + side * memory[0])
+        energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[3])
+        return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
 
     fields = {}
     for function in (force, evolve, advance, tangent, recoverable):
