@@ -14,6 +14,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
+from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
 SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
@@ -34,9 +35,8 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
             share = power_of(share, exponent)
         return share
 
-    # Warp tells functions apart by name: those of two laws must not share one.
-    deterioration.__qualname__ = f"imk_deterioration_{POWERS}"
-    share_of = wp.func(deterioration)
+    name = f"imk_powers_{POWERS}"
+    share_of = device_functions(name, deterioration)["deterioration"]
 
     def after_turning(force: Any, stiffness: Any, energy: Any, energy_before: Any, exponent: Any, c: Any):
         elastic = type(force)(0.5) * force * force / wp.max(stiffness, type(force)(SMALLEST))
@@ -48,8 +48,7 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
         least = wp.min(force * force / given, stiffness)
         return wp.max(deteriorated, least), spent > left
 
-    after_turning.__qualname__ = f"imk_after_turning_{POWERS}"
-    return share_of, wp.func(after_turning)
+    return share_of, device_functions(name, after_turning)["after_turning"]
 
 
 @wp.func
@@ -73,9 +72,7 @@ def spring_of(name: str, follow: Callable, unloading: Callable, memory: int, coe
         coefficients: Number of theirs.
     """
 
-    for function in (follow, unloading):
-        function.__qualname__ = f"{name}_{function.__name__}"
-    follow, unloading = wp.func(follow), wp.func(unloading)
+    follow, unloading = device_functions(name, follow, unloading).values()
 
     def force(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
@@ -104,8 +101,5 @@ def spring_of(name: str, follow: Callable, unloading: Callable, memory: int, coe
         energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[3])
         return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
 
-    fields = {}
-    for function in (force, evolve, advance, tangent, recoverable):
-        function.__qualname__ = f"{name}_{function.__name__}"
-        fields[function.__name__] = wp.func(function)
-    return Spring(**fields, memory=memory, coefficients=coefficients)
+    functions = device_functions(name, force, evolve, advance, tangent, recoverable)
+    return Spring(memory=memory, coefficients=coefficients, **functions)

@@ -13,12 +13,12 @@ reloading and strength each its limit, factors of drift and of energy (or cycles
 ductility; 1 / energy that may be spent.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
+from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
 # The storey is elastic, whatever its direction, until it passes this.
@@ -236,22 +236,11 @@ def _pinching4(damage: str | None) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    def own(function: Callable) -> Callable:
-        # Warp tells functions apart by name: those of two laws must not share one.
-        function.__qualname__ = f"{name}_{function.__name__}"
-        return wp.func(function)
-
-    step = own(step)
-    evolve = own(evolve)
-    return Spring(
-        own(force),
-        evolve,
-        own(recoverable),
-        coefficients=29 if DAMAGES else 12,
-        tangent=own(tangent),
-        memory=15 if BY_CYCLES else 14 if DAMAGES else 7,
-        advance=own(advance),
-    )
+    step = device_functions(name, step)["step"]
+    functions = device_functions(name, force, evolve, recoverable, tangent, advance)
+    evolve = functions["evolve"]
+    memory = 15 if BY_CYCLES else 14 if DAMAGES else 7
+    return Spring(coefficients=29 if DAMAGES else 12, memory=memory, **functions)
 
 
 PINCHING4 = _pinching4(None)
