@@ -285,7 +285,10 @@ def test_energy_never_falls_and_closes(kind, storey):
         ({"pinching_force_ratio": 1.1}, "pinching_force_ratio is 1.1 at storey 1; .* at most 1"),
         ({"pinching_drift_ratio": -0.1}, "pinching_drift_ratio is -0.1 at storey 1"),
         ({"unloading_deterioration_drift": -1.0}, "unloading_deterioration_drift is -1 at storey 1"),
-        ({"deterioration_exponent": 0.0}, "deterioration_exponent is 0 at storey 1"),
+        (
+            {"deterioration_exponent": 0.9},
+            "deterioration_exponent is 0.9 at storey 1; it must be finite and at least 1",
+        ),
         ({"deterioration_rate": 1.5}, "deterioration_rate is 1.5 at storey 1; .* above 0 and at most 1"),
     ],
 )

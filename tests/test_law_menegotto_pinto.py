@@ -127,6 +127,10 @@ def test_unloading_gives_back_what_is_stored():
     ("changed", "words"),
     [
         ({"transition_curvature": 0.0}, ["transition_curvature is 0", "above 0"]),
+        (
+            {"transition_curvature": 5.0, "curvature_reduction": 0.98},
+            ["transition_curvature is 5 at storey 1", "at least 50, 1 / (1 - curvature_reduction)"],
+        ),
         ({"curvature_reduction": 1.0}, ["curvature_reduction is 1", "below 1"]),
         ({"curvature_reduction_ductility": 0.0}, ["curvature_reduction_ductility is 0", "above 0"]),
         ({"isotropic_hardening": -0.1}, ["isotropic_hardening is -0.1", "at least 0"]),

@@ -24,7 +24,11 @@ def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def backbone_problem(p: Values, count: int) -> str | None:
-    """Return what is wrong with a backbone of so many corners: one must lie beyond another, and none be steeper."""
+    """Return what is wrong with a backbone of so many corners.
+
+    One must lie beyond another, no part be steeper than the first, and none rise after one that falls: reloading to a
+    peak on it would cut the trough, and unloading give more than was put in.
+    """
     drift, force = corners(p, count)
     for i in range(1, count):
         name, last = f"ductility_{i + 1}", "1, that of yield" if i == 1 else f"ductility_{i}, "
@@ -38,6 +42,13 @@ def backbone_problem(p: Values, count: int) -> str | None:
             return (
                 f"{name} is {force[i][place]:g} ({place_in_words(bad)}); it must be at most "
                 f"{force[i - 1][place] + length[place]:g}: no part of a backbone may be stiffer than its first"
+            )
+    for i in range(2, count):
+        if np.any(bad := (force[i] > force[i - 1]) & (np.min(np.diff(force[:i], axis=0), axis=0) < 0)):
+            name, place = f"force_ratio_{i + 1}", first_place(bad)
+            return (
+                f"{name} is {force[i][place]:g} ({place_in_words(bad)}); it must be at most force_ratio_{i}, "
+                f"{force[i - 1][place]:g}: a backbone that has begun to fall may not rise again"
             )
     return None
 

@@ -6,8 +6,10 @@ yield force, `ductility_2` dy; s3p, e3p by `force_ratio_3` and `ductility_3`; th
 e3n; pinchX = `pinching_drift`, pinchY = `pinching_force`; damage1 = `damage_by_ductility`, damage2 =
 `damage_by_energy` (of the energy under both sides of the backbone); beta = `unloading_exponent`.
 
-Two things differ from OpenSees on purpose. No part of the backbone may be stiffer than its first, and no corner have a
-negative force. And a backbone that comes to no force does so at the drift where its line crosses zero: OpenSees looks
+Three things differ from OpenSees on purpose. No part of the backbone may be stiffer than its first, and no corner have
+a negative force. Unloading is no softer than towards the origin: where it is in OpenSees, which is with an exponent
+near 1 and a force above yield, a storey pushes on beyond the origin, its force jumps in reloading, and cycles give
+energy. And a backbone that comes to no force does so at the drift where its line crosses zero: OpenSees looks
 there whether the rounded force is above zero, and if it is, takes the storey for one that never lost its strength.
 """
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.laws.bounds import above, first_bad
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter, Values
 
 
@@ -24,6 +25,14 @@ def _coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
     if spring == "menegotto_pinto":
         return values
     return (*values, p["isotropic_hardening"], 0.5 / p["isotropic_hardening_ductility"])
+
+
+def _problem(p: Values) -> str | None:
+    """Below an exponent of 1 the storey yields before it moves, and what it stores has no converging series."""
+    exponent, reduction = p["transition_curvature"], p["curvature_reduction"]
+    least = 1 / (1 - reduction)
+    reason = "1 / (1 - curvature_reduction): the exponent of no later transition may be below 1"
+    return first_bad(above(least, exponent), "transition_curvature", exponent, "at least", least, reason)
 
 
 MENEGOTTO_PINTO = Law(
@@ -48,4 +57,5 @@ MENEGOTTO_PINTO = Law(
     },
     _spring,
     _coefficients,
+    _problem,
 )

@@ -14,6 +14,8 @@ These differ from OpenSees on purpose:
 - A level part of the backbone is level. OpenSees takes the line of the next part that is not.
 - Beyond its last corner a backbone that does not rise is level. In OpenSees it rises by 1e-7 of its force a last drift.
 - The unloading ratio must be below the reloading one. Elsewhere OpenSees reloads to the force of the last corner.
+- No part of a path is stiffer than the first part of the backbone. In OpenSees those from small turns can be.
+- The unloading ratio has a lower bound: cycles to a peak of a lower force than the corner's would give energy.
 - A turn takes effect at once. OpenSees takes the old loss of stiffness and strength in part for one more step.
 - A storey that lost its force for good has none. OpenSees divides 0 by 0 there, and where `reloading_drift` is 1.
 """
@@ -23,6 +25,7 @@ from __future__ import annotations
 import numpy as np
 
 from warpdyn.laws.backbone import backbone_problem, corner_parameters, corners, first_place, place_in_words
+from warpdyn.laws.bounds import first_bad
 from warpdyn.laws.law import YIELD_FORCE, Law, Parameter, Values
 
 NEVER = 1e16  # yield drifts
@@ -73,8 +76,27 @@ def _pinching4_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
     return (*values, *damage, 1 / drift[3], 1 / (p["energy_factor"] * energy))
 
 
+def _unloading_problem(p: Values) -> str | None:
+    """Return what is wrong with forces unloaded to below zero: symmetric cycles of some drift would give energy.
+
+    A cycle between -x and x, where the backbone's force is f, that reloads as stiffly as it unloads spends twice
+    (u + r f) (x - f) in units of yield, with the force u unloaded to and the ratio r of the force reloaded to. One that
+    reloads over a longer way spends more.
+    """
+    _, (first, second, third, fourth) = corners(p, 4)
+    ratio = np.ones_like(first)
+    for weakest, corner in ((np.minimum(np.minimum(first, second), third), third), (np.minimum(third, fourth), fourth)):
+        ratio = np.minimum(ratio, np.divide(weakest, corner, out=np.ones_like(ratio), where=corner > 0))
+    least = -p["reloading_force"] * ratio
+    bad = p["unloading_force"] < least * (1 + 1e-9)
+    reason = "or cycles would give energy: that is -reloading_force times the least force of a peak over the corner's"
+    return first_bad(bad, "unloading_force", p["unloading_force"], "at least", least, reason)
+
+
 def _pinching4_problem(p: Values) -> str | None:
     if problem := backbone_problem(p, 4):
+        return problem
+    if problem := _unloading_problem(p):
         return problem
     reloading, unloading = np.broadcast_arrays(p["reloading_force"], p["unloading_force"])
     if np.any(bad := unloading >= reloading):

@@ -11,13 +11,13 @@ zeta2 = (c12 + c13 e) (c14 + zeta1), q = c15, and zu = (A / (nu (beta + gamma)))
 c16 = 1 / n and c17 = 1 / (beta + gamma). The memory is z and e.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warpdyn.kernels.exponentials import exponential, power_of
+from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.rate_law import along_drift
 from warpdyn.kernels.springs.spring import Spring
 
@@ -88,19 +88,14 @@ def _baber_noori(pinches: bool) -> Spring:
             slope += type(velocity)(STEEPEST) * zeta1 / ((c[12] + c[13] * energy) * (c[14] + zeta1))
         return wp.abs(velocity) * c[2] * slope / (one + c[9] * energy)
 
-    def own(function: Callable) -> Callable:
-        # Warp tells functions apart by name: those of two laws must not share one.
-        function.__qualname__ = f"{name}_{function.__name__}"
-        return wp.func(function)
-
-    rate, relaxation = own(rate), own(relaxation)
+    own = device_functions(name, rate, relaxation, recoverable)
     return Spring(
         baber_noori_force,
         None,
-        own(recoverable),
+        own["recoverable"],
         coefficients=18 if PINCHES else 10,
         memory=2,
-        **along_drift(rate, relaxation),
+        **along_drift(own["rate"], own["relaxation"]),
     )
 
 

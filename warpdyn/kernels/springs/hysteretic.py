@@ -15,6 +15,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
+from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
 FARTHEST = wp.constant(wp.float64(1e16))  # m: damage that runs away stops there
@@ -86,12 +87,15 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
     SOFTENS = unloads_softer
 
     def softer(farthest: Any, c: Any):
+        one = type(farthest)(1.0)
         if SOFTENS:
-            return power_of(wp.max(farthest, type(farthest)(1.0)), c[12])
-        return type(farthest)(1.0)
+            # No softer than towards the origin; where the backbone is below yield no power is.
+            reach = wp.max(farthest, one)
+            strength, _slope = hysteretic_backbone(reach, c)
+            return wp.min(power_of(reach, c[12]), reach / wp.max(strength, one))
+        return one
 
-    softer.__qualname__ = f"{name}_softer"
-    softer = wp.func(softer)
+    softer = device_functions(name, softer)["softer"]
 
     def step(drift: Any, memory: Any, c: Any):
         x = drift * c[0]
@@ -99,8 +103,7 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         is_up = x >= memory[0]
         return hysteretic_step(x, memory, c, wp.where(is_up, above, below), wp.where(is_up, below, above))
 
-    step.__qualname__ = f"{name}_step"
-    step = wp.func(step)
+    step = device_functions(name, step)["step"]
 
     def force(drift: Any, memory: Any, c: Any):
         now, _slope, way, _ahead, _released = step(drift, memory, c)
@@ -135,14 +138,9 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    fields = {}
-    for function in (force, evolve, recoverable, tangent):
-        # Warp tells functions apart by name: those of two laws must not share one.
-        function.__qualname__ = f"{name}_{function.__name__}"
-        fields[function.__name__] = wp.func(function)
-    evolve = fields["evolve"]
-    advance.__qualname__ = f"{name}_advance"
-    return Spring(**fields, coefficients=13 if SOFTENS else 12, memory=8, advance=wp.func(advance))
+    functions = device_functions(name, force, evolve, recoverable, tangent, advance)
+    evolve = functions["evolve"]
+    return Spring(coefficients=13 if SOFTENS else 12, memory=8, **functions)
 
 
 HYSTERETIC = _hysteretic(False, "hysteretic")

@@ -14,6 +14,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
+from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
 SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
@@ -34,18 +35,20 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
             share = power_of(share, exponent)
         return share
 
-    # Warp tells functions apart by name: those of two laws must not share one.
-    deterioration.__qualname__ = f"imk_deterioration_{POWERS}"
-    share_of = wp.func(deterioration)
+    name = f"imk_powers_{POWERS}"
+    share_of = device_functions(name, deterioration)["deterioration"]
 
     def after_turning(force: Any, stiffness: Any, energy: Any, energy_before: Any, exponent: Any, c: Any):
         elastic = type(force)(0.5) * force * force / wp.max(stiffness, type(force)(SMALLEST))
         spent = wp.max(energy - energy_before - elastic, type(force)(0.0))
         left = c[9] - (energy - elastic)
-        return stiffness * (type(force)(1.0) - share_of(spent, left, exponent)), spent > left
+        deteriorated = stiffness * (type(force)(1.0) - share_of(spent, left, exponent))
+        # An excursion gives back no more than was put in, which a stiffness that is about exhausted would.
+        given = wp.max(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
+        least = wp.min(force * force / given, stiffness)
+        return wp.max(deteriorated, least), spent > left
 
-    after_turning.__qualname__ = f"imk_after_turning_{POWERS}"
-    return share_of, wp.func(after_turning)
+    return share_of, device_functions(name, after_turning)["after_turning"]
 
 
 @wp.func
@@ -69,9 +72,7 @@ def spring_of(name: str, follow: Callable, unloading: Callable, memory: int, coe
         coefficients: Number of theirs.
     """
 
-    for function in (follow, unloading):
-        function.__qualname__ = f"{name}_{function.__name__}"
-    follow, unloading = wp.func(follow), wp.func(unloading)
+    follow, unloading = device_functions(name, follow, unloading).values()
 
     def force(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
@@ -91,11 +92,14 @@ def spring_of(name: str, follow: Callable, unloading: Callable, memory: int, coe
 
     def recoverable(drift: Any, memory: Any, c: Any):
         stiffness, holds = unloading(memory, c)
-        energy = memory[1] * memory[1] * c[1] / (type(drift)(2.0) * c[0] * wp.max(stiffness, type(drift)(SMALLEST)))
-        return wp.where(holds, energy, type(drift)(0.0))
+        zero = type(drift)(0.0)
+        # A stiffness that is about exhausted would give back more than was put in, on a way that has no end: the way
+        # ends with the force, or at the ultimate drift of the other side.
+        force = wp.abs(memory[1])
+        side = wp.where(memory[1] < zero, -type(drift)(1.0), type(drift)(1.0))
+        way = wp.min(force / wp.max(stiffness, type(drift)(SMALLEST)), c[6] + side * memory[0])
+        energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[3])
+        return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
 
-    fields = {}
-    for function in (force, evolve, advance, tangent, recoverable):
-        function.__qualname__ = f"{name}_{function.__name__}"
-        fields[function.__name__] = wp.func(function)
-    return Spring(**fields, memory=memory, coefficients=coefficients)
+    functions = device_functions(name, force, evolve, advance, tangent, recoverable)
+    return Spring(memory=memory, coefficients=coefficients, **functions)

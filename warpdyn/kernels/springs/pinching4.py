@@ -13,12 +13,12 @@ reloading and strength each its limit, factors of drift and of energy (or cycles
 ductility; 1 / energy that may be spent.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
+from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
 # The storey is elastic, whatever its direction, until it passes this.
@@ -145,6 +145,10 @@ def _pinching4(damage: str | None) -> Spring:
         full, steep = pinching4_backbone(here, c)
         force = wp.where(on_backbone, strength * full, force)
         slope = wp.where(on_backbone, strength * steep, slope)
+        # Whatever the path, no step is stiffer than the first one.
+        steepest = way * memory[1] + (here - way * memory[0])
+        slope = wp.where(force > steepest, one, slope)
+        force = wp.min(force, steepest)
         state = wp.where(on_backbone, way, way + way)
         is_elastic = memory[2] == zero and here <= type(x)(ELASTIC)
         return way * force, slope, wp.where(is_elastic, zero, state), renews
@@ -232,22 +236,11 @@ def _pinching4(damage: str | None) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    def own(function: Callable) -> Callable:
-        # Warp tells functions apart by name: those of two laws must not share one.
-        function.__qualname__ = f"{name}_{function.__name__}"
-        return wp.func(function)
-
-    step = own(step)
-    evolve = own(evolve)
-    return Spring(
-        own(force),
-        evolve,
-        own(recoverable),
-        coefficients=29 if DAMAGES else 12,
-        tangent=own(tangent),
-        memory=15 if BY_CYCLES else 14 if DAMAGES else 7,
-        advance=own(advance),
-    )
+    step = device_functions(name, step)["step"]
+    functions = device_functions(name, force, evolve, recoverable, tangent, advance)
+    evolve = functions["evolve"]
+    memory = 15 if BY_CYCLES else 14 if DAMAGES else 7
+    return Spring(coefficients=29 if DAMAGES else 12, memory=memory, **functions)
 
 
 PINCHING4 = _pinching4(None)

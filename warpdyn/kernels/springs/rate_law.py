@@ -5,6 +5,8 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.kernels.springs.named import device_functions
+
 
 def along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
     """Return what a law whose memory has a rate that is proportional to the velocity does over a step: its fields.
@@ -35,9 +37,5 @@ def along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
         outer = wp.max(relaxation(increment, memory, c), relaxation(increment, third, c))
         return wp.max(outer, wp.max(relaxation(increment, first, c), relaxation(increment, second, c)))
 
-    fields = {}
-    for function in (advance, tangent, relaxation_along):
-        # Warp tells functions apart by name: those of two laws must not share one.
-        function.__qualname__ = f"{rate.key}_{function.__name__}"
-        fields[function.__name__] = wp.func(function)
-    return fields | {"rate": rate, "relaxation": relaxation}
+    functions = device_functions(rate.key, advance, tangent, relaxation_along)
+    return functions | {"rate": rate, "relaxation": relaxation}
