@@ -181,6 +181,9 @@ def test_bad_curves_are_named_by_their_point(displacement: list, capacity: list,
         ({"mass": [1.0, 2.0]}, r"mass must be one value or one a storey \(4\), got shape \(2,\)"),
         ({"height": 0.0}, "height is 0 at storey 1; it must be finite and above 0"),
         ({"law": "steel"}, "unknown storey law 'steel'"),
+        ({"stiffness": 1.0e8}, "stiffness follows from the capacity curve; leave it out"),
+        ({"yield_force": 1.0}, "yield_force follows from the capacity curve; leave it out"),
+        ({"hardening_ratio": 0.1}, "hardening_ratio follows from the capacity curve; leave it out"),
     ],
 )
 def test_other_bad_input_is_named(changed: dict, message: str) -> None:
