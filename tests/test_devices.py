@@ -270,6 +270,8 @@ GAP = {"devices": ("gap",), "clearance": 0.1, "contact_stiffness": 1.0}
 BOUC_WEN = {"yield_force": 1.0, "hardening_ratio": 0.1}
 OF_STOREYS = {"damping": "rayleigh", "damping_ratio": 0.05}
 BEARINGS = {"law": ("elastic", "lead_rubber_bearing"), "yield_force": 1.0}
+OF_ONE = {"law": "bouc_wen", "yield_force": 1.0, "hardening_ratio": 0.1}
+MIXED = OF_ONE | {"law": ("bouc_wen", "elastic")}
 PENDULUM = {"law": "friction_pendulum", "friction_coefficient": 0.1, "weight": 1.0}
 
 
@@ -289,6 +291,14 @@ PENDULUM = {"law": "friction_pendulum", "friction_coefficient": 0.1, "weight": 1
         ({"law": ("elastic", "bouc_wen"), **BOUC_WEN, "gamma": 0.9}, ["gamma", "storey 2", "<= beta"]),
         ({"law": ("elastic", "plastic")}, ["storey law 'plastic'", "bilinear"]),
         ({"law": ("elastic",) * 3}, ["mass has 2 values", "3 storeys"]),
+        (MIXED | {"damping": "rayleigh"}, ["damping_ratio (viscous damping ratio) is missing"]),
+        (MIXED | {"devices": ("gap",), "contact_stiffness": 1.0}, ["clearance (", ") is missing"]),
+        (MIXED | {"yield_force": [np.nan, 1.0]}, ["yield_force is nan at storey 1; it must be finite and above 0"]),
+        (MIXED | {"exponent": [np.nan, 1.0]}, ["exponent is nan at storey 1"]),
+        (
+            {"law": ("elastic", "bilinear"), "yield_force": 1.0},
+            ["hardening_ratio is missing at storey 2", "'bilinear'"],
+        ),
         (BEARINGS | {"post_yield_stiffness": 1e3}, ["post_yield_stiffness", "storey 2", "below"]),
         (PENDULUM | {"radius": 1e-3}, ["weight over radius", "storey 1", "below"]),
         (OF_STOREYS | {"damped_storeys": (1, 3)}, ["damped_storeys", "1 to 2"]),
@@ -298,6 +308,11 @@ PENDULUM = {"law": "friction_pendulum", "friction_coefficient": 0.1, "weight": 1
 def test_bad_devices(parameters, words):
     with pytest.raises(ValueError, match=".*".join(map(re.escape, words))):
         wd.ShearBuilding([1.0, 1.0], 100.0, 3.0, **parameters)
+
+
+def test_defaults_are_those_of_each_law():
+    building = wd.ShearBuilding([1.0, 1.0], 100.0, 3.0, **MIXED)
+    assert building.parameters["exponent"][0] == wd.ShearBuilding(1.0, 100.0, 3.0, **OF_ONE).parameters["exponent"][0]
 
 
 def test_bad_scatter_of_a_device_names_it():

@@ -171,7 +171,7 @@ def test_whole_history_of_many_devices_against_opensees(method, dtype):
         ({"displacement_capacity": 0.0}, ["displacement_capacity", "above 0"]),
         ({"yield_force": 1.0}, ["yield_force", "elastic"]),
         ({"stiffness": np.nan}, ["stiffness", "storey 1"]),
-        ({"law": "lead_rubber_bearing", "yield_force": 1e5}, ["post_yield_stiffness", "storey 1"]),
+        ({"law": "lead_rubber_bearing", "yield_force": 1e5}, ["post_yield_stiffness is missing", "storey 1"]),
         ({"law": "rubber"}, ["law of isolators 'rubber'", "lead_rubber_bearing"]),
     ],
 )
@@ -179,6 +179,20 @@ def test_bad_isolators(parameters, words):
     given = {"law": "elastic", "base_mass": 1e5, "displacement_capacity": 0.5, "stiffness": 1e7} | parameters
     with pytest.raises(ValueError, match=".*".join(words)):
         frame().on_isolators(**given)
+
+
+def test_isolators_do_not_take_the_frames_stiffness_for_theirs():
+    with pytest.raises(ValueError, match="stiffness is missing at storey 1, whose law 'elastic' needs it"):
+        frame().on_isolators("elastic", 1e5, 0.5)
+
+
+def test_isolators_have_the_defaults_of_their_law():
+    own = {"yield_force": 1e6, "hardening_ratio": 0.1, "exponent": 3.0}
+    isolators = {"stiffness": 1e7, "yield_force": 1e5, "hardening_ratio": 0.05}
+    building = frame(law="bouc_wen", **own).on_isolators("bouc_wen", 1e5, 0.5, **isolators)
+    np.testing.assert_array_equal(building.parameters["exponent"], [1.0, 3.0, 3.0, 3.0])
+    with pytest.raises(ValueError, match="hardening_ratio is missing at storey 1, whose law 'bouc_wen' needs it"):
+        frame(law="bouc_wen", **own).on_isolators("bouc_wen", 1e5, 0.5, stiffness=1e7, yield_force=1e5)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.checks import one_of, real_number
 from warpdyn.laws import LAWS
+from warpdyn.laws.of_storeys import missing_at
 from warpdyn.motions import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -133,9 +134,12 @@ class ProtectedChain:
         for name in {*values, *own}:
             before = values.get(name, np.full(self.storeys, np.nan))
             new = own.get(name, added.get(name))
+            if new is None and name in LAWS[law].parameters:
+                new = LAWS[law].parameters[name].default
+            elif new is None and name not in ("stiffness", "mass", "height"):
+                new = before[0]  # of what only other storeys' laws and devices take, any value will do
             if new is None:
-                # Of a parameter that the added storey's law takes the default counts; of any other nothing does.
-                new = np.nan if any(name in LAWS[other].parameters for other in (law, *laws)) else before[0]
+                raise ValueError(missing_at(name, place, law))
             values[name] = np.insert(before, place, new)
         if ratio is not None:
             values["damping_ratio"] = ratio
