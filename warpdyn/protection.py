@@ -137,7 +137,7 @@ class ProtectedChain:
             if new is None and name in LAWS[law].parameters:
                 new = LAWS[law].parameters[name].default
             elif new is None and name not in ("stiffness", "mass", "height"):
-                new = before[0]  # of what only other storeys' laws and devices take, any value will do
+                new = before[0]  # of what only other storeys' laws take it will not count; of devices any will do
             if new is None:
                 raise ValueError(missing_at(name, place, law))
             values[name] = np.insert(before, place, new)

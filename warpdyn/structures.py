@@ -68,9 +68,10 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             building (P-Delta); None for no P-Delta.
         **parameters: What the law and the damping take, one value or one a storey: `yield_force` [N],
             `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`. Where laws
-            differ, a value counts in storeys whose law takes it. Devices: `slip_force` [N], `brace_stiffness` [N/m];
-            `damper_coefficient` [N (s/m)^a], `velocity_exponent` a, at most 1, `linear_velocity` [m/s], below which
-            the force is linear; `clearance` [m], `contact_stiffness` [N/m], `restitution`. A storey without a device
+            differ, a value counts in storeys whose law takes it, and is NaN in the others. Devices: `slip_force` [N],
+            `brace_stiffness` [N/m]; `damper_coefficient` [N (s/m)^a], `velocity_exponent` a, at most 1,
+            `linear_velocity` [m/s], below which the force is linear; `clearance` [m], `contact_stiffness` [N/m],
+            `restitution`. A storey without a device
             has 0 for its first.
 
     The Bouc-Wen force is a k d + (1 - a) Fy z with a the hardening ratio, Fy the yield force, k the stiffness and
@@ -144,6 +145,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         if not 1 <= self.storeys <= MAXIMUM_STOREYS:
             raise ValueError(f"a shear building has 1 to {MAXIMUM_STOREYS} storeys, got {self.storeys}")
         for name, array in arrays.items():
+            taken = None
             if name in BUILDING_PARAMETERS:
                 if array.size != 1:
                     raise ValueError(f"{name} must be one value for the building, got {array.size}")
@@ -153,9 +155,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             else:
                 arrays[name] = np.array(np.broadcast_to(array, self.storeys))
                 if several > 1:
-                    arrays[name] = self._where_taken(name, arrays[name], is_given=name in given)
+                    arrays[name], taken = self._where_taken(name, arrays[name], is_given=name in given)
             axes = () if name in BUILDING_PARAMETERS else ("storey",)
-            problem = self.parameter_table[name].first_violation(name, arrays[name], axes)
+            problem = self.parameter_table[name].first_violation(name, arrays[name], axes, taken=taken)
             if problem:
                 raise ValueError(problem)
             arrays[name].flags.writeable = False
@@ -175,19 +177,19 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         has_modes = damping in ("rayleigh", "rayleigh_tangent") and damped_storeys is None
         self.damping_modes = self._checked_modes(damping_modes) if has_modes else None
 
-    def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> np.ndarray:
-        """Return values of a parameter; storeys whose law does not take it have that of one that does, unseen."""
+    def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return values of a parameter, NaN at storeys whose law does not take it, and at which it does."""
         laws = [law for law in dict.fromkeys(self.storey_laws) if name in LAWS[law].parameters]
         if not laws:
-            return values
+            return values, None
         for law in laws if not is_given else ():
             default, own = LAWS[law].parameters[name].default, storeys_of(self.storey_laws, law)
             if default is None:
                 raise ValueError(missing_at(name, own[0], law))
             values[own] = default
         takes = np.isin(self.storey_laws, laws)
-        values[~takes] = values[takes][0]
-        return values
+        values[~takes] = np.nan
+        return values, takes
 
     def _checked_storeys(self, storeys: tuple[int, int]) -> tuple[int, int]:
         """Return the first and last storey of those that damping is of."""
