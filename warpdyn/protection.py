@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
 CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at the end of its capacity
-DAMPINGS = ("none", "storey", "rayleigh")
+DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
 
 
 class ProtectedChain:
@@ -36,7 +36,7 @@ class ProtectedChain:
 
         Rayleigh damping stays that of the building on a fixed base, in proportion to the stiffness of its own storeys
         alone (`damped_storeys`): across the isolators there is what they dissipate, and their own viscous damping. Of a
-        Rayleigh damping in two modes, the ratio at the first is kept.
+        Rayleigh damping in two modes, the ratio at the first is kept. Damping in proportion to stiffness becomes such.
 
         Args:
             law: Law of the isolators: "lead_rubber_bearing" (`stiffness` before yield [N/m], `yield_force` [N],
@@ -50,7 +50,8 @@ class ProtectedChain:
             **parameters: Parameters of the isolators' law.
 
         Raises:
-            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, or there is P-Delta.
+            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
+                or there is P-Delta.
         """
         one_of("law of isolators", law, ISOLATORS)
         mass = real_number("base_mass [kg]", base_mass, above=0)
@@ -89,7 +90,7 @@ class ProtectedChain:
                 as high, so that its drift ratio is 0.1 there.
 
         Raises:
-            ValueError: If a value is out of bounds, or the damping is modal.
+            ValueError: If a value is out of bounds, or the damping is modal, of mass or of tangents.
         """
         ratio = real_number("mass_ratio", mass_ratio, above=0)
         if frequency_ratio is None:
@@ -110,8 +111,8 @@ class ProtectedChain:
         """Return the building with a storey more at a place, of a law, parameters and a dashpot of its own."""
         if self.damping not in DAMPINGS:
             raise ValueError(
-                f"a building of damping {self.damping!r} takes no isolators and no tuned mass damper: modal damping "
-                f"would act across them; use one of {', '.join(map(repr, DAMPINGS))}"
+                f"a building of damping {self.damping!r} takes no isolators and no tuned mass damper: this damping is "
+                f"of the whole building and would act on them, too; use one of {', '.join(map(repr, DAMPINGS))}"
             )
         dashpot = real_number("damper_coefficient [N s/m]", dashpot, least=0)
         taken = {"mass", "stiffness", "height", *LAWS[law].parameters}
@@ -143,9 +144,10 @@ class ProtectedChain:
             values[name] = np.insert(before, place, new)
         if ratio is not None:
             values["damping_ratio"] = ratio
-        damped = None
-        if self.damping == "rayleigh":
+        damped, damping = None, self.damping
+        if damping in ("rayleigh", "stiffness_proportional"):
+            damping = "rayleigh"  # that of some storeys is in proportion to their stiffness alone
             first, last = self.damped_storeys or (1, self.storeys)
             damped = (first + (place == 0), last + (place == 0))
         laws = (*laws[:place], law, *laws[place:])
-        return type(self)(law=laws, devices=devices, damping=self.damping, damped_storeys=damped, **values)
+        return type(self)(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)
