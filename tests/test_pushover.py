@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from itertools import pairwise
-from types import SimpleNamespace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ import xarray as xr
 from opensees import opensees
 
 import warpdyn as wd
-from warpdyn.laws import LAWS
 
 STIFFNESS = np.array([1.0e8, 2.0e8, 1.5e8, 0.8e8])
 STRENGTH = np.array([2.0e6, 2.2e6, 1.5e6, 0.4e6])
@@ -23,11 +23,11 @@ def bilinear(hardening: float | np.ndarray = HARDENING) -> wd.ShearBuilding:
     return wd.ShearBuilding(2.0e5, STIFFNESS, 3.0, law="bilinear", yield_force=STRENGTH, hardening_ratio=hardening)
 
 
-def softening(hardening: list[float], strength: list[float]) -> SimpleNamespace:
-    """Storeys that a scene refuses, since these have no end of their softening: a law's own branch stands still."""
-    values = {"mass": 2.0e5, "height": 3.0, "stiffness": 1.0e8, "yield_force": strength, "hardening_ratio": hardening}
-    parameters = {name: np.array(np.broadcast_to(value, 3), float) for name, value in values.items()}
-    return SimpleNamespace(storeys=3, storey_law=LAWS["bilinear"], parameters=parameters)
+def softening(hardening: list[float], strength: list[float]) -> wd.ShearBuilding:
+    """Storeys that a building refuses, since these have no end of their softening: a law's own branch stands still."""
+    building = wd.ShearBuilding(2.0e5, [1.0e8] * 3, 3.0, law="bilinear", yield_force=strength, hardening_ratio=0.1)
+    building.parameters = building.parameters | {"hardening_ratio": np.array(hardening)}
+    return building
 
 
 def leaning(hardening: float | np.ndarray) -> wd.ShearBuilding:
@@ -256,3 +256,22 @@ def test_snap_back_is_said() -> None:
 def test_bad_input_is_named(path: list, pattern: str | list, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         wd.pushover(bilinear(), path, pattern=pattern)
+
+
+def test_datasets_say_what_they_hold(tmp_path: Path) -> None:
+    building = leaning(HARDENING)
+    pushed, loops = wd.pushover(building, [0.01, 0.02]), wd.storey_hysteresis(building, [0.01, -0.01, 0.02])
+    for made, function in ((pushed, "pushover"), (loops, "storey_hysteresis")):
+        assert {"storey", "step"} <= set(made.coords)
+        for name, variable in made.variables.items():
+            assert {"units", "long_name"} <= set(variable.attrs), name
+        assert set(made.attrs) == {"Conventions", "title", "history", "source", "building"}
+        assert made.attrs["history"].endswith(f"warpdyn.{function}")
+        told = json.loads(made.attrs["building"])
+        assert told["law"] == "bilinear"
+        assert told["yield_force"] == STRENGTH.tolist()
+        made.to_netcdf(tmp_path / f"{function}.nc")
+        with xr.open_dataset(tmp_path / f"{function}.nc") as read:
+            assert read.load().identical(made)
+    np.testing.assert_array_equal(pushed["floor"], [1, 2, 3, 4])
+    np.testing.assert_array_equal(loops["step"], [0, 1, 2])

@@ -13,6 +13,8 @@ from warpdyn.kernels.storey_path import storey_path_kernel
 from warpdyn.kernels.storey_step import storey_step_kernel
 from warpdyn.lateral_loads import floor_loads, storey_shears
 from warpdyn.p_delta import stiffness_under_gravity, storey_weight_over_height
+from warpdyn.scene import structure_to_json
+from warpdyn.store import trace
 from warpdyn.structures import ShearBuilding
 
 TOLERANCE = 1e-9  # of storey forces off balance, over the base shear
@@ -40,7 +42,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
 
     Returns:
         `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], the work done less what is still stored, by
-        the trapezoidal rule; all of shape [step, storey].
+        the trapezoidal rule; all of shape [step, storey]. The attribute `building` is the building as JSON.
 
     Raises:
         ValueError: If a drift is not finite or the shape is another.
@@ -56,7 +58,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     kernel = storey_path_kernel(spring, "float64")
     wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
     force, dissipated = (result.numpy() for result in results)
-    return _labelled(path, force, dissipated)
+    return _labelled(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
 
 
 def pushover(
@@ -79,7 +81,7 @@ def pushover(
     Returns:
         `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],
         `storey_force` [N] of the springs and `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey];
-        `floor_load`, its sum 1.
+        `floor_load`, its sum 1. The attribute `building` is the building as JSON.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
@@ -100,7 +102,9 @@ def pushover(
             raise RuntimeError(f"step {step}, to {displacement:g} m: {error}") from None
         drift[step], force[step], dissipated[step] = chain.drift, chain.force, chain.work - chain.recoverable
     along = {"units": "m", "long_name": "roof displacement"}
-    return _labelled(drift, force, dissipated).assign(
+    pushed = _labelled(building, drift, force, dissipated, "building pushed slowly by lateral loads", "pushover")
+    floors = np.arange(1, building.storeys + 1, dtype=np.int32)
+    return pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"})).assign(
         roof_displacement=("step", path, along),
         base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
         floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
@@ -210,13 +214,19 @@ class _PushedChain:
         self.recoverable[:] = self.trial_recoverable
 
 
-def _labelled(drift: np.ndarray, force: np.ndarray, dissipated: np.ndarray) -> xr.Dataset:
-    dims = ("step", "storey")
+def _labelled(
+    building: ShearBuilding, drift: np.ndarray, force: np.ndarray, dissipated: np.ndarray, title: str, function: str
+) -> xr.Dataset:
+    dims, storey = ("step", "storey"), {"units": "1", "long_name": "storey, from the ground up"}
     return xr.Dataset(
         {
             "storey_drift": (dims, drift, {"units": "m", "long_name": "storey drift"}),
             "storey_force": (dims, force, {"units": "N", "long_name": "restoring force of the storey"}),
             "dissipated_energy": (dims, dissipated, {"units": "J", "long_name": "work done less what is stored"}),
         },
-        coords={"storey": np.arange(1, drift.shape[1] + 1)},
+        coords={
+            "step": ("step", np.arange(len(drift), dtype=np.int32), {"units": "1", "long_name": "step of the path"}),
+            "storey": ("storey", np.arange(1, drift.shape[1] + 1, dtype=np.int32), storey),
+        },
+        attrs=trace(title, function) | {"building": structure_to_json(building)},
     )

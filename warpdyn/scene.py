@@ -125,6 +125,11 @@ class Scene:
         return json.dumps(_plain(self), separators=(",", ":"))
 
 
+def structure_to_json(structure: ShearBuilding | LinearSystem) -> str:
+    """Return a structure as JSON, as in that of its scene."""
+    return json.dumps(_plain(structure), separators=(",", ":"))
+
+
 def _plain(value: Any) -> Any:
     """Return a value as JSON can hold it, recursively."""
     if isinstance(value, GroundMotion):
