@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
 import warpdyn as wd
 from warpdyn.capacity import bilinear_curve
+from warpdyn.hazus import DESIGN_LEVELS, building_class, building_types
 
 DISPLACEMENT, SHEAR = [0.03, 0.3], [2.0e6, 3.0e6]
 MASS, HEIGHT = np.array([3.0e5, 2.0e5, 2.0e5, 1.0e5]), np.array([4.5, 3.0, 3.0, 3.0])
@@ -96,6 +99,57 @@ def test_yield_and_ultimate_point_are_taken_as_they_are(with_origin: bool) -> No
         assert hardening == pytest.approx((end / 2.0e6 - 1) / 9, rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.parametrize("with_origin", [False, True])
+@pytest.mark.parametrize("design_level", DESIGN_LEVELS)
+def test_every_hazus_curve_is_itself(design_level: str, with_origin: bool) -> None:
+    for building_type in building_types():
+        row = building_class(building_type, design_level)
+        over, hardening = row["overstrength_ratio"], row["hardening_ratio"]
+        x, y = [1.0, 1 + (over - 1) / hardening], [1.0, over]
+        found = bilinear_curve([0.0, *x] if with_origin else x, [0.0, *y] if with_origin else y)
+        np.testing.assert_allclose(found, (1.0, 1.0, hardening), rtol=1e-12)
+
+
+def test_a_point_more_on_its_second_branch_changes_nothing() -> None:
+    """Hazus' C1M, high code [inch, g], whose excess of area falls again below 0 towards the peak."""
+    x, y = [1.15, 10.0, 18.44], [0.208, np.interp(10.0, [1.15, 18.44], [0.208, 0.624]), 0.624]
+    expected = (1.15, 0.208, (0.624 - 0.208) / (18.44 - 1.15) * 1.15 / 0.208)
+    np.testing.assert_allclose(bilinear_curve(x, y), expected, rtol=1e-9)
+
+
+def test_concave_curves_keep_their_area() -> None:
+    random, alone = np.random.default_rng(1), 0
+    for _ in range(2000):
+        points = random.integers(2, 8)
+        length, slope = random.uniform(0.05, 1, points), np.sort(random.uniform(0, 1, points))[::-1]
+        x, y = np.append(0, np.cumsum(length)), np.append(0, np.cumsum(length * slope))
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            at, strength, hardening = bilinear_curve(x, y)
+        if said:  # nearly straight: no yield strength of a thousand gives an area as large
+            fits = np.linspace(0, y[-1], 1001)[1:]
+            areas = 0.5 * (fits * x[-1] + y[-1] * (x[-1] - np.interp(0.6 * fits, y, x) / 0.6))
+            assert areas.max() < np.trapezoid(y, x)
+            alone += 1
+            continue
+        end = strength * (1 + hardening * (x[-1] / at - 1))
+        area = 0.5 * at * strength + 0.5 * (strength + end) * (x[-1] - at)
+        assert area == pytest.approx(np.trapezoid(y, x), rel=1e-9)
+        assert end == pytest.approx(y[-1], rel=1e-9)
+        assert 0 < at < x[-1]
+        assert 0 <= hardening < 1
+        if points > 2:
+            assert np.interp(0.6 * at, x, y) == pytest.approx(0.6 * strength, rel=1e-9)
+    assert alone < 20
+
+
+def test_curve_without_a_bilinear_one_is_said() -> None:
+    """A soft start up to most of the peak: no secant at 0.6 is stiff enough."""
+    with pytest.warns(UserWarning, match="no bilinear curve has the area .* up to its peak, point 3: taken as"):
+        at, strength, hardening = bilinear_curve([0.0, 0.3, 0.35, 1.0], [0.0, 0.6, 0.99, 1.0])
+    assert (at, strength, hardening) == pytest.approx((0.5, 1.0, 0.0))
+
+
 @pytest.mark.parametrize(
     ("displacement", "capacity", "message"),
     [
@@ -127,6 +181,9 @@ def test_bad_curves_are_named_by_their_point(displacement: list, capacity: list,
         ({"mass": [1.0, 2.0]}, r"mass must be one value or one a storey \(4\), got shape \(2,\)"),
         ({"height": 0.0}, "height is 0 at storey 1; it must be finite and above 0"),
         ({"law": "steel"}, "unknown storey law 'steel'"),
+        ({"stiffness": 1.0e8}, "stiffness follows from the capacity curve; leave it out"),
+        ({"yield_force": 1.0}, "yield_force follows from the capacity curve; leave it out"),
+        ({"hardening_ratio": 0.1}, "hardening_ratio follows from the capacity curve; leave it out"),
     ],
 )
 def test_other_bad_input_is_named(changed: dict, message: str) -> None:

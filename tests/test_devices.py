@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from opensees import finer, growing, material_forces, ratcheting, wandering
+from scipy.linalg import eigh, expm
 from scipy.special import gamma
 
 import warpdyn as wd
@@ -270,6 +271,8 @@ GAP = {"devices": ("gap",), "clearance": 0.1, "contact_stiffness": 1.0}
 BOUC_WEN = {"yield_force": 1.0, "hardening_ratio": 0.1}
 OF_STOREYS = {"damping": "rayleigh", "damping_ratio": 0.05}
 BEARINGS = {"law": ("elastic", "lead_rubber_bearing"), "yield_force": 1.0}
+OF_ONE = {"law": "bouc_wen", "yield_force": 1.0, "hardening_ratio": 0.1}
+MIXED = OF_ONE | {"law": ("bouc_wen", "elastic")}
 PENDULUM = {"law": "friction_pendulum", "friction_coefficient": 0.1, "weight": 1.0}
 
 
@@ -289,6 +292,14 @@ PENDULUM = {"law": "friction_pendulum", "friction_coefficient": 0.1, "weight": 1
         ({"law": ("elastic", "bouc_wen"), **BOUC_WEN, "gamma": 0.9}, ["gamma", "storey 2", "<= beta"]),
         ({"law": ("elastic", "plastic")}, ["storey law 'plastic'", "bilinear"]),
         ({"law": ("elastic",) * 3}, ["mass has 2 values", "3 storeys"]),
+        (MIXED | {"damping": "rayleigh"}, ["damping_ratio (viscous damping ratio) is missing"]),
+        (MIXED | {"devices": ("gap",), "contact_stiffness": 1.0}, ["clearance (", ") is missing"]),
+        (MIXED | {"yield_force": [np.nan, 1.0]}, ["yield_force is nan at storey 1; it must be finite and above 0"]),
+        (MIXED | {"exponent": [np.nan, 1.0]}, ["exponent is nan at storey 1"]),
+        (
+            {"law": ("elastic", "bilinear"), "yield_force": 1.0},
+            ["hardening_ratio is missing at storey 2", "'bilinear'"],
+        ),
         (BEARINGS | {"post_yield_stiffness": 1e3}, ["post_yield_stiffness", "storey 2", "below"]),
         (PENDULUM | {"radius": 1e-3}, ["weight over radius", "storey 1", "below"]),
         (OF_STOREYS | {"damped_storeys": (1, 3)}, ["damped_storeys", "1 to 2"]),
@@ -300,6 +311,11 @@ def test_bad_devices(parameters, words):
         wd.ShearBuilding([1.0, 1.0], 100.0, 3.0, **parameters)
 
 
+def test_defaults_are_those_of_each_law():
+    building = wd.ShearBuilding([1.0, 1.0], 100.0, 3.0, **MIXED)
+    assert building.parameters["exponent"][0] == wd.ShearBuilding(1.0, 100.0, 3.0, **OF_ONE).parameters["exponent"][0]
+
+
 def test_bad_scatter_of_a_device_names_it():
     building = wd.ShearBuilding(
         [1e3, 1e3], 1e5, 3.0, law=("lead_rubber_bearing", "elastic"), yield_force=1e3, post_yield_stiffness=1e4
@@ -309,3 +325,50 @@ def test_bad_scatter_of_a_device_names_it():
     )
     with pytest.raises(ValueError, match=r"post_yield_stiffness .*structure 0, storey 1.*below"):
         wd.simulate(scene, samples=4, device="cpu")
+
+
+@pytest.mark.parametrize(
+    "damping",
+    [
+        {"damping": "none"},
+        {"damping": "storey", "damping_coefficient": [1e5, 0.0, 2e5]},
+        {"damping": "rayleigh", "damping_ratio": 0.03},
+        {"damping": "mass_proportional", "damping_ratio": 0.03},
+        {"damping": "modal", "damping_ratio": 0.03},
+    ],
+    ids=lambda damping: damping["damping"],
+)
+def test_linear_dampers_on_elastic_storeys_are_integrated_exactly(damping):
+    mass, stiffness, dampers = np.array([2e5, 2e5, 1e5]), np.array([2e8, 1.6e8, 1.2e8]), np.array([0.0, 2e6, 5e5])
+    device = {"devices": ("viscous_damper",), "damper_coefficient": dampers}
+    building = wd.ShearBuilding(mass, stiffness, 3.0, **device, **damping)
+    scene = wd.Scene(building, wd.FreeVibration(2.0, velocity=[0.1, 0.3, 0.2]), record=("drift", "energy"))
+    run = wd.simulate(scene, method="exact", step=0.02, dtype="float64", device="cpu", histories=wd.Histories())
+    steps = np.eye(3) - np.eye(3, k=-1)
+    own = np.array(damping.get("damping_coefficient", [0.0] * 3), float)
+    elastic, viscous = (steps.T @ np.diag(values) @ steps for values in (stiffness, own + dampers))
+    squared, shape = eigh(elastic, np.diag(mass))
+    omega, ratio = np.sqrt(squared), damping.get("damping_ratio", 0.0)
+    of_modes = {
+        "rayleigh": 2 * ratio / (omega[0] + omega[1]) * (omega[0] * omega[1] + squared),
+        "mass_proportional": np.full(3, 2 * ratio * omega[0]),
+        "modal": 2 * ratio * omega,
+    }
+    inverse = shape.T * mass
+    viscous += inverse.T @ np.diag(of_modes.get(damping["damping"], np.zeros(3))) @ inverse
+    rates = np.block([[np.zeros((3, 3)), np.eye(3)], [-elastic / mass[:, None], -viscous / mass[:, None]]])
+    state = expm(rates * 2.0) @ [0, 0, 0, 0.1, 0.3, 0.2]
+    np.testing.assert_allclose(run.displacement.values[0, -1], state[:3], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(run.velocity.values[0, -1], state[3:], rtol=0, atol=1e-11)
+    assert abs(run.energy_balance_error.item()) < 1e-3  # its viscous work is summed up step by step
+
+
+def test_exact_does_not_take_power_law_dampers():
+    power = {"devices": ("viscous_damper",), "damper_coefficient": 1e5, "velocity_exponent": 0.5}
+    scene = wd.Scene(wd.ShearBuilding(2e5, 2e8, 3.0, **power), wd.FreeVibration(1.0, velocity=0.1))
+    with pytest.raises(ValueError, match="needs a linear structure, whose viscous dampers have the exponent 1"):
+        wd.simulate(scene, method="exact", device="cpu")
+    scattered = {"velocity_exponent": wd.Value(wd.Uniform(0.5, 1.0))}
+    linear = wd.ShearBuilding(2e5, 2e8, 3.0, **power | {"velocity_exponent": 1.0})
+    with pytest.raises(ValueError, match="'exact' does not fit"):
+        wd.simulate(wd.Scene(linear, wd.FreeVibration(1.0, velocity=0.1), scatter=scattered), method="exact", samples=2)

@@ -83,3 +83,42 @@ def test_two_storeys_reach_what_algebra_lets_them() -> None:
 def test_unknown_distribution_is_named() -> None:
     with pytest.raises(ValueError, match="unknown stiffness distribution 'shear'; allowed: 'uniform', 'linear_mode'"):
         wd.ShearBuilding.from_periods(1.0, 2, 1.0e5, 3.0, distribution="shear")
+
+
+@pytest.mark.parametrize("period", [1.0, [1.0, 0.35]])
+def test_periods_are_those_under_gravity(period: float | list[float]) -> None:
+    load, height = np.array([4.0e6, 3.0e6, 2.0e6, 1.0e6]), np.array([4.0, 3.0, 3.0, 3.0])
+    building = wd.ShearBuilding.from_periods(period, 4, 1.0e5, height, gravity_load=load)
+    left = building.parameters["stiffness"] - np.array([10.0e6 / 4, 6.0e6 / 3, 3.0e6 / 3, 1.0e6 / 3])
+    found = periods_of(wd.ShearBuilding(1.0e5, left, height))
+    wanted = np.atleast_1d(period)
+    np.testing.assert_allclose(found[: wanted.size], wanted, rtol=2e-9)
+    np.testing.assert_allclose(building.modal()["period"][: wanted.size], wanted, rtol=2e-9)
+    np.testing.assert_allclose(building.parameters["gravity_load"], load)
+    if np.ndim(period) == 0:
+        np.testing.assert_allclose(left, left[0], rtol=1e-12)  # "uniform" is what gravity leaves
+
+
+def test_one_gravity_load_serves_every_floor() -> None:
+    one, each = (
+        wd.ShearBuilding.from_periods(1.0, 3, 1.0e5, 3.0, gravity_load=load) for load in (1.0e6, np.full(3, 1.0e6))
+    )
+    np.testing.assert_array_equal(one.parameters["stiffness"], each.parameters["stiffness"])
+    assert one.fundamental_period == pytest.approx(1.0, rel=1e-9)
+    plain = wd.ShearBuilding.from_periods(1.0, 3, 1.0e5, 3.0, gravity_load=None)
+    assert "gravity_load" not in plain.parameters
+    assert plain.fundamental_period == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"stiffness": 1.0e8}, "stiffness follows from the periods; leave it out"),
+        ({"gravity_load": [1.0, 2.0]}, r"gravity_load must be one value or one a storey \(3\), got shape \(2,\)"),
+        ({"gravity_load": -1.0}, "gravity_load is -1 at storey 1; it must be finite and at least 0"),
+        ({"gravity_load": np.nan}, "gravity_load is nan"),
+    ],
+)
+def test_what_the_periods_determine_is_refused(given: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        wd.ShearBuilding.from_periods(1.0, 3, 1.0e5, 3.0, **given)

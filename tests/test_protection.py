@@ -171,7 +171,7 @@ def test_whole_history_of_many_devices_against_opensees(method, dtype):
         ({"displacement_capacity": 0.0}, ["displacement_capacity", "above 0"]),
         ({"yield_force": 1.0}, ["yield_force", "elastic"]),
         ({"stiffness": np.nan}, ["stiffness", "storey 1"]),
-        ({"law": "lead_rubber_bearing", "yield_force": 1e5}, ["post_yield_stiffness", "storey 1"]),
+        ({"law": "lead_rubber_bearing", "yield_force": 1e5}, ["post_yield_stiffness is missing", "storey 1"]),
         ({"law": "rubber"}, ["law of isolators 'rubber'", "lead_rubber_bearing"]),
     ],
 )
@@ -179,6 +179,20 @@ def test_bad_isolators(parameters, words):
     given = {"law": "elastic", "base_mass": 1e5, "displacement_capacity": 0.5, "stiffness": 1e7} | parameters
     with pytest.raises(ValueError, match=".*".join(words)):
         frame().on_isolators(**given)
+
+
+def test_isolators_do_not_take_the_frames_stiffness_for_theirs():
+    with pytest.raises(ValueError, match="stiffness is missing at storey 1, whose law 'elastic' needs it"):
+        frame().on_isolators("elastic", 1e5, 0.5)
+
+
+def test_isolators_have_the_defaults_of_their_law():
+    own = {"yield_force": 1e6, "hardening_ratio": 0.1, "exponent": 3.0}
+    isolators = {"stiffness": 1e7, "yield_force": 1e5, "hardening_ratio": 0.05}
+    building = frame(law="bouc_wen", **own).on_isolators("bouc_wen", 1e5, 0.5, **isolators)
+    np.testing.assert_array_equal(building.parameters["exponent"], [1.0, 3.0, 3.0, 3.0])
+    with pytest.raises(ValueError, match="hardening_ratio is missing at storey 1, whose law 'bouc_wen' needs it"):
+        frame(law="bouc_wen", **own).on_isolators("bouc_wen", 1e5, 0.5, stiffness=1e7, yield_force=1e5)
 
 
 @pytest.mark.parametrize(
@@ -194,7 +208,25 @@ def test_bad_tuned_mass_dampers(parameters, words):
         frame().with_tuned_mass_damper(**parameters)
 
 
-def test_modal_damping_takes_no_isolators():
-    building = frame(damping="modal", damping_ratio=0.05)
-    with pytest.raises(ValueError, match=r"modal.*isolators.*rayleigh"):
+@pytest.mark.parametrize("damping", ["modal", "mass_proportional", "rayleigh_tangent"])
+def test_damping_of_the_whole_building_takes_no_isolators(damping):
+    building = frame(damping=damping, damping_ratio=0.05)
+    with pytest.raises(ValueError, match=rf"{damping}.*isolators.*would act on them.*'stiffness_proportional'"):
         building.with_tuned_mass_damper(0.05)
+
+
+def test_damping_in_proportion_to_stiffness_stays_that_of_the_fixed_base():
+    ratio = 0.05
+    building = frame(damping="stiffness_proportional", damping_ratio=ratio)
+    isolated = building.on_isolators("elastic", 1e5, 0.5, stiffness=1e7, damper_coefficient=4e5)
+    assert isolated.damped_storeys == (2, 4)
+    a1 = 2 * ratio / float(building.modal()["circular_frequency"][0])
+    dashpots = np.array([4e5, *(a1 * building.parameters["stiffness"])])
+    same = wd.ShearBuilding(
+        **{name: isolated.parameters[name] for name in ("mass", "stiffness", "height")},
+        damping="storey",
+        damping_coefficient=dashpots,
+    )
+    load = wd.FreeVibration(2.0, velocity=0.2)
+    ours, expected = (run_of(each, load, 1e-3) for each in (isolated, same))
+    np.testing.assert_allclose(ours.displacement, expected.displacement, rtol=0, atol=1e-12)

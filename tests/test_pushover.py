@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from itertools import pairwise
-from types import SimpleNamespace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ import xarray as xr
 from opensees import opensees
 
 import warpdyn as wd
-from warpdyn.laws import LAWS
 
 STIFFNESS = np.array([1.0e8, 2.0e8, 1.5e8, 0.8e8])
 STRENGTH = np.array([2.0e6, 2.2e6, 1.5e6, 0.4e6])
@@ -23,11 +23,28 @@ def bilinear(hardening: float | np.ndarray = HARDENING) -> wd.ShearBuilding:
     return wd.ShearBuilding(2.0e5, STIFFNESS, 3.0, law="bilinear", yield_force=STRENGTH, hardening_ratio=hardening)
 
 
-def softening(hardening: list[float], strength: list[float]) -> SimpleNamespace:
-    """Storeys that a scene refuses, since these have no end of their softening: a law's own branch stands still."""
-    values = {"mass": 2.0e5, "height": 3.0, "stiffness": 1.0e8, "yield_force": strength, "hardening_ratio": hardening}
-    parameters = {name: np.array(np.broadcast_to(value, 3), float) for name, value in values.items()}
-    return SimpleNamespace(storeys=3, storey_law=LAWS["bilinear"], parameters=parameters)
+def softening(hardening: list[float], strength: list[float]) -> wd.ShearBuilding:
+    """Storeys that a building refuses, since these have no end of their softening: a law's own branch stands still."""
+    building = wd.ShearBuilding(2.0e5, [1.0e8] * 3, 3.0, law="bilinear", yield_force=strength, hardening_ratio=0.1)
+    building.parameters = building.parameters | {"hardening_ratio": np.array(hardening)}
+    return building
+
+
+def leaning(hardening: float | np.ndarray) -> wd.ShearBuilding:
+    """The chain under floor loads that take 3 to 8 % of its storeys' stiffness."""
+    return wd.ShearBuilding(
+        2.0e5,
+        STIFFNESS,
+        [4.0, 3.0, 3.0, 3.0],
+        law="bilinear",
+        yield_force=STRENGTH,
+        hardening_ratio=hardening,
+        gravity_load=[1.0e7, 6.0e6, 4.0e6, 8.0e6],
+    )
+
+
+# Loads above each storey over its height, by hand.
+WEIGHT_OVER_HEIGHT = np.array([28.0e6 / 4, 18.0e6 / 3, 12.0e6 / 3, 8.0e6 / 3])
 
 
 def roof_of(shear: np.ndarray, load: np.ndarray) -> np.ndarray:
@@ -37,10 +54,11 @@ def roof_of(shear: np.ndarray, load: np.ndarray) -> np.ndarray:
     return (np.minimum(force, STRENGTH) / STIFFNESS + beyond / (HARDENING * STIFFNESS)).sum(axis=1)
 
 
-def check_balance(pushed: xr.Dataset, path: np.ndarray) -> None:
+def check_balance(pushed: xr.Dataset, path: np.ndarray, leaning: float | np.ndarray = 0.0) -> None:
     shears = np.cumsum(pushed["floor_load"].values[::-1])[::-1]
     np.testing.assert_allclose(pushed["storey_drift"].sum("storey"), path, atol=1e-14)
-    off = pushed["storey_force"].values - pushed["base_shear"].values[:, None] * shears
+    resistance = pushed["storey_force"].values - leaning * pushed["storey_drift"].values
+    off = resistance - pushed["base_shear"].values[:, None] * shears
     assert np.abs(off).max() <= 1.0e-9 * np.abs(pushed["base_shear"]).max() * (1 + 1e-6)
 
 
@@ -68,10 +86,53 @@ def test_step_length_has_no_say_for_a_path_without_turns() -> None:
     np.testing.assert_allclose(few["base_shear"], many["base_shear"].values[[39, 99, 599]], rtol=1e-8)
 
 
+def test_gravity_turns_a_hardening_oscillator_into_one_that_softens() -> None:
+    building = wd.ShearBuilding(
+        1.0e5, 1.0e7, 3.0, law="bilinear", yield_force=1.0e5, hardening_ratio=0.02, gravity_load=1.0e6
+    )
+    roof = np.array([0.005, 0.01, 0.05, 0.1, 0.4, 0.39])
+    pushed = wd.pushover(building, roof)
+    spring = np.where(roof <= 0.01, 1.0e7 * roof, 1.0e5 + 0.02 * 1.0e7 * (roof - 0.01))
+    spring[-1] = spring[-2] - 1.0e7 * 0.01
+    np.testing.assert_allclose(pushed["storey_force"].values[:, 0], spring, rtol=1e-9)
+    np.testing.assert_allclose(pushed["base_shear"], spring - 1.0e6 / 3 * roof, rtol=1e-8)
+    assert float(pushed["base_shear"][3]) == pytest.approx(84_666.67)
+
+
+def test_first_mode_pattern_is_of_the_building_under_gravity() -> None:
+    building = leaning(HARDENING)
+    shape = building.modal()["shape"].values[0]
+    pushed = wd.pushover(building, [0.001])
+    np.testing.assert_allclose(pushed["floor_load"], shape / shape.sum(), rtol=1e-12)
+    # Loads in proportion to mass times a mode bend the elastic building into it.
+    np.testing.assert_allclose(np.cumsum(pushed["storey_drift"].values[0]) / 0.001, shape / shape[-1], rtol=1e-8)
+
+
+def test_under_gravity_the_storey_that_yields_falls_alone() -> None:
+    """Without hardening the first storey to yield gives way under gravity, and the others unload."""
+    roof = np.linspace(0, 0.3, 301)[1:]
+    pushed = wd.pushover(leaning(0.0), roof, pattern=[1.0, 2.0, 3.0, 4.0])
+    check_balance(pushed, roof, WEIGHT_OVER_HEIGHT)
+    share, elastic = np.array([10, 9, 7, 4]) / 10, STIFFNESS - WEIGHT_OVER_HEIGHT
+    shear_at_yield = elastic * (STRENGTH / STIFFNESS) / share
+    weakest = int(np.argmin(shear_at_yield))
+    peak = shear_at_yield.min()
+    rising = 1 / (share / elastic).sum()
+    others = np.delete(np.arange(4), weakest)
+    falling = 1 / (-share[weakest] / WEIGHT_OVER_HEIGHT[weakest] + (share / elastic)[others].sum())
+    expected = np.where(roof < peak / rising, rising * roof, peak + falling * (roof - peak / rising))
+    np.testing.assert_allclose(pushed["base_shear"], expected, rtol=0, atol=1e-7 * peak)
+    assert expected[-1] < 0.5 * peak
+
+
+@pytest.mark.parametrize("weight_over_height", [np.zeros(4), WEIGHT_OVER_HEIGHT], ids=["plain", "gravity"])
 @pytest.mark.parametrize("pattern", ["first_mode", "triangular", "uniform"])
-def test_cyclic_pushover_is_opensees(pattern: str) -> None:
-    pushed = wd.pushover(bilinear(), TO_AND_FRO, pattern=pattern)
-    check_balance(pushed, TO_AND_FRO)
+def test_cyclic_pushover_is_opensees(pattern: str, weight_over_height: np.ndarray) -> None:
+    """With gravity each storey has OpenSees' elastic material of negative stiffness -W / h beside its own."""
+    hardening = HARDENING + 0.08  # which gravity leaves above 0: beyond, one of several balances is a matter of choice
+    building = leaning(hardening) if weight_over_height.any() else bilinear(hardening)
+    pushed = wd.pushover(building, TO_AND_FRO, pattern=pattern)
+    check_balance(pushed, TO_AND_FRO, weight_over_height)
     ops = opensees()
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -79,8 +140,10 @@ def test_cyclic_pushover_is_opensees(pattern: str) -> None:
     ops.fix(0, 1)
     for storey in range(1, 5):
         ops.node(storey, 0.0)
-        ops.uniaxialMaterial("Steel01", storey, STRENGTH[storey - 1], STIFFNESS[storey - 1], HARDENING[storey - 1])
-        ops.element("zeroLength", storey, storey - 1, storey, "-mat", storey, "-dir", 1)
+        ops.uniaxialMaterial("Steel01", storey, STRENGTH[storey - 1], STIFFNESS[storey - 1], hardening[storey - 1])
+        ops.uniaxialMaterial("Elastic", 10 + storey, -weight_over_height[storey - 1])
+        ops.uniaxialMaterial("Parallel", 20 + storey, storey, 10 + storey)
+        ops.element("zeroLength", storey, storey - 1, storey, "-mat", 20 + storey, "-dir", 1)
     ops.timeSeries("Linear", 1)
     ops.pattern("Plain", 1, 1)
     for floor, load in enumerate(pushed["floor_load"].values, start=1):
@@ -193,3 +256,22 @@ def test_snap_back_is_said() -> None:
 def test_bad_input_is_named(path: list, pattern: str | list, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         wd.pushover(bilinear(), path, pattern=pattern)
+
+
+def test_datasets_say_what_they_hold(tmp_path: Path) -> None:
+    building = leaning(HARDENING)
+    pushed, loops = wd.pushover(building, [0.01, 0.02]), wd.storey_hysteresis(building, [0.01, -0.01, 0.02])
+    for made, function in ((pushed, "pushover"), (loops, "storey_hysteresis")):
+        assert {"storey", "step"} <= set(made.coords)
+        for name, variable in made.variables.items():
+            assert {"units", "long_name"} <= set(variable.attrs), name
+        assert set(made.attrs) == {"Conventions", "title", "history", "source", "building"}
+        assert made.attrs["history"].endswith(f"warpdyn.{function}")
+        told = json.loads(made.attrs["building"])
+        assert told["law"] == "bilinear"
+        assert told["yield_force"] == STRENGTH.tolist()
+        made.to_netcdf(tmp_path / f"{function}.nc")
+        with xr.open_dataset(tmp_path / f"{function}.nc") as read:
+            assert read.load().identical(made)
+    np.testing.assert_array_equal(pushed["floor"], [1, 2, 3, 4])
+    np.testing.assert_array_equal(loops["step"], [0, 1, 2])

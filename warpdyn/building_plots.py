@@ -40,7 +40,7 @@ def building(building: ShearBuilding) -> Figure:
         axes.add_patch(Rectangle(corner, width, depth[storey], facecolor="0.25", edgecolor="none", zorder=3))
         if storey in labelled:
             spring = f"k = {_engineering(values['stiffness'][storey], 'N/m')}"
-            if "yield_force" in values:
+            if "yield_force" in values and not np.isnan(values["yield_force"][storey]):
                 between = "\n" if storeys <= MOST_LABELS else ", "
                 spring += f"{between}Fy = {_engineering(values['yield_force'][storey], 'N')}"
             middle = (level[storey] + level[storey + 1]) / 2

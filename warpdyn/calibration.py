@@ -12,6 +12,7 @@ from warpdyn.capacity import capacity_chain
 from warpdyn.checks import finite_numbers, one_of, whole_number
 from warpdyn.hazus import hazus_chain
 from warpdyn.laws import LAWS
+from warpdyn.p_delta import storey_weight_over_height
 from warpdyn.periods import chain_of_periods
 
 
@@ -35,7 +36,8 @@ class CalibratedChain:
         Storeys have one mass (1,000 kg/m2) and one stiffness, which give the type's first period; their strengths are
         the storey shears of a triangular load whose base shear is the type's yield spectral acceleration times the
         mass in the first mode. The ultimate strength of the capacity curve is not in a bilinear law.
-        `hazus_drift_limits` gives the limits of the damage states.
+        `hazus_drift_limits` gives the limits of the damage states. The type's period is that of the storeys' springs
+        alone: with a `gravity_load` the building's own is longer.
 
         Lu, Han, Hori, Xiong, Xu (2014), Advances in Engineering Software 70; Lu and Guan (2017), Earthquake Disaster
         Simulation of Civil Infrastructures; numbers from FEMA's Hazus Earthquake Model Technical Manual.
@@ -85,6 +87,8 @@ class CalibratedChain:
         - "first_mode", after GEM's Vulnerability Modellers ToolKit: strengths and drifts are those of the first mode of
           a chain of equal stiffness. This mode is then the chain's own, and it has the curve exactly, in both forms.
 
+        The curve is that of the storeys' springs alone: with a `gravity_load` the building's own lies below it.
+
         Args:
             displacement: Roof displacements [m], or spectral ones; increasing, shape [point].
             capacity: Base shears [N], or spectral accelerations [m/s2], at these, shape [point].
@@ -95,12 +99,13 @@ class CalibratedChain:
             distribution: "triangular" or "first_mode".
             law: Storey law; it takes yield force and hardening ratio as far as it has them.
             damping: As of ShearBuilding.
-            **parameters: As of ShearBuilding.
+            **parameters: As of ShearBuilding, but for stiffness, yield force and hardening ratio.
 
         Raises:
             ValueError: If the curve starts below zero, folds back, has no yield point or stiffens, a name is unknown,
-                or ShearBuilding refuses a value.
+                a parameter is given that follows from the curve, or ShearBuilding refuses a value.
         """
+        _refuse_determined(parameters, ("stiffness", "yield_force", "hardening_ratio"), "the capacity curve")
         chain = _masses_and_heights(storeys, mass, height)
         chain |= capacity_chain(displacement, capacity, chain["mass"], chain["height"], curve, distribution)
         return cls._of_chain(storeys, chain, law, damping, parameters)
@@ -121,6 +126,8 @@ class CalibratedChain:
         """Return a chain whose first period, or whose first periods, are as given.
 
         One period scales a distribution of stiffness. Several also bend it over the height, as smoothly as they allow.
+        With a `gravity_load` they are the periods under gravity, and the distribution is of what gravity leaves of the
+        stiffness.
 
         Args:
             period: First period [s], or the periods of the first modes, falling, as many as storeys at most.
@@ -131,14 +138,18 @@ class CalibratedChain:
                 straight line (in storeys of one height: in proportion to the storey shears of a triangular load).
             law: Storey law.
             damping: As of ShearBuilding.
-            **parameters: As of ShearBuilding; a law's strength among them.
+            **parameters: As of ShearBuilding, but for the stiffness; a law's strength among them.
 
         Raises:
-            ValueError: If periods do not fall, no chain of these masses has them, a name is unknown, or ShearBuilding
-                refuses a value.
+            ValueError: If periods do not fall, no chain of these masses has them, a name is unknown, a stiffness is
+                given, or ShearBuilding refuses a value.
         """
+        _refuse_determined(parameters, ("stiffness",), "the periods")
         chain = _masses_and_heights(storeys, mass, height)
         chain["stiffness"] = chain_of_periods(period, chain["mass"], chain["height"], distribution)
+        if parameters.get("gravity_load") is not None:
+            load = _one_a_storey("gravity_load", parameters["gravity_load"], len(chain["mass"]))
+            chain["stiffness"] += storey_weight_over_height({"gravity_load": load, "height": chain["height"]})
         return cls._of_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
@@ -157,13 +168,23 @@ class CalibratedChain:
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
     """Return masses and heights, one a storey."""
     count = whole_number("storeys", storeys, 1)
-    chain = {}
-    for name, value in {"mass": mass, "height": height}.items():
-        array = finite_numbers(name, value)
-        if array.shape not in ((), (count,)):
-            raise ValueError(f"{name} must be one value or one a storey ({count}), got shape {array.shape}")
-        array = np.array(np.broadcast_to(array, count))
+    chain = {name: _one_a_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
+    for name, array in chain.items():
         for storey in np.flatnonzero(array <= 0):
             raise ValueError(f"{name} is {array[storey]:g} at storey {storey + 1}; it must be finite and above 0")
-        chain[name] = array
     return chain
+
+
+def _one_a_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
+    """Return finite numbers, one a storey."""
+    array = finite_numbers(name, value)
+    if array.shape not in ((), (storeys,)):
+        raise ValueError(f"{name} must be one value or one a storey ({storeys}), got shape {array.shape}")
+    return np.array(np.broadcast_to(array, storeys))
+
+
+def _refuse_determined(parameters: Mapping[str, ArrayLike], determined: tuple[str, ...], source: str) -> None:
+    """Raise a ValueError if a parameter is given that follows from something else."""
+    for name in determined:
+        if name in parameters:
+            raise ValueError(f"{name} follows from {source}; leave it out, or build the ShearBuilding of it directly")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
@@ -51,7 +55,8 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
 
     It ends at the curve's peak, has the same area up to there, and its initial stiffness is the curve's secant at
     0.6 of the yield strength (ASCE 41-17, section 7.4.3.2.4, up to the peak). A curve of a yield and an ultimate point
-    is itself.
+    is itself. Of several such curves it is the one that yields first; where there is none, it is
+    elastic-perfectly-plastic at the peak, with a warning.
 
     Args:
         displacement: Displacements [m], increasing, with or without the origin, shape [point].
@@ -84,11 +89,34 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
             f"the capacity curve {what} on its way to its peak, point {given_peak}: no bilinear curve of a hardening "
             "ratio below 1 has its area; it needs a yield point above the line from the origin to its peak"
         )
-    if excess(top) <= 1e-12:  # elastic-perfectly-plastic, or above it
+    if x.size == 3:
+        at, strength = x[1], y[1]
+    elif (strength := _first_root(excess, y, top)) is not None:
+        at = yield_displacement(strength)
+    else:
+        warnings.warn(
+            f"no bilinear curve has the area of the capacity curve up to its peak, point {given_peak}: taken as "
+            f"elastic-perfectly-plastic, at that peak, with {1 + excess(top) * 0.5 * top * end / area:.3g} of the area",
+            stacklevel=2,
+        )
         return yield_displacement(top), float(top), 0.0
-    strength = brentq(excess, 1e-9 * top, top, xtol=1e-15 * top, rtol=1e-14)
-    at = yield_displacement(strength)
-    return at, float(strength), float((top - strength) / (end - at) * at / strength)
+    return float(at), float(strength), float((top - strength) / (end - at) * at / strength)
+
+
+def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: float) -> float | None:
+    """Return the lowest strength without excess of area, or None.
+
+    The excess rises and may fall again. It is straight from a strength whose share is a point of the curve to the next;
+    where the curve falls before its peak it jumps at them.
+    """
+    ends = np.unique(capacity / SECANT_SHARE)
+    ends = np.append(ends[(ends > 0) & (ends < top)], top)
+    for begin, end in pairwise([0.0, *ends]):
+        begin += 1e-9 * (end - begin)  # past a jump
+        if excess(begin) * excess(end) <= 0:
+            return brentq(excess, begin, end, xtol=1e-15 * top, rtol=1e-14)
+    # An elastic-perfectly-plastic curve misses its root at the end by rounding.
+    return top if abs(excess(top)) <= 1e-12 else None
 
 
 def _peak(capacity: np.ndarray) -> int:

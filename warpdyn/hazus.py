@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from warpdyn.checks import one_of, real_number, whole_number
+from warpdyn.lateral_loads import floor_loads, storey_shears
 
 DESIGN_LEVELS = ("high", "moderate", "low", "pre")
 DAMAGE_STATES = ("slight", "moderate", "extensive", "complete")
@@ -92,13 +93,12 @@ def hazus_chain(
     # The first frequency of a uniform chain is 2 sin(pi / (4N + 2)) sqrt(k / m).
     stiffness = (np.pi / (period * np.sin(np.pi / (4 * n + 2)))) ** 2 * mass
     mass_share = 1.0 if n == 1 else 0.8106 + 0.402 / n - 0.3037 / n**2 + 0.09117 / n**3
-    storey = np.arange(1, n + 1)
     base_shear = row["yield_spectral_acceleration_g"] * GRAVITY_OF_LU * mass_share * mass * n
     return {
         "mass": mass,
         "stiffness": stiffness,
         "height": row["storey_height_m"],
-        "yield_force": base_shear * (1 - storey * (storey - 1) / (n * (n + 1))),
+        "yield_force": base_shear * storey_shears(floor_loads("triangular", np.ones(n), np.ones(n))),
         "hardening_ratio": row["hardening_ratio"],
         "damping_ratio": row["damping_ratio"],
     }

@@ -116,7 +116,8 @@ def check_fits(method: object, law: str, damping: str = "none") -> None:
             f"method {method!r} does not fit damping {damping!r} (a step may have no balance where a storey yields); "
             f"these fit: {', '.join(fitting)}"
         )
-    reason = "it needs a linear structure" if METHODS[method].kind == "exact" else "its velocities lag behind"
+    linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
+    reason = linear if METHODS[method].kind == "exact" else "its velocities lag behind"
     raise ValueError(
         f"method {method!r} does not fit storeys of law {law!r} ({reason}); these fit: {', '.join(fitting)}"
     )

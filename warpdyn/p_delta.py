@@ -10,6 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from warpdyn.laws.bounds import first_place, place_of
+
 Values = Mapping[str, np.ndarray]
 
 
@@ -34,14 +36,13 @@ def buckling_problem(parameters: Values) -> str | None:
     if "gravity_load" not in parameters or np.all(stiffness_under_gravity(parameters) > 0):
         return None
     bad = stiffness_under_gravity(parameters) <= 0
-    place = tuple(np.argwhere(bad)[0])
+    place = first_place(bad)
     bounds, loads = (
         per_height * parameters["height"]
         for per_height in (parameters["stiffness"], storey_weight_over_height(parameters))
     )
     bound, carried = (np.broadcast_to(values, bad.shape)[place] for values in (bounds, loads))
-    where = ", ".join([f"structure {i}" for i in place[:-1]] + [f"storey {place[-1] + 1}"])
     return (
-        f"gravity_load adds up to {carried:g} N on {where}, which buckles: from the top down it must stay below "
-        f"stiffness times height there, {bound:g} N"
+        f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: from the top down it must stay "
+        f"below stiffness times height there, {bound:g} N"
     )

@@ -22,6 +22,7 @@ from warpdyn.prepare import Drawn, prepare
 from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
 from warpdyn.sequences import Sequence
+from warpdyn.storey_dampers import law_to_integrate
 from warpdyn.timeline import Vibration
 
 # The methods that the accuracy study found cheapest for some scene and error, or within its timings' scatter of them,
@@ -113,11 +114,11 @@ def plan(
         )
     samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
     if method is not None:
-        check_fits(method, scene.structure.law, scene.structure.damping)
+        check_fits(method, law_to_integrate(scene), scene.structure.damping)
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
     pilot = _Pilot(scene, error, seed, checked_devices(device)[0], threads)
-    fitting = fitting_methods(scene.structure.law, scene.structure.damping)
+    fitting = fitting_methods(law_to_integrate(scene), scene.structure.damping)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
     for name in methods:
@@ -169,7 +170,7 @@ class _Pilot:
         periods = self._prepared("rk4", "float64", None)[1].period
         self.period = float(np.median(periods))
         finer = REFERENCE_STEPS_A_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / error))
-        method, step = "exact" if scene.structure.law == "elastic" else "rk4", float(periods.min()) / finer
+        method, step = "exact" if law_to_integrate(scene) == "elastic" else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
         if held > MOST_HELD:  # a mode far too stiff to matter: what it takes part in is seen without it
             reference, _ = self._run("newmark_average", "float64", step / 2)

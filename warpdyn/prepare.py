@@ -18,6 +18,7 @@ from warpdyn.methods import METHODS, check_fits
 from warpdyn.sample import Sampler
 from warpdyn.scene import Scene
 from warpdyn.sequences import Sequence
+from warpdyn.storey_dampers import law_to_integrate
 from warpdyn.timeline import Vibration, build_schedule, build_timeline
 from warpdyn.vibration import vibration_of
 
@@ -131,7 +132,7 @@ def lay_out(
     """Check a run's arguments (of `simulate`) and lay out its time grid; nothing is drawn yet."""
     if not isinstance(scene, Scene):
         raise TypeError(f"a run takes a Scene, got {type(scene).__name__}")
-    check_fits(method, scene.structure.law, scene.structure.damping)
+    check_fits(method, law_to_integrate(scene), scene.structure.damping)
     row = METHODS[method]
     one_of("dtype", dtype, ("float32", "float64"))
     samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)

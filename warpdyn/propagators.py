@@ -156,8 +156,14 @@ def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
     if couples_modes(structure):
         of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
         dashpots = storey_dashpots(structure, parameters, of_stiffness)
+        dashpots = np.zeros_like(mass) if dashpots is None else dashpots
+        if "viscous_damper" in structure.devices:
+            dashpots = dashpots + parameters["damper_coefficient"]
         damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
-        damping += of_mass[:, None, None] * np.eye(structure.dofs)
+        of_mode = of_mass[:, None]
+        if structure.damping == "modal":
+            of_mode = 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
+        damping += of_mode[:, :, None] * np.eye(structure.dofs)
     elif structure.damping in OF_MASS_AND_STIFFNESS:
         of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
         damping = of_mass[:, None] + of_stiffness[:, None] * squared

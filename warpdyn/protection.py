@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.checks import one_of, real_number
 from warpdyn.laws import LAWS
+from warpdyn.laws.of_storeys import missing_at
 from warpdyn.motions import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
 CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at the end of its capacity
-DAMPINGS = ("none", "storey", "rayleigh")
+DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
 
 
 class ProtectedChain:
@@ -35,7 +36,7 @@ class ProtectedChain:
 
         Rayleigh damping stays that of the building on a fixed base, in proportion to the stiffness of its own storeys
         alone (`damped_storeys`): across the isolators there is what they dissipate, and their own viscous damping. Of a
-        Rayleigh damping in two modes, the ratio at the first is kept.
+        Rayleigh damping in two modes, the ratio at the first is kept. Damping in proportion to stiffness becomes such.
 
         Args:
             law: Law of the isolators: "lead_rubber_bearing" (`stiffness` before yield [N/m], `yield_force` [N],
@@ -49,7 +50,8 @@ class ProtectedChain:
             **parameters: Parameters of the isolators' law.
 
         Raises:
-            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, or there is P-Delta.
+            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
+                or there is P-Delta.
         """
         one_of("law of isolators", law, ISOLATORS)
         mass = real_number("base_mass [kg]", base_mass, above=0)
@@ -88,7 +90,7 @@ class ProtectedChain:
                 as high, so that its drift ratio is 0.1 there.
 
         Raises:
-            ValueError: If a value is out of bounds, or the damping is modal.
+            ValueError: If a value is out of bounds, or the damping is modal, of mass or of tangents.
         """
         ratio = real_number("mass_ratio", mass_ratio, above=0)
         if frequency_ratio is None:
@@ -109,8 +111,8 @@ class ProtectedChain:
         """Return the building with a storey more at a place, of a law, parameters and a dashpot of its own."""
         if self.damping not in DAMPINGS:
             raise ValueError(
-                f"a building of damping {self.damping!r} takes no isolators and no tuned mass damper: modal damping "
-                f"would act across them; use one of {', '.join(map(repr, DAMPINGS))}"
+                f"a building of damping {self.damping!r} takes no isolators and no tuned mass damper: this damping is "
+                f"of the whole building and would act on them, too; use one of {', '.join(map(repr, DAMPINGS))}"
             )
         dashpot = real_number("damper_coefficient [N s/m]", dashpot, least=0)
         taken = {"mass", "stiffness", "height", *LAWS[law].parameters}
@@ -133,15 +135,19 @@ class ProtectedChain:
         for name in {*values, *own}:
             before = values.get(name, np.full(self.storeys, np.nan))
             new = own.get(name, added.get(name))
+            if new is None and name in LAWS[law].parameters:
+                new = LAWS[law].parameters[name].default
+            elif new is None and name not in ("stiffness", "mass", "height"):
+                new = before[0]  # of what only other storeys' laws take it will not count; of devices any will do
             if new is None:
-                # Of a parameter that the added storey's law takes the default counts; of any other nothing does.
-                new = np.nan if any(name in LAWS[other].parameters for other in (law, *laws)) else before[0]
+                raise ValueError(missing_at(name, place, law))
             values[name] = np.insert(before, place, new)
         if ratio is not None:
             values["damping_ratio"] = ratio
-        damped = None
-        if self.damping == "rayleigh":
+        damped, damping = None, self.damping
+        if damping in ("rayleigh", "stiffness_proportional"):
+            damping = "rayleigh"  # that of some storeys is in proportion to their stiffness alone
             first, last = self.damped_storeys or (1, self.storeys)
             damped = (first + (place == 0), last + (place == 0))
         laws = (*laws[:place], law, *laws[place:])
-        return type(self)(law=laws, devices=devices, damping=self.damping, damped_storeys=damped, **values)
+        return type(self)(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)

@@ -12,6 +12,9 @@ from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.storey_path import storey_path_kernel
 from warpdyn.kernels.storey_step import storey_step_kernel
 from warpdyn.lateral_loads import floor_loads, storey_shears
+from warpdyn.p_delta import stiffness_under_gravity, storey_weight_over_height
+from warpdyn.scene import structure_to_json
+from warpdyn.store import trace
 from warpdyn.structures import ShearBuilding
 
 TOLERANCE = 1e-9  # of storey forces off balance, over the base shear
@@ -39,7 +42,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
 
     Returns:
         `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], the work done less what is still stored, by
-        the trapezoidal rule; all of shape [step, storey].
+        the trapezoidal rule; all of shape [step, storey]. The attribute `building` is the building as JSON.
 
     Raises:
         ValueError: If a drift is not finite or the shape is another.
@@ -55,7 +58,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     kernel = storey_path_kernel(spring, "float64")
     wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
     force, dissipated = (result.numpy() for result in results)
-    return _labelled(path, force, dissipated)
+    return _labelled(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
 
 
 def pushover(
@@ -65,7 +68,8 @@ def pushover(
 
     The roof's displacement is prescribed and the base shear follows, so that a building is pushed past its peak; within
     a step every storey goes straight to its next drift. Where storeys soften, a step ends in the balance that is
-    downhill from an elastic step. Viscous damping has no say.
+    downhill from an elastic step. Viscous damping has no say. With a gravity load (P-Delta) the lateral load is what
+    the springs resist less what gravity pushes with, and falls below 0 where that is more.
 
     Args:
         building: The building.
@@ -75,8 +79,9 @@ def pushover(
             "uniform" (floor mass), or floor loads of any scale, shape [floor].
 
     Returns:
-        `roof_displacement` [m] and `base_shear` [N], shape [step]; `storey_drift` [m], `storey_force` [N] and
-        `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey]; `floor_load`, its sum 1.
+        `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],
+        `storey_force` [N] of the springs and `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey];
+        `floor_load`, its sum 1. The attribute `building` is the building as JSON.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
@@ -86,7 +91,7 @@ def pushover(
     if path.ndim != 1 or not path.size:
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
     parameters = building.parameters
-    loads = floor_loads(pattern, parameters["mass"], parameters["height"], parameters["stiffness"])
+    loads = floor_loads(pattern, parameters["mass"], parameters["height"], stiffness_under_gravity(parameters))
     chain = _PushedChain(building, storey_shears(loads))
     shape = (path.size, building.storeys)
     drift, force, dissipated, base_shear = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), []
@@ -97,9 +102,11 @@ def pushover(
             raise RuntimeError(f"step {step}, to {displacement:g} m: {error}") from None
         drift[step], force[step], dissipated[step] = chain.drift, chain.force, chain.work - chain.recoverable
     along = {"units": "m", "long_name": "roof displacement"}
-    return _labelled(drift, force, dissipated).assign(
+    pushed = _labelled(building, drift, force, dissipated, "building pushed slowly by lateral loads", "pushover")
+    floors = np.arange(1, building.storeys + 1, dtype=np.int32)
+    return pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"})).assign(
         roof_displacement=("step", path, along),
-        base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "base shear"}),
+        base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
         floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
     )
 
@@ -110,7 +117,9 @@ class _PushedChain:
     def __init__(self, building: ShearBuilding, shears: np.ndarray) -> None:
         storeys = building.storeys
         row, coefficients = _spring(building)
-        self.shears, self.stiffness = shears, building.parameters["stiffness"]
+        self.shears, self.stiffness = shears, stiffness_under_gravity(building.parameters)
+        # What gravity pushes the storeys over with, over their drifts.
+        self.leaning = storey_weight_over_height(building.parameters) if "gravity_load" in building.parameters else 0.0
         # Elastic drifts under the loads, of sum 1, and the base shear of a roof displacement of 1.
         self.elastic_drift = shears / self.stiffness
         self.roof_stiffness = 1 / self.elastic_drift.sum()
@@ -150,14 +159,18 @@ class _PushedChain:
         self.launch.launch()
         for _ in range(ITERATIONS):
             # Each storey's estimate of the base shear; in balance they agree.
-            shear = self.trial_force / self.shears
-            base_shear, correction = self._correction(shear, self.tangent / self.shears)
-            if np.abs(self.trial_force - base_shear * self.shears).max() <= TOLERANCE * scale:
+            shear = self._resistance() / self.shears
+            base_shear, correction = self._correction(shear, (self.tangent - self.leaning) / self.shears)
+            if np.abs(self._resistance() - base_shear * self.shears).max() <= TOLERANCE * scale:
                 self._accept()
                 self.largest_shear = max(self.largest_shear, abs(base_shear))
                 return base_shear
             self._descend(base_shear, correction)
         return None
+
+    def _resistance(self) -> np.ndarray:
+        """Return what of the storeys' forces is left to lateral loads [N]."""
+        return self.trial_force - self.leaning * self.trial
 
     def _correction(self, shear: np.ndarray, slope: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the base shear and the corrections of the drifts, of sum 0, by Newton's rule.
@@ -193,7 +206,7 @@ class _PushedChain:
 
     def _slope(self, base_shear: float, correction: np.ndarray) -> float:
         """Return how the work changes along a correction, less what is 0 as its sum is."""
-        return float((self.trial_force / self.shears - base_shear) @ correction)
+        return float((self._resistance() / self.shears - base_shear) @ correction)
 
     def _accept(self) -> None:
         self.work += 0.5 * (self.trial_force + self.force) * (self.trial - self.drift)
@@ -201,13 +214,19 @@ class _PushedChain:
         self.recoverable[:] = self.trial_recoverable
 
 
-def _labelled(drift: np.ndarray, force: np.ndarray, dissipated: np.ndarray) -> xr.Dataset:
-    dims = ("step", "storey")
+def _labelled(
+    building: ShearBuilding, drift: np.ndarray, force: np.ndarray, dissipated: np.ndarray, title: str, function: str
+) -> xr.Dataset:
+    dims, storey = ("step", "storey"), {"units": "1", "long_name": "storey, from the ground up"}
     return xr.Dataset(
         {
             "storey_drift": (dims, drift, {"units": "m", "long_name": "storey drift"}),
             "storey_force": (dims, force, {"units": "N", "long_name": "restoring force of the storey"}),
             "dissipated_energy": (dims, dissipated, {"units": "J", "long_name": "work done less what is stored"}),
         },
-        coords={"storey": np.arange(1, drift.shape[1] + 1)},
+        coords={
+            "step": ("step", np.arange(len(drift), dtype=np.int32), {"units": "1", "long_name": "step of the path"}),
+            "storey": ("storey", np.arange(1, drift.shape[1] + 1, dtype=np.int32), storey),
+        },
+        attrs=trace(title, function) | {"building": structure_to_json(building)},
     )

@@ -14,7 +14,7 @@ from warpdyn.kernels.parameters import correlate_normals, fill_uniforms
 from warpdyn.p_delta import buckling_problem
 from warpdyn.parts import in_parts
 from warpdyn.philox import Purpose
-from warpdyn.scatter import Listed, Scatter, combined, correlation_factor, nominal_values, variables_of
+from warpdyn.scatter import Listed, Scatter, combined, correlation_factor, nominal_values, storeys_with, variables_of
 from warpdyn.structures import LinearSystem, ShearBuilding
 
 
@@ -93,10 +93,11 @@ class Sampler:
 
     def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray) -> None:
         """Raise a ValueError if a value is out of its parameter's bounds, or if values do not fit each other."""
-        axes = ("structure", "storey")
+        axes, nominal = ("structure", "storey"), nominal_values(self.structure)
         for name, values in drawn.items():
             parameter = self.structure.parameter_table[name]
-            problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures)
+            taken = storeys_with(nominal[name])
+            problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures, taken)
             if problem:
                 raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
         values = {**self.structure.parameters, **drawn}

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
-from warpdyn.checks import finite_numbers, one_of, real_number
+from warpdyn.checks import finite_numbers, one_of, real_number, real_numbers
 from warpdyn.structures import BUILDING_PARAMETERS, LinearSystem, ShearBuilding
 
 
@@ -124,7 +124,8 @@ class Listed:
 
     Args:
         values: The parameter's values in its units, shape [structure] or, if it has one a storey, [structure, storey];
-            of a LinearSystem the factors on its matrix, shape [structure].
+            of a LinearSystem the factors on its matrix, shape [structure]. A storey whose law does not take the
+            parameter may have NaN throughout.
 
     Raises:
         ValueError: If a value is not finite or the shape is another.
@@ -133,9 +134,11 @@ class Listed:
     values: ArrayLike
 
     def __post_init__(self) -> None:
-        values = finite_numbers("Listed.values", self.values)
+        values = real_numbers("Listed.values", self.values)
         if values.ndim not in (1, 2) or not values.size:
             raise ValueError(f"Listed.values must have shape [structure] or [structure, storey], got {values.shape}")
+        left_out = np.isnan(values).all(axis=0) & (values.ndim == 2)
+        finite_numbers("Listed.values", np.where(left_out, 0.0, values))
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
 
@@ -164,6 +167,9 @@ def check_scatter(
             if spread.values.ndim == 2 and (not by_storey or spread.values.shape[1] != structure.dofs):
                 wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
                 raise ValueError(f"scatter[{name!r}] lists values of shape {spread.values.shape}; it must be {wanted}")
+            missing = np.isnan(spread.values).any(axis=0) & ~np.isnan(nominal_values(structure)[name])
+            for storey in np.flatnonzero(missing):
+                raise ValueError(f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law takes {name}")
             continue
         elif not isinstance(spread, Factor):
             raise TypeError(f"scatter[{name!r}] must be a Factor, a Value, Listed or a number, got {spread!r}")
@@ -265,10 +271,19 @@ def combined(
     """Return a parameter's values [storey, structure] or [structure], of its normal values [variable, structure]."""
     shape = (*nominal.shape, structures.size)
     if isinstance(spread, Listed):
-        return np.broadcast_to(spread.values[structures].T, shape)
-    if not isinstance(spread, Factor):
-        return np.full(shape, float(spread))
-    values = spread.distribution.from_standard_normal(normals)
-    if not nominal.ndim:
-        values = values[0]
-    return nominal[..., None] * values if type(spread) is Factor else np.broadcast_to(values, shape)
+        values = np.broadcast_to(spread.values[structures].T, shape)
+    elif not isinstance(spread, Factor):
+        values = np.full(shape, float(spread))
+    else:
+        values = spread.distribution.from_standard_normal(normals)
+        if not nominal.ndim:
+            values = values[0]
+        values = nominal[..., None] * values if type(spread) is Factor else np.broadcast_to(values, shape)
+    taken = storeys_with(nominal)
+    return values if taken is None else np.where(taken[:, None], values, np.nan)
+
+
+def storeys_with(nominal: np.ndarray) -> np.ndarray | None:
+    """Return at which storeys a nominal value is one: whose law takes the parameter; None if all do."""
+    missing = np.isnan(nominal)
+    return ~missing if missing.any() else None

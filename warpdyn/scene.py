@@ -125,12 +125,20 @@ class Scene:
         return json.dumps(_plain(self), separators=(",", ":"))
 
 
+def structure_to_json(structure: ShearBuilding | LinearSystem) -> str:
+    """Return a structure as JSON, as in that of its scene."""
+    return json.dumps(_plain(structure), separators=(",", ":"))
+
+
 def _plain(value: Any) -> Any:
     """Return a value as JSON can hold it, recursively."""
     if isinstance(value, GroundMotion):
         return {"name": value.name, "source": value.source, "step": value.step, "samples": value.acceleration.size}
     if isinstance(value, np.ndarray):
-        return value.tolist() if value.size <= 1024 else f"array of shape {value.shape}"
+        if value.size > 1024:
+            return f"array of shape {value.shape}"
+        # JSON has no NaN, which stands where a storey's law does not take a parameter.
+        return np.where(np.isnan(value), None, value).tolist() if value.dtype.kind == "f" else value.tolist()
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, Mapping):

@@ -25,6 +25,12 @@ def damper_kind(scene: Scene) -> str:
     return kind_of_dampers(scene.structure.devices, {**scene.structure.parameters, **scene.representative_parameters})
 
 
+def law_to_integrate(scene: Scene) -> str:
+    """Return the law that a method must fit: linear viscous dampers are dashpots, which any method has."""
+    law = scene.structure.law
+    return law.replace("+viscous_damper", "") if damper_kind(scene) == "linear" else law
+
+
 def kernel_damping(structure: ShearBuilding) -> str:
     """Return the damping that a kernel is built with: what is proportional to stiffness alone is in dashpots alone."""
     of_stiffness = structure.damping == "stiffness_proportional"

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from warpdyn.calibration import CalibratedChain
 from warpdyn.checks import one_of, real_numbers, whole_number
 from warpdyn.laws import DEVICES, LAWS, Parameter
-from warpdyn.laws.of_storeys import law_of_storeys, name_of, storeys_of
+from warpdyn.laws.of_storeys import law_of_storeys, missing_at, name_of, storeys_of
 from warpdyn.linear_system import LinearSystem
 from warpdyn.modal import chain_stiffness_matrix, modal_properties
 from warpdyn.p_delta import buckling_problem, stiffness_under_gravity
@@ -69,9 +69,10 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             building (P-Delta); None for no P-Delta.
         **parameters: What the law and the damping take, one value or one a storey: `yield_force` [N],
             `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`. Where laws
-            differ, a value counts in storeys whose law takes it. Devices: `slip_force` [N], `brace_stiffness` [N/m];
-            `damper_coefficient` [N (s/m)^a], `velocity_exponent` a, at most 1, `linear_velocity` [m/s], below which
-            the force is linear; `clearance` [m], `contact_stiffness` [N/m], `restitution`. A storey without a device
+            differ, a value counts in storeys whose law takes it, and is NaN in the others. Devices: `slip_force` [N],
+            `brace_stiffness` [N/m]; `damper_coefficient` [N (s/m)^a], `velocity_exponent` a, at most 1,
+            `linear_velocity` [m/s], below which the force is linear; `clearance` [m], `contact_stiffness` [N/m],
+            `restitution`. A storey without a device
             has 0 for its first.
 
     The Bouc-Wen force is a k d + (1 - a) Fy z with a the hardening ratio, Fy the yield force, k the stiffness and
@@ -134,12 +135,14 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
                 )
         arrays = {}
         for name, parameter in self.parameter_table.items():
-            value = given.get(name, parameter.default)
-            if value is None and len(self.storey_laws) == 1:
+            # Where laws differ, each sees to what is not given.
+            by_law = len(self.storey_laws) > 1 and any(name in LAWS[each].parameters for each in self.storey_laws)
+            value = given.get(name, np.nan if by_law else parameter.default)
+            if value is None:
                 raise ValueError(
                     f"{name} ({parameter.long_name}) is missing: law {law!r} and damping {damping!r} need it"
                 )
-            arrays[name] = np.full((), np.nan) if value is None else real_numbers(name, value)
+            arrays[name] = real_numbers(name, value)
             if arrays[name].ndim > 1:
                 raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
         several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
@@ -149,6 +152,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         if not 1 <= self.storeys <= MAXIMUM_STOREYS:
             raise ValueError(f"a shear building has 1 to {MAXIMUM_STOREYS} storeys, got {self.storeys}")
         for name, array in arrays.items():
+            taken = None
             if name in BUILDING_PARAMETERS:
                 if array.size != 1:
                     raise ValueError(f"{name} must be one value for the building, got {array.size}")
@@ -158,9 +162,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             else:
                 arrays[name] = np.array(np.broadcast_to(array, self.storeys))
                 if several > 1:
-                    arrays[name] = self._where_taken(name, arrays[name])
+                    arrays[name], taken = self._where_taken(name, arrays[name], is_given=name in given)
             axes = () if name in BUILDING_PARAMETERS else ("storey",)
-            problem = self.parameter_table[name].first_violation(name, arrays[name], axes)
+            problem = self.parameter_table[name].first_violation(name, arrays[name], axes, taken=taken)
             if problem:
                 raise ValueError(problem)
             arrays[name].flags.writeable = False
@@ -180,21 +184,19 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         has_modes = damping in ("rayleigh", "rayleigh_tangent") and damped_storeys is None
         self.damping_modes = self._checked_modes(damping_modes) if has_modes else None
 
-    def _where_taken(self, name: str, values: np.ndarray) -> np.ndarray:
-        """Return values of a parameter; storeys whose law does not take it have that of one that does, unseen."""
+    def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return values of a parameter, NaN at storeys whose law does not take it, and at which it does."""
         laws = [law for law in dict.fromkeys(self.storey_laws) if name in LAWS[law].parameters]
         if not laws:
-            return values
-        for law in laws:
+            return values, None
+        for law in laws if not is_given else ():
             default, own = LAWS[law].parameters[name].default, storeys_of(self.storey_laws, law)
-            missing = own[np.isnan(values[own])]
-            if default is not None:
-                values[missing] = default
-            elif missing.size:
-                raise ValueError(f"{name} is missing at storey {missing[0] + 1}, whose law {law!r} needs it")
+            if default is None:
+                raise ValueError(missing_at(name, own[0], law))
+            values[own] = default
         takes = np.isin(self.storey_laws, laws)
-        values[~takes] = values[takes][0]
-        return values
+        values[~takes] = np.nan
+        return values, takes
 
     def _checked_storeys(self, storeys: tuple[int, int]) -> tuple[int, int]:
         """Return the first and last storey of those that damping is of."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.laws.bounds import first_place, place_of
 from warpdyn.laws.law import Parameter, Values
 
 
@@ -35,30 +36,19 @@ def backbone_problem(p: Values, count: int) -> str | None:
         values = np.broadcast_to(p[name], drift[0].shape)
         if np.any(bad := values <= drift[i - 1]):
             bound = last if i == 1 else f"{last}{drift[i - 1][first_place(bad)]:g}"
-            return f"{name} is {values[first_place(bad)]:g} ({place_in_words(bad)}); it must be above {bound}"
+            return f"{name} is {values[first_place(bad)]:g} ({place_of(first_place(bad))}); it must be above {bound}"
         rise, length = force[i] - force[i - 1], drift[i] - drift[i - 1]
         if np.any(bad := rise > length * (1 + 1e-9)):  # rounding is forgiven
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
-                f"{name} is {force[i][place]:g} ({place_in_words(bad)}); it must be at most "
+                f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most "
                 f"{force[i - 1][place] + length[place]:g}: no part of a backbone may be stiffer than its first"
             )
     for i in range(2, count):
         if np.any(bad := (force[i] > force[i - 1]) & (np.min(np.diff(force[:i], axis=0), axis=0) < 0)):
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
-                f"{name} is {force[i][place]:g} ({place_in_words(bad)}); it must be at most force_ratio_{i}, "
+                f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most force_ratio_{i}, "
                 f"{force[i - 1][place]:g}: a backbone that has begun to fall may not rise again"
             )
     return None
-
-
-def first_place(bad: np.ndarray) -> tuple[int, ...]:
-    """Return the indices of the first bad value, [storey] or [structure, storey]."""
-    return tuple(np.argwhere(bad)[0])
-
-
-def place_in_words(bad: np.ndarray) -> str:
-    """Return where the first bad value is."""
-    *structure, storey = first_place(bad)
-    return ", ".join([f"structure {i}" for i in structure] + [f"storey {storey + 1}"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.laws.bounds import first_place, place_of
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter, Values
 
 
@@ -28,10 +29,9 @@ def _bouc_wen_problem(p: Values) -> str | None:
     bad = (gamma <= -beta) | (gamma > beta)
     if not np.any(bad):
         return None
-    place = tuple(np.argwhere(bad)[0])
-    where = ", ".join([f"structure {i}" for i in place[:-1]] + [f"storey {place[-1] + 1}"])
+    place = first_place(bad)
     return (
-        f"gamma is {gamma[place]:g} where beta is {beta[place]:g} ({where}); "
+        f"gamma is {gamma[place]:g} where beta is {beta[place]:g} ({place_of(place)}); "
         "a Bouc-Wen storey needs -beta < gamma <= beta"
     )
 

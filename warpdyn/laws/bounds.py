@@ -20,9 +20,19 @@ def first_bad(bad: ArrayLike, name: str, values: ArrayLike, words: str, bounds: 
     bad, values, bounds = np.broadcast_arrays(bad, values, bounds)
     if not np.any(bad):
         return None
-    place = tuple(np.argwhere(bad)[0])
-    where = ", ".join([f"structure {i}" for i in place[:-1]] + [f"storey {place[-1] + 1}"])
-    return f"{name} is {values[place]:g} at {where}; it must be {words} {bounds[place]:g}, {reason}"
+    place = first_place(bad)
+    return f"{name} is {values[place]:g} at {place_of(place)}; it must be {words} {bounds[place]:g}, {reason}"
+
+
+def first_place(bad: np.ndarray) -> tuple[int, ...]:
+    """Return the indices of the first bad value, [storey] or [structure, storey]."""
+    return tuple(np.argwhere(bad)[0])
+
+
+def place_of(place: tuple[int, ...]) -> str:
+    """Return where a value of these indices is; storeys are counted from 1."""
+    *structure, storey = place
+    return ", ".join([f"structure {i}" for i in structure] + [f"storey {storey + 1}"])
 
 
 def above(values: ArrayLike, bounds: ArrayLike) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.laws.bounds import first_place, place_of
 from warpdyn.laws.law import Law, Parameter, Values
 
 NO_STOP = 1e30  # m
@@ -20,9 +21,8 @@ def _friction_problem(p: Values) -> str | None:
     bad = (slip > 0) & (brace == 0)
     if not bad.any():
         return None
-    place = tuple(np.argwhere(bad)[0])
-    where = ", ".join([f"structure {i}" for i in place[:-1]] + [f"storey {place[-1] + 1}"])
-    return f"brace_stiffness is 0 where slip_force is {slip[place]:g} N ({where}); it must be above 0 there"
+    place = first_place(bad)
+    return f"brace_stiffness is 0 where slip_force is {slip[place]:g} N ({place_of(place)}); it must be above 0 there"
 
 
 def _stop_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:

@@ -35,6 +35,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.laws.bounds import first_place, place_of
 from warpdyn.laws.law import YIELD_FORCE, Law, Parameter, Values
 
 _BACKBONE = {
@@ -112,9 +113,8 @@ def _problem(p: Values) -> str | None:
         ("ultimate_drift", low, yield_drift, "0 for none, or above the yield drift of {:g} m"),
     ):
         if np.any(bad):
-            place = tuple(np.argwhere(bad)[0])
-            where = ", ".join([f"structure {i}" for i in place[:-1]] + [f"storey {place[-1] + 1}"])
-            return f"{name} is {p[name][place]:g} ({where}); it must be {words.format(bound[place])}"
+            place = first_place(bad)
+            return f"{name} is {p[name][place]:g} ({place_of(place)}); it must be {words.format(bound[place])}"
     return None
 
 

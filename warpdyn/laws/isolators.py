@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.laws.bounds import first_place, place_of
 from warpdyn.laws.law import YIELD_FORCE, Law, Parameter, Values
 
 
@@ -35,9 +36,8 @@ def _not_below(p: Values, name: str, values: np.ndarray, of_what: str) -> str | 
     bad = values >= stiffness
     if not bad.any():
         return None
-    place = tuple(np.argwhere(bad)[0])
-    where = ", ".join([f"structure {i}" for i in place[:-1]] + [f"storey {place[-1] + 1}"])
-    return f"{name} is {values[place]:g} N/m ({where}); it must be below {of_what}, {stiffness[place]:g} N/m"
+    place = first_place(bad)
+    return f"{name} is {values[place]:g} N/m ({place_of(place)}); it must be below {of_what}, {stiffness[place]:g} N/m"
 
 
 # OpenSees: elastomericBearingPlasticity with kInit, qd = yield force times (1 - k2 / kInit), and alpha1 = k2 / kInit.

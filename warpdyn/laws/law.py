@@ -39,15 +39,22 @@ class Parameter:
         return ~np.isfinite(values) | below | above
 
     def first_violation(
-        self, name: str, values: np.ndarray, axes: tuple[str, ...], structures: np.ndarray | None = None
+        self,
+        name: str,
+        values: np.ndarray,
+        axes: tuple[str, ...],
+        structures: np.ndarray | None = None,
+        taken: np.ndarray | None = None,
     ) -> str | None:
         """Return a sentence on the first value out of bounds, with its place along `axes`, or None.
 
-        Where `structures` is given, it holds the indices of the structures along the first axis.
+        Where `structures` is given, it holds the indices of the structures along the first axis; `taken` says at which
+        storeys, the last axis, values count.
         """
-        if not self.violations(np.array([values.min(), values.max()])).any():  # bounds are of an interval
+        counted = values if taken is None else values[..., taken]
+        if not self.violations(np.array([counted.min(), counted.max()])).any():  # bounds are of an interval
             return None
-        bad = self.violations(values)
+        bad = self.violations(values) & (True if taken is None else taken)
         place = np.argwhere(bad)[0]
         index = place if structures is None else [structures[place[0]], *place[1:]]
         where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))

@@ -22,6 +22,11 @@ def storeys_of(laws: Sequence[str], law: str) -> np.ndarray:
     return np.array([i for i, name in enumerate(laws) if name == law])
 
 
+def missing_at(name: str, storey: int, law: str) -> str:
+    """Return a sentence on a parameter that a storey, counted from 0, has no value of."""
+    return f"{name} is missing at storey {storey + 1}, whose law {law!r} needs it"
+
+
 def law_of_storeys(table: dict[str, Law], laws: Sequence[str], devices: Sequence[str]) -> Law:
     """Return the law of a building.
 

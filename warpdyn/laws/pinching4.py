@@ -24,8 +24,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpdyn.laws.backbone import backbone_problem, corner_parameters, corners, first_place, place_in_words
-from warpdyn.laws.bounds import first_bad
+from warpdyn.laws.backbone import backbone_problem, corner_parameters, corners
+from warpdyn.laws.bounds import first_bad, first_place, place_of
 from warpdyn.laws.law import YIELD_FORCE, Law, Parameter, Values
 
 NEVER = 1e16  # yield drifts
@@ -102,7 +102,7 @@ def _pinching4_problem(p: Values) -> str | None:
     if np.any(bad := unloading >= reloading):
         place = first_place(bad)
         return (
-            f"unloading_force is {unloading[place]:g} ({place_in_words(bad)}); it must be below reloading_force, "
+            f"unloading_force is {unloading[place]:g} ({place_of(place)}); it must be below reloading_force, "
             f"{reloading[place]:g}"
         )
     for kind in DAMAGE:
@@ -111,11 +111,11 @@ def _pinching4_problem(p: Values) -> str | None:
             if np.any(bad := (factor > 0) & (limit == 0)):
                 return (
                     f"{kind}_damage_{name} is {factor[first_place(bad)]:g} where {kind}_damage_limit is 0 "
-                    f"({place_in_words(bad)}); a limit above 0 lets it act"
+                    f"({place_of(first_place(bad))}); a limit above 0 lets it act"
                 )
     counts = p["counts_cycles"]
     if np.any(bad := ~np.isin(counts, (0, 1))) or np.any(bad := counts != np.ravel(counts)[0]):
-        value, where = counts[first_place(bad)], place_in_words(bad)
+        value, where = counts[first_place(bad)], place_of(first_place(bad))
         return f"counts_cycles is {value:g} ({where}); it must be 0 or 1, alike in all storeys"
     return None
 
