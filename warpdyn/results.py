@@ -195,6 +195,9 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
         for key in ("long_name", "units", "design"):
             text = {"long_name": f"{key} of im_level in each event", "units": "1"}
             coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
+        copies = scene.excitation.samples_a_structure // np.array(scene.excitation.samples_by_event)
+        text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
+        coordinates["samples_a_history"] = ("event", copies.astype(np.int32), text)
     if "acceleration" in scene.record:
         coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
     return coordinates
@@ -267,10 +270,13 @@ def summary(run: xr.Dataset) -> str:
 
 
 def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return one event of a run of a Sequence as an ordinary run, its samples being those of the whole sequence.
+    """Return one event of a run of a Sequence as an ordinary run, which has each history of the event once.
+
+    A history of an event is part of as many samples as follow from it in the events after; here the first of them
+    stands for it. In `run.sel(event=name)` it is in all of them, side by side with what became of them later.
 
     Args:
-        run: What `simulate` returned.
+        run: What `simulate` returned, or some of its samples.
         name: The event.
 
     Raises:
@@ -282,10 +288,13 @@ def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
     if name not in names:
         raise ValueError(f"no event {name!r} in the run; it has {', '.join(names)}")
     event = run.isel(event=names.index(name))
+    if event["samples_a_history"] > 1:
+        history = event["sample"].values // int(event["samples_a_history"])
+        event = event.isel(sample=np.unique(history, return_index=True)[1])
     keys = ("long_name", "units", "design")
     attributes = {key: str(event[f"im_level_{key}"].values) for key in keys}
     if attributes["units"] == "g":
         attributes["comment"] = IN_G
-    event = event.drop_vars(["event", *(f"im_level_{key}" for key in keys)])
+    event = event.drop_vars(["event", "samples_a_history", *(f"im_level_{key}" for key in keys)])
     event["im_level"].attrs = attributes
     return event
