@@ -167,7 +167,7 @@ def main() -> None:
         print(wd.summary(run))
         result = wd.damage_shares(run, limits, events=pairs_of(run["motion_name"].values.tolist()))
         result["type_damage_share"] = by_type(result)
-        result.attrs = run.attrs | {"buildings": portfolio.buildings}
+        result.attrs["buildings"] = portfolio.buildings
     counted = time.perf_counter()
     store.write(result, target)
     save_figures({"portfolio": draw(result)}, arguments.out)
