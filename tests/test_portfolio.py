@@ -140,6 +140,9 @@ def test_whatever_a_building_is_beside_its_parameters_decides_on_its_group():
     damper = {"devices": ("friction_damper",), "slip_force": 1e3, "brace_stiffness": 1e6}
     kinds += [chain(3, **damper), chain(3, law=("elastic", "bilinear", "bilinear"))]
     kinds.append(chain(3, law=("bilinear", "elastic", "bilinear")))
+    # Linear dampers are dashpots, those of a power have a kernel of their own.
+    viscous = {"devices": ("viscous_damper",), "damper_coefficient": 2e4}
+    kinds += [chain(3, **viscous, velocity_exponent=exponent) for exponent in (1.0, 0.4)]
     city = wd.Portfolio({f"{i}": wd.Archetype(kind) for i, kind in enumerate(kinds)})
     scenes = scenes_of(city, wd.Scene(kinds[0], MOTIONS[0]))
     assert len(groups_of(city, scenes, "rk4", 0, is_stepped=True)) == len(kinds)
@@ -173,6 +176,16 @@ def test_no_other_building_changes_a_bit(city):
         for key in set(part.data_vars) - {"motion_name", "motion_step"}:
             if part[key].dims[0] == "sample":
                 np.testing.assert_array_equal(first[key].values, second[key].values, err_msg=key)
+
+
+def test_dampers_of_another_kind_beside_it_change_no_bit_of_a_building():
+    viscous = {"devices": ("viscous_damper",), "damper_coefficient": 2e4}
+    linear, power = (wd.Archetype(chain(2, **viscous, velocity_exponent=exponent)) for exponent in (1.0, 0.4))
+    settings = {"record": ("drift",), "tail": 0.0, "device": "cpu"}
+    both = wd.simulate_portfolio(wd.Portfolio({"linear": linear, "power": power}), MOTIONS[0], **settings)
+    for place, archetype in enumerate((linear, power)):
+        alone = wd.simulate_portfolio(wd.Portfolio({"alone": archetype}), MOTIONS[0], **settings)
+        np.testing.assert_array_equal(both["peak_storey_drift"][place], alone["peak_storey_drift"][0])
 
 
 def test_draws_go_by_seed_and_number_alone():

@@ -78,7 +78,7 @@ def groups_of(
 ) -> list[Group]:
     """Return the buildings in as few groups as there are kernels and default steps.
 
-    A building's group, its step and its parameters do not depend on what else is in the portfolio.
+    A building's kernel, its step and its parameters do not depend on what else is in the portfolio.
 
     Args:
         portfolio: The buildings.
@@ -98,14 +98,10 @@ def groups_of(
             check_fits(method, building.law, building.damping)
         drawn.append(portfolio.parameters(name, seed))  # before the step: what is wrong is said of what is drawn
         longest = None if is_stepped else _rounded_step(scene, method)
-        # Everything that decides on the kernel but what is common to all.
-        kernel = (
-            building.storeys,
-            building.storey_laws,
-            building.devices,
-            tuple(building.parameters),
-            pack.spring_of(scene),
-        )
+        # The kernel, which values may decide on, too (a law's exponents, the kind of viscous dampers), and what it is
+        # fed by; the type of numbers and the device are common to all.
+        kernel = pack.plan_of(scene, method, "float32", is_gpu=False)
+        kernel = kernel, building.storey_laws, building.devices, tuple(building.parameters)
         kernel = *kernel, building.damping, building.damping_modes, building.damped_storeys
         members.setdefault((*kernel, longest), []).append(place)
     groups = []

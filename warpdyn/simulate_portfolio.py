@@ -47,7 +47,9 @@ def simulate_portfolio(
 
     Buildings of as many storeys, one law and one damping run together, whatever their archetypes. A building's step is
     that of its archetype in a run by itself, rounded down to 10 ms over a power of 2, so that nothing else in the
-    portfolio changes a bit of what becomes of it. With `error` a plan is made for each group.
+    portfolio changes a bit of what becomes of it; but how often samples that fail are run again at shorter steps is
+    counted over all buildings that run together, so that where many fail, other buildings decide which of them stay
+    failed. With `error` a plan is made for each group.
 
     Args:
         portfolio: The buildings.
