@@ -12,6 +12,7 @@ import xarray as xr
 from warpdyn.checks import real_number
 from warpdyn.motions import IN_G
 from warpdyn.recorders import COLLAPSED, DIVERGED, OK, STRIPED
+from warpdyn.selections import archetypes_of
 from warpdyn.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
 
 SAMPLES_AT_A_TIME = 2**18  # read from a file
@@ -25,7 +26,8 @@ def damage_shares(
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
     A building is in the last damage state whose limit its largest storey drift ratio is above (strictly), in "none" if
-    it is above no limit, and in the last state of all if it collapsed.
+    it is above no limit, and in the last state of all if it collapsed. Every storey counts, that of isolators or of a
+    tuned mass damper, too: keep buildings on isolators in a portfolio of their own, and take `of_storeys` of its run.
 
     Args:
         run: What `simulate_portfolio` returned, with the recorder "drift".
@@ -47,7 +49,7 @@ def damage_shares(
             not increase, events are not one a motion, or more than 1 % of the buildings, event by event, failed; where
             they are more than 1 % of an archetype in an event, a warning names both.
     """
-    names = _archetypes_of(run)
+    names = archetypes_of(run)
     states, table = _checked_limits(names, limits)
     record, event_names = _events_of(run, events)
     state = _states_of_samples(run, table)
@@ -119,35 +121,6 @@ def damage_shares(
         level = {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G}
         coordinates["stripe"] = ("stripe", levels, level)
     return xr.Dataset(variables, coordinates, run.attrs)
-
-
-def of_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return the samples of one archetype, with as many storeys as it has, as an ordinary run.
-
-    Args:
-        run: What `simulate_portfolio` returned, or some of its samples.
-        name: The archetype.
-
-    Raises:
-        ValueError: If there is no such archetype.
-    """
-    names = _archetypes_of(run).tolist()
-    if name not in names:
-        raise ValueError(f"no archetype {name!r} in the run; it has {', '.join(names)}")
-    place = names.index(name)
-    part = run.isel(sample=np.flatnonzero(run["archetype"].values == place))
-    storeys = int(run["storeys_of_archetype"].values[place])
-    part = part.isel({dim: slice(storeys) for dim in ("storey", "floor") if dim in run.dims})
-    return part.drop_vars([name for name, variable in part.variables.items() if "archetype_name" in variable.dims])
-
-
-def _archetypes_of(run: xr.Dataset) -> np.ndarray:
-    """Return the names of a run's archetypes."""
-    needed = ("archetype_name", "archetype", "building", "status")
-    missing = [name for name in needed if name not in run.variables]
-    if missing:
-        raise ValueError(f"the dataset has no {missing[0]!r}: it is not what simulate_portfolio() returned")
-    return run["archetype_name"].values.astype(str)
 
 
 def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]) -> tuple[list[str], np.ndarray]:

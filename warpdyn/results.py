@@ -14,6 +14,7 @@ from warpdyn.methods import METHODS
 from warpdyn.motions import IN_G, Assignment, motion_names
 from warpdyn.recorders import HISTORY, STATUS_MEANINGS, STRIPED, recorded
 from warpdyn.scene import Scene
+from warpdyn.selections import of_event
 from warpdyn.sequences import Sequence
 from warpdyn.store import trace
 from warpdyn.timeline import motions_of
@@ -75,7 +76,9 @@ def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
         coordinates["scale_factor_of_motion"] = (double, scale)
     if isinstance(scene.excitation, Sequence):
         attributes = {"long_name": "intensity measure of the scaled motion", "design": "of a sequence: see of_event"}
-        coordinates["im_level"] = (double, attributes)
+        units = {scene.excitation.assign(event, [], 0).units for event in range(len(scene.excitation.events))}
+        # Where they differ, im_level_units says which is whose.
+        coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
     else:
         level = scene.excitation.assign([], 0)
         if level.im_level is not None:
@@ -267,34 +270,3 @@ def summary(run: xr.Dataset) -> str:
             row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
             lines.append(f"{demand:<26}{row}")
     return "\n".join(lines)
-
-
-def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return one event of a run of a Sequence as an ordinary run, which has each history of the event once.
-
-    A history of an event is part of as many samples as follow from it in the events after; here the first of them
-    stands for it. In `run.sel(event=name)` it is in all of them, side by side with what became of them later.
-
-    Args:
-        run: What `simulate` returned, or some of its samples.
-        name: The event.
-
-    Raises:
-        ValueError: If the run is not of a Sequence, or has no such event.
-    """
-    if "event" not in run.dims or "im_level_design" not in run.coords:
-        raise ValueError("the dataset has no events: it is not what simulate() returned of a Sequence")
-    names = run["event"].values.tolist()
-    if name not in names:
-        raise ValueError(f"no event {name!r} in the run; it has {', '.join(names)}")
-    event = run.isel(event=names.index(name))
-    if event["samples_a_history"] > 1:
-        history = event["sample"].values // int(event["samples_a_history"])
-        event = event.isel(sample=np.unique(history, return_index=True)[1])
-    keys = ("long_name", "units", "design")
-    attributes = {key: str(event[f"im_level_{key}"].values) for key in keys}
-    if attributes["units"] == "g":
-        attributes["comment"] = IN_G
-    event = event.drop_vars(["event", "samples_a_history", *(f"im_level_{key}" for key in keys)])
-    event["im_level"].attrs = attributes
-    return event
