@@ -11,6 +11,7 @@ from test_simulate import MOTIONS, make_motion
 import warpdyn as wd
 from warpdyn.kernels import devices
 from warpdyn.portfolio_groups import ROUND_STEP, groups_of, scenes_of
+from warpdyn.portfolio_results import _common_attributes
 from warpdyn.timeline import STEPS_PER_PERIOD
 
 module = importlib.import_module("warpdyn.simulate_portfolio")  # whose name is that of its function, too
@@ -261,6 +262,17 @@ def test_nothing_is_left_of_an_unfinished_file(tmp_path, monkeypatch):
         wd.simulate_portfolio(CITY, MOTIONS[0], tail=0.0, record=("drift",), device="cpu", path=tmp_path / "run.nc")
     assert os.listdir(tmp_path) == ["run.nc"]
     assert (tmp_path / "run.nc").read_text() == "what stood there"
+
+
+def test_attributes_hold_what_there_is_of_all_groups(city):
+    # Every group has the round step that its archetypes' lead to: all of them are told, as the steps are.
+    assert set(np.atleast_1d(city.attrs["longest_step"])) <= {ROUND_STEP / 2, ROUND_STEP / 4}
+    runs = [xr.Dataset(attrs=city.attrs | {"method": name}) for name in ("rk4", "dormand_prince54", "dormand_prince54")]
+    runs[1].attrs["tolerance"], runs[2].attrs["tolerance"] = 1e-6, 1e-5
+    found = _common_attributes(runs, 0.0)
+    assert found["method"] == "rk4; dormand_prince54"
+    assert found["tolerance"].tolist() == [1e-6, 1e-5]
+    assert "target_error" not in found
 
 
 def test_a_plan_is_made_for_each_group():

@@ -36,6 +36,7 @@ def test_every_damaged_building_meets_every_aftershock(striped):
     assert striped.sizes["motion"] == 3
     np.testing.assert_array_equal(striped["im_level"][:, 0], np.tile(np.repeat(LEVELS, 6), 6))
     np.testing.assert_array_equal(striped["im_level"][:, 1], np.tile([0.5, 1.5, 3.0], 24))
+    assert striped["im_level"].attrs["units"] == "g"
     assert striped["peak_storey_drift_ratio"].dims == ("sample", "event", "storey")
     assert striped["stiffness"].dims == ("sample", "storey")
     assert (striped["status"] == 0).all()

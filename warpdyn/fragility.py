@@ -117,7 +117,7 @@ def fragility(
     return xr.Dataset(
         variables,
         coords={
-            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state"}),
+            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state", "units": "1"}),
             "stripe": _labelled("stripe", counts.levels, "intensity of the stripe", units="g", comment=IN_G),
             "intensity": _labelled("intensity", intensity, "intensity along the curve", units="g", comment=IN_G),
             "storey": _labelled("storey", counts.storeys, "storey, from the ground up"),
