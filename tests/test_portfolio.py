@@ -1,12 +1,14 @@
 """Portfolios: a building's results are those of its archetype by itself, whatever stands beside it."""
 
 import importlib
+import io
 import os
 
 import numpy as np
 import pytest
 import xarray as xr
 from test_simulate import MOTIONS, make_motion
+from tqdm import tqdm
 
 import warpdyn as wd
 from warpdyn.kernels import devices
@@ -334,6 +336,7 @@ def refuse(*arguments, **named):
 
 
 WILD = {"mass": wd.Value(wd.Normal(0.0, 1.0))}
+BAD_DRAW = wd.Portfolio({"bad": wd.Archetype(chain(1), 9, WILD)})
 RUNS = {
     "no portfolio": ({"portfolio": chain(1)}, "takes a Portfolio, got ShearBuilding"),
     "excitation": ({"excitation": wd.FreeVibration(1.0)}, "must be Stripes, Cloud or Individual, got FreeVibration"),
@@ -356,7 +359,16 @@ RUNS = {
         {"portfolio": wd.Portfolio({"bad": wd.Archetype(smooth(1), scatter={"gamma": wd.Listed([0.1, 0.9])})})},
         "archetype 'bad': .*gamma is 0.9 where beta is 0.5",
     ),
-    "step": ({"step": 0.007}, "buildings of 1 storeys .*'low'.*: step 0.007 s does not divide"),
+    # Settings are judged before anything is drawn, and are no archetype's fault.
+    "step": ({"step": 0.007}, "^step 0.007 s does not divide"),
+    "typo": ({"stpe": 0.01, "portfolio": BAD_DRAW}, "takes no setting 'stpe'; it takes check, device, .*step, threads"),
+    "dtype": ({"dtype": "float16", "portfolio": BAD_DRAW}, "^unknown dtype 'float16'"),
+    "check": ({"check": 2, "portfolio": BAD_DRAW}, "^check must be a share"),
+    "error": ({"error": -1.0, "portfolio": BAD_DRAW}, "^error must be"),
+    "error and step": ({"error": 0.01, "step": 0.01}, "^error chooses the step"),
+    "on_unstable": ({"on_unstable": "stop", "portfolio": BAD_DRAW}, "^unknown on_unstable 'stop'"),
+    "threads": ({"threads": 0, "portfolio": BAD_DRAW}, "^threads must be"),
+    "tolerance": ({"tolerance": 1e-6, "portfolio": BAD_DRAW}, "^method 'rk4' takes no tolerance"),
 }  # fmt: skip
 
 
@@ -367,6 +379,20 @@ def test_bad_runs_are_refused_before_a_kernel(case, monkeypatch):
     arguments = {"portfolio": CITY, "excitation": STRIPES, "device": "cpu"} | changes
     with pytest.raises((ValueError, TypeError), match=message):
         wd.simulate_portfolio(**arguments)
+
+
+def test_one_bar_shows_how_far_all_groups_are(monkeypatch):
+    bars = []
+
+    def make(**settings):
+        bars.append(tqdm(**settings, file=io.StringIO()))
+        return bars[-1]
+
+    monkeypatch.setattr("warpdyn.progress.tqdm", make)
+    for _ in range(2):
+        wd.simulate_portfolio(CITY, MOTIONS[0], record=("drift",), tail=0.0, device="cpu")
+    wd.simulate(wd.Scene(chain(1), MOTIONS[0], record=("drift",), tail=0.0), device="cpu")
+    assert [bar.total for bar in bars] == [25, 25, 1]
 
 
 def test_a_thousand_archetypes_are_laid_out_in_seconds():

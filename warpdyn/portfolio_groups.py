@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warpdyn import pack
+from warpdyn.checks import one_of
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.methods import METHODS, check_fits
 from warpdyn.portfolio import Portfolio, named
@@ -73,6 +74,14 @@ def scenes_of(portfolio: Portfolio, common: Scene) -> dict[str, Scene]:
     return scenes
 
 
+def check_method(scenes: dict[str, Scene], method: str) -> None:
+    """Raise a ValueError that names the archetype if a method is unknown or does not fit it."""
+    one_of("method", method, METHODS)
+    for name, scene in scenes.items():
+        with named(name):
+            check_fits(method, scene.structure.law, scene.structure.damping)
+
+
 def groups_of(
     portfolio: Portfolio, scenes: dict[str, Scene], method: str, seed: int, *, is_stepped: bool
 ) -> list[Group]:
@@ -83,19 +92,17 @@ def groups_of(
     Args:
         portfolio: The buildings.
         scenes: The scene of each archetype by itself.
-        method: Integration method.
+        method: Integration method, which fits them all.
         seed: Seed of every random draw.
         is_stepped: Whether the caller sees to the step.
 
     Raises:
-        ValueError: If a drawn value is out of bounds, or the method does not fit a law.
+        ValueError: If a drawn value is out of bounds.
     """
     members: dict[tuple, list[int]] = {}
     names, drawn = list(scenes), []
     for place, (name, scene) in enumerate(scenes.items()):
         building = scene.structure
-        with named(name):
-            check_fits(method, building.law, building.damping)
         drawn.append(portfolio.parameters(name, seed))  # before the step: what is wrong is said of what is drawn
         longest = None if is_stepped else _rounded_step(scene, method)
         # The kernel, which values may decide on, too (a law's exponents, the kind of viscous dampers), and what it is
