@@ -30,7 +30,8 @@ def fragility(
     """Fit a lognormal fragility curve to every damage state of a run on stripes, with intervals.
 
     A sample exceeds a damage state at a storey where its peak drift ratio is above the limit (strictly), and at every
-    storey when it collapsed; the worst storey is the one of largest drift. Curves maximise the binomial likelihood
+    storey when it collapsed; the worst storey is the one of largest drift, be it that of isolators or of
+    a tuned mass damper: take `of_storeys` of such a run first. Curves maximise the binomial likelihood
     (Baker 2015, Earthquake Spectra 31(1)). Intervals of curves are percentiles of a bootstrap over records: records
     are drawn with replacement and bring all their samples along, since these share the motion.
 
