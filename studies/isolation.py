@@ -48,6 +48,7 @@ BUILDINGS = {
         post_yield_stiffness=AFTER_YIELD,
     ),
 }
+FIRST_STOREY = {"lead-rubber bearings": 2}  # of the building itself; elsewhere the first
 SCATTER = {
     "mass": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.10)),
     "stiffness": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.20)),
@@ -72,25 +73,19 @@ def build_scene(name: str) -> wd.Scene:
     )
 
 
-def own_storeys(run: xr.Dataset, building: wd.ShearBuilding) -> xr.Dataset:
-    """Return a run with the five storeys and floors of the building itself, counted from 1."""
-    first = (building.damped_storeys or (1, BUILDING.storeys))[0]
-    own = slice(first - 1, first - 1 + BUILDING.storeys)
-    number = np.arange(1, BUILDING.storeys + 1)
-    return run.isel(storey=own, floor=own).assign_coords(storey=number, floor=number)
-
-
 def curves_of(name: str, samples: int, seed: int, device: str | None) -> tuple[xr.Dataset, xr.Dataset]:
-    """Return a building's demands and its fragility curves, along a dimension `building` of length 1."""
+    """Return a building's demands, with its scene, and its fragility curves, along a dimension `building` of 1."""
     run = wd.simulate(build_scene(name), samples=samples, seed=seed, device=device)
-    own = own_storeys(run, BUILDINGS[name])
+    first = FIRST_STOREY.get(name, 1)
+    own = wd.of_storeys(run, first, first + BUILDING.storeys - 1)
     with warnings.catch_warnings():
         # Isolators may fail while the building above them hardly moves.
         warnings.filterwarnings("ignore", "the limit .* lies above the drift at which samples collapsed")
         curves = wd.fragility(own, DRIFT_LIMITS, seed=seed)
     print(f"\n{name}: {BUILDINGS[name]}")
     print(wd.summary(run))
-    return own[list(KEPT)].expand_dims(building=[name]), curves.expand_dims(building=[name])
+    demands = own[list(KEPT)].assign(scene=((), run.attrs["scene"], {"long_name": "scene, as JSON", "units": "1"}))
+    return demands.expand_dims(building=[name]), curves.expand_dims(building=[name])
 
 
 def draw(curves: xr.Dataset) -> Figure:
@@ -139,6 +134,9 @@ def main() -> None:
         xr.concat(parts, "building", combine_attrs="drop_conflicts") for parts in zip(*found, strict=True)
     )
     result = demands.merge(curves, combine_attrs="drop_conflicts")
+    result["building"].attrs = {"long_name": "building", "units": "1"}
+    title = "Fragility of a five-storey building as it is, on isolators and under a tuned mass damper"
+    result.attrs |= store.trace(title, "simulate, warpdyn.fragility")
     store.write(result, target)
     save_figures({"isolation": draw(result)}, arguments.out)
     print_medians(result)

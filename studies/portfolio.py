@@ -160,14 +160,15 @@ def main() -> None:
         device=arguments.device,
         seed=arguments.seed,
         keep_inputs=False,
+        check=0.01,
         path=arguments.out / "portfolio_histories.nc",
     )
     simulated = time.perf_counter()
     with run:
-        print(wd.summary(run))
+        print(wd.summary(run))  # with the largest error of any group
         result = wd.damage_shares(run, limits, events=pairs_of(run["motion_name"].values.tolist()))
         result["type_damage_share"] = by_type(result)
-        result.attrs = run.attrs | {"buildings": portfolio.buildings}
+        result.attrs["buildings"] = portfolio.buildings
     counted = time.perf_counter()
     store.write(result, target)
     save_figures({"portfolio": draw(result)}, arguments.out)

@@ -14,7 +14,7 @@ import warp as wp
 from test_simulate import MOTIONS, SEEDED, assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn import blocks, guard, pack
+from warpdyn import blocks, guard
 from warpdyn.kernels import devices
 from warpdyn.parts import in_parts
 from warpdyn.prepare import lay_out
@@ -82,7 +82,7 @@ def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
 
     whole = prepared()
     monkeypatch.setattr(in_parts, "__defaults__", (7,))
-    monkeypatch.setattr(pack, "STRUCTURES_AT_A_TIME", 7)
+    monkeypatch.setattr("warpdyn.vibration.STRUCTURES_AT_A_TIME", 7)
     assert prepared() == whole
 
 

@@ -86,12 +86,55 @@ def test_collapse_is_the_last_state_and_failures_are_kept_out():
     status[3:10] = 4
     with pytest.raises(ValueError, match="8 of 300 samples failed"):
         wd.damage_shares(run.assign(status=run["status"].copy(data=status)), LIMITS)
-    # A pair fails with either of its components.
+
+
+def test_a_pair_fails_with_one_of_its_components_unless_the_other_is_a_collapse():
     status = np.zeros(400, np.int8)
-    status[5] = 2
-    pairs = made(np.full((100, 4, 2), 0.5), status, (50, 50))
-    shares = wd.damage_shares(pairs, LIMITS, events=[0, 0, 1, 1])
+    status[5] = 2  # building 1 in event "a"
+    drifts = np.full((100, 4, 2), 0.5)
+    pairs = made(drifts, status, (50, 50))
+    with pytest.warns(UserWarning, match="more than 1 % failed .*: 1 of 50 of archetype 'light' in event 'a'"):
+        shares = wd.damage_shares(pairs, LIMITS, events=["a", "a", "b", "b"])
     np.testing.assert_array_equal(shares["counted_buildings"], [[49, 50], [50, 50]])
+    np.testing.assert_array_equal(shares["failed_buildings"], [[1, 0], [0, 0]])
+    # A collapse, or a drift beyond the last limit, stays one, whatever became of the other component.
+    for known in ("collapsed", "complete"):
+        status[4], drifts[1, 0] = (1, 0.5) if known == "collapsed" else (0, 2.5)
+        shares = wd.damage_shares(made(drifts, status, (50, 50)), LIMITS, events=["a", "a", "b", "b"])
+        np.testing.assert_array_equal(shares["counted_buildings"], [[50, 50], [50, 50]])
+        np.testing.assert_allclose(shares["archetype_damage_share"][0, 0] * 50, [49, 0, 1])
+        assert int(shares["failed_buildings"].sum()) == 0
+        assert int(shares["failed_samples"]) == 1
+
+
+def test_failures_are_judged_by_buildings_not_by_samples():
+    # 1 % of the samples, but every building in the one event there is.
+    status = np.zeros(20_000, np.int8)
+    status[::100] = 4
+    run = made(np.full((200, 100, 2), 0.5), status, (100, 100))
+    run = run.drop_vars("motion_name").assign(motion_name=("motion", [f"m{i}" for i in range(100)]))
+    with pytest.raises(ValueError, match="200 of 200 buildings, each counted once an event, failed; at most 1 %"):
+        wd.damage_shares(run, LIMITS, events=[0] * 100)
+
+
+def test_one_archetype_of_some_of_the_samples():
+    run = made()
+    some = run.isel(sample=[0, 5, 13, 18, 3])
+    for name, expected in (("light", [0, 5, 3]), ("heavy", [13, 18])):
+        part = wd.of_archetype(some, name)
+        rows = run["peak_storey_drift_ratio"][expected, : part.sizes["storey"]]
+        np.testing.assert_array_equal(part["peak_storey_drift_ratio"], rows)
+
+
+@pytest.mark.parametrize("events", [["1 Northridge", "1 Northridge", "2 Duzce", "2 Duzce"], [7, 7, 3, 3], None])
+def test_shares_come_back_from_a_file(tmp_path, events):
+    run = made().assign_attrs(title="a city", seed=3)
+    shares = wd.damage_shares(run, LIMITS, events=events)
+    assert shares.attrs == run.attrs
+    for variable in shares.drop_vars("motion_name", errors="ignore").variables.values():
+        assert {"long_name", "units"} <= set(variable.attrs)
+    with xr.open_dataset(wd.write(shares, tmp_path / "shares.nc")) as read:
+        xr.testing.assert_identical(read.load(), shares)
 
 
 def test_stripes_are_counted_apart():
@@ -115,6 +158,9 @@ BAD = {
     "order": (None, LIMITS | {"heavy": {"slight": 3.0, "complete": 2.0}}, {}, "'heavy': limits must increase"),
     "sign": (None, LIMITS | {"heavy": {"slight": -3.0, "complete": 2.0}}, {}, "archetype 'heavy': limit of 'slight'"),
     "events": (None, LIMITS, {"events": [0, 1]}, "events names 2 motions, and the run has 4"),
+    "tuples": (None, LIMITS, {"events": [("a", 1)] * 4}, "events must be names or whole numbers, all of one kind"),
+    "mixed": (None, LIMITS, {"events": ["a", "a", 1, 1]}, "events must be names or whole numbers, all of one kind"),
+    "unnamed": (None, LIMITS, {"events": ["a", "a", None, None]}, "events must be names or whole numbers"),
     "none": (None, {name: {"none": 1.0} for name in LIMITS}, {}, "'none' is the state of a building above no limit"),
 }  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,12 @@ def test_study(tmp_path: Path) -> None:
     with xr.open_dataset(tmp_path / "isolation.nc") as result:
         assert result["building"].values.tolist() == ["as it is", "tuned mass damper", "lead-rubber bearings"]
         assert result.sizes["storey"] == 5
+        for name in set(result.variables):
+            assert {"long_name", "units"} <= set(result[name].attrs), name
+        assert {"Conventions", "title", "history", "source", "seed", "method"} <= set(result.attrs)
+        assert "scene" not in result.attrs
+        laws = [json.loads(str(scene))["structure"]["law"] for scene in result["scene"].values]
+        assert [("lead_rubber_bearing" in law) for law in laws] == [False, False, True]
         assert (result["status"] <= 1).all()
         median = result["fragility_median"]
         assert np.isfinite(median).all()

@@ -1,16 +1,19 @@
 """Portfolios: a building's results are those of its archetype by itself, whatever stands beside it."""
 
 import importlib
+import io
 import os
 
 import numpy as np
 import pytest
 import xarray as xr
 from test_simulate import MOTIONS, make_motion
+from tqdm import tqdm
 
 import warpdyn as wd
 from warpdyn.kernels import devices
 from warpdyn.portfolio_groups import ROUND_STEP, groups_of, scenes_of
+from warpdyn.portfolio_results import _common_attributes
 from warpdyn.timeline import STEPS_PER_PERIOD
 
 module = importlib.import_module("warpdyn.simulate_portfolio")  # whose name is that of its function, too
@@ -140,6 +143,9 @@ def test_whatever_a_building_is_beside_its_parameters_decides_on_its_group():
     damper = {"devices": ("friction_damper",), "slip_force": 1e3, "brace_stiffness": 1e6}
     kinds += [chain(3, **damper), chain(3, law=("elastic", "bilinear", "bilinear"))]
     kinds.append(chain(3, law=("bilinear", "elastic", "bilinear")))
+    # Linear dampers are dashpots, those of a power have a kernel of their own.
+    viscous = {"devices": ("viscous_damper",), "damper_coefficient": 2e4}
+    kinds += [chain(3, **viscous, velocity_exponent=exponent) for exponent in (1.0, 0.4)]
     city = wd.Portfolio({f"{i}": wd.Archetype(kind) for i, kind in enumerate(kinds)})
     scenes = scenes_of(city, wd.Scene(kinds[0], MOTIONS[0]))
     assert len(groups_of(city, scenes, "rk4", 0, is_stepped=True)) == len(kinds)
@@ -173,6 +179,16 @@ def test_no_other_building_changes_a_bit(city):
         for key in set(part.data_vars) - {"motion_name", "motion_step"}:
             if part[key].dims[0] == "sample":
                 np.testing.assert_array_equal(first[key].values, second[key].values, err_msg=key)
+
+
+def test_dampers_of_another_kind_beside_it_change_no_bit_of_a_building():
+    viscous = {"devices": ("viscous_damper",), "damper_coefficient": 2e4}
+    linear, power = (wd.Archetype(chain(2, **viscous, velocity_exponent=exponent)) for exponent in (1.0, 0.4))
+    settings = {"record": ("drift",), "tail": 0.0, "device": "cpu"}
+    both = wd.simulate_portfolio(wd.Portfolio({"linear": linear, "power": power}), MOTIONS[0], **settings)
+    for place, archetype in enumerate((linear, power)):
+        alone = wd.simulate_portfolio(wd.Portfolio({"alone": archetype}), MOTIONS[0], **settings)
+        np.testing.assert_array_equal(both["peak_storey_drift"][place], alone["peak_storey_drift"][0])
 
 
 def test_draws_go_by_seed_and_number_alone():
@@ -250,6 +266,17 @@ def test_nothing_is_left_of_an_unfinished_file(tmp_path, monkeypatch):
     assert (tmp_path / "run.nc").read_text() == "what stood there"
 
 
+def test_attributes_hold_what_there_is_of_all_groups(city):
+    # Every group has the round step that its archetypes' lead to: all of them are told, as the steps are.
+    assert set(np.atleast_1d(city.attrs["longest_step"])) <= {ROUND_STEP / 2, ROUND_STEP / 4}
+    runs = [xr.Dataset(attrs=city.attrs | {"method": name}) for name in ("rk4", "dormand_prince54", "dormand_prince54")]
+    runs[1].attrs["tolerance"], runs[2].attrs["tolerance"] = 1e-6, 1e-5
+    found = _common_attributes(runs, 0.0)
+    assert found["method"] == "rk4; dormand_prince54"
+    assert found["tolerance"].tolist() == [1e-6, 1e-5]
+    assert "target_error" not in found
+
+
 def test_a_plan_is_made_for_each_group():
     two = wd.Portfolio({name: ARCHETYPES[name] for name in ("house", "linear")})
     run = wd.simulate_portfolio(two, MOTIONS[0], record=("drift",), tail=0.0, device="cpu", error=0.05)
@@ -309,6 +336,7 @@ def refuse(*arguments, **named):
 
 
 WILD = {"mass": wd.Value(wd.Normal(0.0, 1.0))}
+BAD_DRAW = wd.Portfolio({"bad": wd.Archetype(chain(1), 9, WILD)})
 RUNS = {
     "no portfolio": ({"portfolio": chain(1)}, "takes a Portfolio, got ShearBuilding"),
     "excitation": ({"excitation": wd.FreeVibration(1.0)}, "must be Stripes, Cloud or Individual, got FreeVibration"),
@@ -331,7 +359,16 @@ RUNS = {
         {"portfolio": wd.Portfolio({"bad": wd.Archetype(smooth(1), scatter={"gamma": wd.Listed([0.1, 0.9])})})},
         "archetype 'bad': .*gamma is 0.9 where beta is 0.5",
     ),
-    "step": ({"step": 0.007}, "buildings of 1 storeys .*'low'.*: step 0.007 s does not divide"),
+    # Settings are judged before anything is drawn, and are no archetype's fault.
+    "step": ({"step": 0.007}, "^step 0.007 s does not divide"),
+    "typo": ({"stpe": 0.01, "portfolio": BAD_DRAW}, "takes no setting 'stpe'; it takes check, device, .*step, threads"),
+    "dtype": ({"dtype": "float16", "portfolio": BAD_DRAW}, "^unknown dtype 'float16'"),
+    "check": ({"check": 2, "portfolio": BAD_DRAW}, "^check must be a share"),
+    "error": ({"error": -1.0, "portfolio": BAD_DRAW}, "^error must be"),
+    "error and step": ({"error": 0.01, "step": 0.01}, "^error chooses the step"),
+    "on_unstable": ({"on_unstable": "stop", "portfolio": BAD_DRAW}, "^unknown on_unstable 'stop'"),
+    "threads": ({"threads": 0, "portfolio": BAD_DRAW}, "^threads must be"),
+    "tolerance": ({"tolerance": 1e-6, "portfolio": BAD_DRAW}, "^method 'rk4' takes no tolerance"),
 }  # fmt: skip
 
 
@@ -342,6 +379,20 @@ def test_bad_runs_are_refused_before_a_kernel(case, monkeypatch):
     arguments = {"portfolio": CITY, "excitation": STRIPES, "device": "cpu"} | changes
     with pytest.raises((ValueError, TypeError), match=message):
         wd.simulate_portfolio(**arguments)
+
+
+def test_one_bar_shows_how_far_all_groups_are(monkeypatch):
+    bars = []
+
+    def make(**settings):
+        bars.append(tqdm(**settings, file=io.StringIO()))
+        return bars[-1]
+
+    monkeypatch.setattr("warpdyn.progress.tqdm", make)
+    for _ in range(2):
+        wd.simulate_portfolio(CITY, MOTIONS[0], record=("drift",), tail=0.0, device="cpu")
+    wd.simulate(wd.Scene(chain(1), MOTIONS[0], record=("drift",), tail=0.0), device="cpu")
+    assert [bar.total for bar in bars] == [25, 25, 1]
 
 
 def test_a_thousand_archetypes_are_laid_out_in_seconds():

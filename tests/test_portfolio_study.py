@@ -57,6 +57,10 @@ def test_shares_are_those_counted_one_by_one(study: tuple[Path, str]) -> None:
                 share = result["archetype_damage_share"].sel(archetype_name=name, event=event)
                 np.testing.assert_allclose(share, counts / counts.sum(), err_msg=f"{name} {event}")
         assert result.attrs["groups"] <= 8
+        # What the README says of the error, and the study prints.
+        error = run["estimated_relative_error"].sel(demand="peak_storey_drift")
+        assert 1e-5 < float(error.sel(error_statistic="95 %")) < 0.002
+        assert "estimated relative error" in study[1]
 
 
 def test_the_city_is_of_the_buildings_its_table_says(module: object) -> None:

@@ -36,6 +36,7 @@ def test_every_damaged_building_meets_every_aftershock(striped):
     assert striped.sizes["motion"] == 3
     np.testing.assert_array_equal(striped["im_level"][:, 0], np.tile(np.repeat(LEVELS, 6), 6))
     np.testing.assert_array_equal(striped["im_level"][:, 1], np.tile([0.5, 1.5, 3.0], 24))
+    assert striped["im_level"].attrs["units"] == "g"
     assert striped["peak_storey_drift_ratio"].dims == ("sample", "event", "storey")
     assert striped["stiffness"].dims == ("sample", "storey")
     assert (striped["status"] == 0).all()
@@ -61,9 +62,25 @@ def test_the_mainshock_is_an_ordinary_run(striped):
     main = wd.of_event(striped, "mainshock")
     for name in alone.data_vars:
         if "sample" in alone[name].dims:
-            one, other = main[name].values, np.repeat(alone[name].values, 6, axis=0)
+            one, other = main[name].values, alone[name].values
+            assert one.shape == other.shape, name
             np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5 * np.abs(other).max(), err_msg=name)
     assert main["im_level"].attrs == alone["im_level"].attrs
+    # Of some of the samples, too: those of one mainshock level, of which one structure has but one sample left.
+    some = striped.isel(sample=np.flatnonzero((striped["im_level"].values[:, 0] == 2.0) & (striped["sample"] > 46)))
+    np.testing.assert_array_equal(wd.of_event(some, "mainshock")["sample"], [47, 54, 66])
+    assert wd.of_event(some, "aftershock").sizes["sample"] == some.sizes["sample"]
+
+
+@pytest.mark.filterwarnings("ignore:.*:UserWarning")  # two records make no intervals
+def test_aftershocks_make_no_samples_of_the_mainshock(striped):
+    # The fragility of the mainshock, and the width of its intervals, are those of a run of the mainshock alone.
+    alone = wd.simulate(wd.Scene(make_building(), STRIPED.events["mainshock"], DRAWN), samples=3, seed=4, device="cpu")
+    limits = {"slight": float(alone["peak_storey_drift_ratio"].max("storey").median())}
+    found = [wd.fragility(run, limits, bootstrap=20) for run in (alone, wd.of_event(striped, "mainshock"))]
+    for name in ("valid_samples", "exceedance_fraction", "exceedance_fraction_lower", "exceedance_fraction_upper"):
+        np.testing.assert_array_equal(found[0][name], found[1][name], err_msg=name)
+    assert wd.summary(striped).startswith("mainshock\n12 samples: 12 ok")
 
 
 def test_no_division_changes_a_bit(striped, tmp_path):
@@ -89,7 +106,7 @@ def test_drawn_motions_differ_between_events():
 def test_what_has_collapsed_stays_collapsed():
     scene = wd.Scene(make_building(), STRIPED, collapse_drift_ratio=0.012)
     run = wd.simulate(scene, device="cpu")
-    main, after = wd.of_event(run, "mainshock"), wd.of_event(run, "aftershock")
+    main, after = run.sel(event="mainshock"), wd.of_event(run, "aftershock")
     fallen = (main["status"] == COLLAPSED).values
     assert 0 < fallen.sum() < 24
     assert (after["status"][fallen] == COLLAPSED).all()
@@ -162,7 +179,7 @@ def test_fragility_of_the_damaged_building():
     stripes = wd.Stripes(motions, [0.5, 1.0, 2.0, 4.0], PEAK)
     scene = wd.Scene(make_building(), wd.Sequence({"mainshock": stripes, "aftershock": stripes}), record=("drift",))
     run = wd.simulate(scene, device="cpu")
-    main, after = wd.of_event(run, "mainshock"), wd.of_event(run, "aftershock")
+    main, after = run.sel(event="mainshock"), wd.of_event(run, "aftershock")
     worst = main["peak_storey_drift_ratio"].max("storey")
     damaged = (worst > 0.003) & (worst <= 0.01)
     assert 24 < damaged.sum() < 24 * 24

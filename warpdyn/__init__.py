@@ -1,6 +1,6 @@
 """Ensembles of structural dynamics, integrated in parallel on GPUs and CPUs."""
 
-from warpdyn.damage import damage_shares, of_archetype
+from warpdyn.damage import damage_shares
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
 from warpdyn.fragility import fragility
@@ -23,9 +23,10 @@ from warpdyn.plan import Choice, plan
 from warpdyn.portfolio import Archetype, Portfolio
 from warpdyn.pushover import pushover, storey_hysteresis
 from warpdyn.response_spectra import response_spectra
-from warpdyn.results import of_event, summary
+from warpdyn.results import summary
 from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
 from warpdyn.scene import Scene
+from warpdyn.selections import of_archetype, of_event, of_storeys
 from warpdyn.sequences import Sequence
 from warpdyn.simulate import simulate
 from warpdyn.simulate_portfolio import simulate_portfolio
@@ -74,6 +75,7 @@ __all__ = [
     "modal_table",
     "of_archetype",
     "of_event",
+    "of_storeys",
     "plan",
     "pushover",
     "response_spectra",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+import warnings
+from collections.abc import Mapping, Sequence
+from numbers import Integral
 
 import numpy as np
 import xarray as xr
@@ -10,6 +12,7 @@ import xarray as xr
 from warpdyn.checks import real_number
 from warpdyn.motions import IN_G
 from warpdyn.recorders import COLLAPSED, DIVERGED, OK, STRIPED
+from warpdyn.selections import archetypes_of
 from warpdyn.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
 
 SAMPLES_AT_A_TIME = 2**18  # read from a file
@@ -18,40 +21,39 @@ NO_DAMAGE = "none"
 
 
 def damage_shares(
-    run: xr.Dataset, limits: Mapping[str, Mapping[str, float]], *, events: Sequence[Hashable] | None = None
+    run: xr.Dataset, limits: Mapping[str, Mapping[str, float]], *, events: Sequence[str] | Sequence[int] | None = None
 ) -> xr.Dataset:
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
     A building is in the last damage state whose limit its largest storey drift ratio is above (strictly), in "none" if
-    it is above no limit, and in the last state of all if it collapsed.
+    it is above no limit, and in the last state of all if it collapsed. Every storey counts, that of isolators or of a
+    tuned mass damper, too: keep buildings on isolators in a portfolio of their own, and take `of_storeys` of its run.
 
     Args:
         run: What `simulate_portfolio` returned, with the recorder "drift".
         limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
             states' names are the same for all.
-        events: The event that each motion is of, shape [motion], as labels: where several motions are of one event,
-            such as both components of a record, the worst of them counts. None for every motion by itself.
+        events: The event that each motion is of, shape [motion], as names or whole numbers: where several motions are
+            of one event, such as both components of a record, the worst of them counts. None for every motion by
+            itself.
 
     Returns:
-        `damage_share(event, damage_state)`, `archetype_damage_share(archetype_name, event, damage_state)` and
-        `counted_buildings(archetype_name, event)`; the dimension is `motion` instead of `event` where no events are
-        given, and on stripes `stripe` comes after it. Shares of no building are NaN.
+        `damage_share(event, damage_state)`, `archetype_damage_share(archetype_name, event, damage_state)`,
+        `counted_buildings(archetype_name, event)` and `failed_buildings(archetype_name, event)`, which are not among
+        the counted: a motion of theirs failed, and no other left them in the last state. The dimension is `motion`
+        instead of `event` where no events are given, and on stripes `stripe` comes after it. Shares of no building are
+        NaN. The attributes are those of the run.
 
     Raises:
-        ValueError: If the run is not of a portfolio or has no drifts, limits are missing, not positive or do not
-            increase, events are not one a motion, or more than 1 % of the samples failed.
+        ValueError, TypeError: If the run is not of a portfolio or has no drifts, limits are missing, not positive or do
+            not increase, events are not one a motion, or more than 1 % of the buildings, event by event, failed; where
+            they are more than 1 % of an archetype in an event, a warning names both.
     """
-    names = _archetypes_of(run)
+    names = archetypes_of(run)
     states, table = _checked_limits(names, limits)
     record, event_names = _events_of(run, events)
     state = _states_of_samples(run, table)
-    # Failed samples are those that diverged and the like; a pair of motions fails with either of them.
-    failures = np.count_nonzero(state == FAILED)
-    if failures > LARGEST_EXCLUDED_FRACTION * state.size:
-        raise ValueError(
-            f"{failures} of {state.size} samples failed; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: "
-            "take a smaller step or another method"
-        )
+    failed_samples = np.count_nonzero(state == FAILED)  # those that diverged and the like
     is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
     levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
     if is_striped:
@@ -62,17 +64,23 @@ def damage_shares(
         _, first, unit = np.unique(key, return_index=True, return_inverse=True)
         worst = np.zeros(first.size, dtype=np.int64)
         np.maximum.at(worst, unit, state)
-        worst[unit[state == FAILED]] = FAILED
+        # With a motion that failed the worst is known only where another left nothing worse.
+        failed = unit[state == FAILED]
+        worst[failed[worst[failed] < len(states) - 1]] = FAILED
         state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
 
     shape = (len(names), len(event_names), levels.size, len(states))
-    valid = state != FAILED
-    places = tuple(values[valid].astype(np.int64) for values in (archetype, record, stripe, state))
-    counts = np.bincount(np.ravel_multi_index(places, shape), minlength=np.prod(shape)).reshape(shape)
+    # Failures are counted behind the last state.
+    places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
+    wide = (*shape[:-1], len(states) + 1)
+    places = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
+    counts = np.bincount(places, minlength=np.prod(wide)).reshape(wide)
+    counts, failures = counts[..., :-1], counts[..., -1]
+    _check_failures(failures, counts.sum(axis=-1), names, event_names if events is not None else None)
     along = "motion" if events is None else "event"
     dims = (along, "stripe", "damage_state")
     if not is_striped:
-        counts, dims = counts[:, :, 0], (along, "damage_state")
+        counts, failures, dims = counts[:, :, 0], failures[:, :, 0], (along, "damage_state")
     counted = counts.sum(axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         of_archetype_, of_all = counts / counted[..., None], counts.sum(axis=0) / counted.sum(axis=0)[..., None]
@@ -89,12 +97,17 @@ def damage_shares(
             counted,
             units | {"long_name": "buildings counted, collapsed ones included, failed ones not"},
         ),
+        "failed_buildings": (
+            ("archetype_name", *dims[:-1]),
+            failures,
+            units | {"long_name": "buildings kept out, since what becomes of them is not known"},
+        ),
         "damage_limit": (
             ("archetype_name", "damage_state"),
             np.concatenate([np.zeros((len(names), 1)), table], axis=1),
             units | {"long_name": "storey drift ratio above which a building is in the damage state"},
         ),
-        "failed_samples": ((), failures, units | {"long_name": "samples kept out"}),
+        "failed_samples": ((), failed_samples, units | {"long_name": "samples that failed"}),
     }
     coordinates = {
         "archetype_name": ("archetype_name", names, {"long_name": "name of the archetype", "units": "1"}),
@@ -107,39 +120,7 @@ def damage_shares(
     if is_striped:
         level = {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G}
         coordinates["stripe"] = ("stripe", levels, level)
-    return xr.Dataset(variables, coordinates)
-
-
-def of_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return the samples of one archetype, with as many storeys as it has, as an ordinary run.
-
-    Args:
-        run: What `simulate_portfolio` returned.
-        name: The archetype.
-
-    Raises:
-        ValueError: If there is no such archetype.
-    """
-    names = _archetypes_of(run).tolist()
-    if name not in names:
-        raise ValueError(f"no archetype {name!r} in the run; it has {', '.join(names)}")
-    place = names.index(name)
-    buildings = run["buildings_of_archetype"].values
-    each = run.sizes["sample"] // int(buildings.sum())
-    first = int(buildings[:place].sum()) * each
-    part = run.isel(sample=slice(first, first + int(buildings[place]) * each))
-    storeys = int(run["storeys_of_archetype"].values[place])
-    part = part.isel({dim: slice(storeys) for dim in ("storey", "floor") if dim in run.dims})
-    return part.drop_vars([name for name, variable in part.variables.items() if "archetype_name" in variable.dims])
-
-
-def _archetypes_of(run: xr.Dataset) -> np.ndarray:
-    """Return the names of a run's archetypes."""
-    needed = ("archetype_name", "archetype", "building", "status")
-    missing = [name for name in needed if name not in run.variables]
-    if missing:
-        raise ValueError(f"the dataset has no {missing[0]!r}: it is not what simulate_portfolio() returned")
-    return run["archetype_name"].values.astype(str)
+    return xr.Dataset(variables, coordinates, run.attrs)
 
 
 def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]) -> tuple[list[str], np.ndarray]:
@@ -171,7 +152,40 @@ def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]
     return [NO_DAMAGE, *states], np.array(rows)
 
 
-def _events_of(run: xr.Dataset, events: Sequence[Hashable] | None) -> tuple[np.ndarray, np.ndarray]:
+def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:
+    """Raise an error where too many buildings failed; warn where they are many of an archetype in an event.
+
+    Args:
+        failures: Buildings that failed, shape [archetype, event, stripe].
+        counted: Buildings that did not.
+        names: Names of the archetypes.
+        events: Names of the events; None for motions by their numbers.
+    """
+    allowed, total = f"{100 * LARGEST_EXCLUDED_FRACTION:g} %", failures + counted
+    if failures.sum() > LARGEST_EXCLUDED_FRACTION * total.sum():
+        unit = "samples" if events is None else "buildings, each counted once an event,"
+        raise ValueError(
+            f"{failures.sum()} of {total.sum()} {unit} failed; at most {allowed} may: take a smaller step or another "
+            "method"
+        )
+    failures, total = failures.sum(axis=2), total.sum(axis=2)
+    many = np.argwhere(failures > LARGEST_EXCLUDED_FRACTION * total)
+    if not len(many):
+        return
+    worst = sorted(many.tolist(), key=lambda place: -failures[tuple(place)] / total[tuple(place)])
+    shown = [
+        f"{failures[i, j]} of {total[i, j]} of archetype {str(names[i])!r} in "
+        + (f"motion {j}" if events is None else f"event {events[j].item()!r}")
+        for i, j in worst[:3]
+    ]
+    warnings.warn(
+        f"of {len(many)} archetypes in an event more than {allowed} failed and are not counted: "
+        + "; ".join(shown + ["..."] * (len(worst) > 3)),
+        stacklevel=3,
+    )
+
+
+def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the event of each sample as an index, and the names of the events in the order they are first named."""
     if "record" not in run.variables:
         raise ValueError("the dataset has no 'record': it is not what simulate_portfolio() returned")
@@ -181,6 +195,11 @@ def _events_of(run: xr.Dataset, events: Sequence[Hashable] | None) -> tuple[np.n
     labels = list(events)
     if len(labels) != motions:
         raise ValueError(f"events names {len(labels)} motions, and the run has {motions}: they must agree")
+    for kind in (str, Integral):
+        if all(isinstance(label, kind) and not isinstance(label, bool) for label in labels):
+            break
+    else:
+        raise TypeError(f"events must be names or whole numbers, all of one kind, got {labels[:4]!r}")
     order = {label: i for i, label in enumerate(dict.fromkeys(labels))}
     return np.array([order[label] for label in labels])[record], np.array(list(order))
 

@@ -30,7 +30,8 @@ def fragility(
     """Fit a lognormal fragility curve to every damage state of a run on stripes, with intervals.
 
     A sample exceeds a damage state at a storey where its peak drift ratio is above the limit (strictly), and at every
-    storey when it collapsed; the worst storey is the one of largest drift. Curves maximise the binomial likelihood
+    storey when it collapsed; the worst storey is the one of largest drift, be it that of isolators or of
+    a tuned mass damper: take `of_storeys` of such a run first. Curves maximise the binomial likelihood
     (Baker 2015, Earthquake Spectra 31(1)). Intervals of curves are percentiles of a bootstrap over records: records
     are drawn with replacement and bring all their samples along, since these share the motion.
 
@@ -117,7 +118,7 @@ def fragility(
     return xr.Dataset(
         variables,
         coords={
-            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state"}),
+            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state", "units": "1"}),
             "stripe": _labelled("stripe", counts.levels, "intensity of the stripe", units="g", comment=IN_G),
             "intensity": _labelled("intensity", intensity, "intensity along the curve", units="g", comment=IN_G),
             "storey": _labelled("storey", counts.storeys, "storey, from the ground up"),

@@ -138,7 +138,8 @@ def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findi
 class Reruns:
     """How often the samples that fail are run again, blocks of a run in turn.
 
-    What is afforded for a sample is counted on the samples before it, however they are divided into blocks.
+    What is afforded for a sample is counted on the samples before it, however they are divided into blocks: where a
+    good part of a run fails, one of its samples may stay failed that would have been run again by itself.
     """
 
     def __init__(self) -> None:

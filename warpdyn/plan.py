@@ -105,8 +105,7 @@ def plan(
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"plan() takes a Scene, got {type(scene).__name__}")
-    if not LEAST_ERROR <= real_number("error", error, above=0) < 1:
-        raise ValueError(f"error must be a relative error from {LEAST_ERROR:g} to below 1, got {error}")
+    check_error(error)
     if isinstance(scene.excitation, Sequence):
         raise ValueError(
             "error chooses the step by a pilot of one event, and the scene has a Sequence: plan() its first event by "
@@ -235,6 +234,12 @@ class _Pilot:
         started = time.perf_counter()
         run.integrate(self.chosen)
         return (time.perf_counter() - started) / self.chosen.size
+
+
+def check_error(error: float) -> None:
+    """Raise an error unless a relative error is one that can be kept."""
+    if not LEAST_ERROR <= real_number("error", error, above=0) < 1:
+        raise ValueError(f"error must be a relative error from {LEAST_ERROR:g} to below 1, got {error}")
 
 
 def _fixed_structures(scene: Scene) -> int:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warpdyn import pack
+from warpdyn.checks import one_of
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.methods import METHODS, check_fits
 from warpdyn.portfolio import Portfolio, named
@@ -73,39 +74,41 @@ def scenes_of(portfolio: Portfolio, common: Scene) -> dict[str, Scene]:
     return scenes
 
 
+def check_method(scenes: dict[str, Scene], method: str) -> None:
+    """Raise a ValueError that names the archetype if a method is unknown or does not fit it."""
+    one_of("method", method, METHODS)
+    for name, scene in scenes.items():
+        with named(name):
+            check_fits(method, scene.structure.law, scene.structure.damping)
+
+
 def groups_of(
     portfolio: Portfolio, scenes: dict[str, Scene], method: str, seed: int, *, is_stepped: bool
 ) -> list[Group]:
     """Return the buildings in as few groups as there are kernels and default steps.
 
-    A building's group, its step and its parameters do not depend on what else is in the portfolio.
+    A building's kernel, its step and its parameters do not depend on what else is in the portfolio.
 
     Args:
         portfolio: The buildings.
         scenes: The scene of each archetype by itself.
-        method: Integration method.
+        method: Integration method, which fits them all.
         seed: Seed of every random draw.
         is_stepped: Whether the caller sees to the step.
 
     Raises:
-        ValueError: If a drawn value is out of bounds, or the method does not fit a law.
+        ValueError: If a drawn value is out of bounds.
     """
     members: dict[tuple, list[int]] = {}
     names, drawn = list(scenes), []
     for place, (name, scene) in enumerate(scenes.items()):
         building = scene.structure
-        with named(name):
-            check_fits(method, building.law, building.damping)
         drawn.append(portfolio.parameters(name, seed))  # before the step: what is wrong is said of what is drawn
         longest = None if is_stepped else _rounded_step(scene, method)
-        # Everything that decides on the kernel but what is common to all.
-        kernel = (
-            building.storeys,
-            building.storey_laws,
-            building.devices,
-            tuple(building.parameters),
-            pack.spring_of(scene),
-        )
+        # The kernel, which values may decide on, too (a law's exponents, the kind of viscous dampers), and what it is
+        # fed by; the type of numbers and the device are common to all.
+        kernel = pack.plan_of(scene, method, "float32", is_gpu=False)
+        kernel = kernel, building.storey_laws, building.devices, tuple(building.parameters)
         kernel = *kernel, building.damping, building.damping_modes, building.damped_storeys
         members.setdefault((*kernel, longest), []).append(place)
     groups = []

@@ -125,13 +125,14 @@ class Joined:
 def _common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
     """Return what is said of how all runs were integrated; where they differ, all that there is."""
     attributes = {name: runs[0].attrs[name] for name in ("on_unstable", "device")}
-    for name in ("method", "dtype", "kernel"):
-        attributes[name] = "; ".join(dict.fromkeys(str(run.attrs[name]) for run in runs))
-    steps = np.unique(np.concatenate([np.atleast_1d(run.attrs["step"]) for run in runs]))
-    attributes["step"] = steps if steps.size > 1 else float(steps[0])
-    attributes |= {
-        name: runs[0].attrs[name] for name in ("target_error", "resampled", "tolerance") if name in runs[0].attrs
-    }
+    for name in ("method", "dtype", "kernel", "resampled"):
+        told = dict.fromkeys(str(run.attrs[name]) for run in runs if name in run.attrs)
+        attributes |= {name: "; ".join(told)} if told else {}
+    for name in ("step", "longest_step", "target_error", "tolerance"):
+        values = [np.atleast_1d(run.attrs[name]) for run in runs if name in run.attrs]
+        if values:
+            found = np.unique(np.concatenate(values))
+            attributes[name] = found if found.size > 1 else float(found[0])
     for name in ("sampling", "integrating", "in_kernels"):
         attributes[f"seconds_{name}"] = sum(float(run.attrs[f"seconds_{name}"]) for run in runs)
     attributes["seconds_sampling"] += seconds

@@ -14,6 +14,7 @@ from warpdyn.methods import METHODS
 from warpdyn.motions import IN_G, Assignment, motion_names
 from warpdyn.recorders import HISTORY, STATUS_MEANINGS, STRIPED, recorded
 from warpdyn.scene import Scene
+from warpdyn.selections import of_event
 from warpdyn.sequences import Sequence
 from warpdyn.store import trace
 from warpdyn.timeline import motions_of
@@ -75,7 +76,9 @@ def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
         coordinates["scale_factor_of_motion"] = (double, scale)
     if isinstance(scene.excitation, Sequence):
         attributes = {"long_name": "intensity measure of the scaled motion", "design": "of a sequence: see of_event"}
-        coordinates["im_level"] = (double, attributes)
+        units = {scene.excitation.assign(event, [], 0).units for event in range(len(scene.excitation.events))}
+        # Where they differ, im_level_units says which is whose.
+        coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
     else:
         level = scene.excitation.assign([], 0)
         if level.im_level is not None:
@@ -195,6 +198,9 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
         for key in ("long_name", "units", "design"):
             text = {"long_name": f"{key} of im_level in each event", "units": "1"}
             coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
+        copies = scene.excitation.samples_a_structure // np.array(scene.excitation.samples_by_event)
+        text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
+        coordinates["samples_a_history"] = ("event", copies.astype(np.int32), text)
     if "acceleration" in scene.record:
         coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
     return coordinates
@@ -264,28 +270,3 @@ def summary(run: xr.Dataset) -> str:
             row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
             lines.append(f"{demand:<26}{row}")
     return "\n".join(lines)
-
-
-def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return one event of a run of a Sequence as an ordinary run, its samples being those of the whole sequence.
-
-    Args:
-        run: What `simulate` returned.
-        name: The event.
-
-    Raises:
-        ValueError: If the run is not of a Sequence, or has no such event.
-    """
-    if "event" not in run.dims or "im_level_design" not in run.coords:
-        raise ValueError("the dataset has no events: it is not what simulate() returned of a Sequence")
-    names = run["event"].values.tolist()
-    if name not in names:
-        raise ValueError(f"no event {name!r} in the run; it has {', '.join(names)}")
-    event = run.isel(event=names.index(name))
-    keys = ("long_name", "units", "design")
-    attributes = {key: str(event[f"im_level_{key}"].values) for key in keys}
-    if attributes["units"] == "g":
-        attributes["comment"] = IN_G
-    event = event.drop_vars(["event", *(f"im_level_{key}" for key in keys)])
-    event["im_level"].attrs = attributes
-    return event

@@ -8,7 +8,6 @@ import time
 
 import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
 from warpdyn.blocks import divide
 from warpdyn.checks import one_of, real_number, whole_number
@@ -19,8 +18,9 @@ from warpdyn.guard import ON_UNSTABLE, Findings
 from warpdyn.histories import Histories, KeptHistories
 from warpdyn.kernels.devices import device_names, open_queues, seconds_in_kernels
 from warpdyn.methods import METHODS
-from warpdyn.plan import plan
+from warpdyn.plan import check_error, plan
 from warpdyn.prepare import lay_out
+from warpdyn.progress import counted_histories
 from warpdyn.results import columns_of
 from warpdyn.scene import Scene
 from warpdyn.sequence_course import SequenceCourse
@@ -98,18 +98,8 @@ def simulate(
     is_sequence = isinstance(scene, Scene) and isinstance(scene.excitation, Sequence)
     if histories is not None and is_sequence:
         raise ValueError("histories of a Sequence are not kept: leave them out, or run its first event by itself")
-    one_of("on_unstable", on_unstable, ON_UNSTABLE)
-    if check is not None and not 0 < real_number("check", check) <= 1:
-        raise ValueError(f"check must be a share of the samples, above 0 and at most 1, got {check}")
-    if check is not None and resample:
-        raise ValueError("check sees nothing of what resample cuts off a motion: leave out one of them")
-    if not isinstance(keep_inputs, bool):
-        raise TypeError(f"keep_inputs must be True or False, got {keep_inputs!r}")
-    if memory is not None:
-        memory = whole_number("memory [bytes]", memory, 1)
+    check_settings(on_unstable, check, resample, keep_inputs, memory, error, (step, longest_step, tolerance))
     if error is not None:
-        if step is not None or longest_step is not None or tolerance is not None:
-            raise ValueError("error chooses the step: give simulate() no step, longest_step or tolerance beside it")
         chosen_by = {"seed": seed, "device": device, "threads": threads}
         # What is wrong is said before the pilot runs.
         given = {"method": "rk4" if method is None else method, "dtype": "float32" if dtype is None else dtype}
@@ -153,15 +143,15 @@ def simulate(
         table = InMemory(run.terms, columns, run.samples)
     else:
         table = InFile(run.terms, columns, GrowingFile(path, run.samples))
-    with table, tqdm(total=run.samples, unit="history", unit_scale=True, disable=None) as progress:
-        if is_sequence:
-            course = SequenceCourse(run, on_unstable, findings, table, estimates, progress.update)
-        else:
-            estimate = estimates[0] if estimates else None
-            course = Course(run, on_unstable, findings[0], table, kept, estimate, progress.update)
-        course.seconds_sampling += time.perf_counter() - started
-        course.go(blocks, queues)
-        progress.close()
+    with table:
+        with counted_histories(run.samples) as progress:
+            if is_sequence:
+                course = SequenceCourse(run, on_unstable, findings, table, estimates, progress.update)
+            else:
+                estimate = estimates[0] if estimates else None
+                course = Course(run, on_unstable, findings[0], table, kept, estimate, progress.update)
+            course.seconds_sampling += time.perf_counter() - started
+            course.go(blocks, queues)
         for found in findings:
             found.warn(on_unstable, stacklevel=2)
         warn_of_short_tail(scene, course.longest_period, stacklevel=2)
@@ -187,3 +177,33 @@ def simulate(
         if METHODS[method].is_adaptive:
             rest.attrs["tolerance"] = run.terms.tolerance
         return table.finish(rest)
+
+
+def check_settings(
+    on_unstable: str = "substep",
+    check: float | None = None,
+    resample: bool = False,
+    keep_inputs: bool = True,
+    memory: int | None = None,
+    error: float | None = None,
+    beside_error: tuple[float | None, ...] = (),
+) -> None:
+    """Raise an error if one of these settings of `simulate`, which need no scene to be judged, is not valid.
+
+    Args:
+        on_unstable, check, resample, keep_inputs, memory, error: As `simulate` takes them.
+        beside_error: What must be None beside `error`.
+    """
+    one_of("on_unstable", on_unstable, ON_UNSTABLE)
+    if check is not None and not 0 < real_number("check", check) <= 1:
+        raise ValueError(f"check must be a share of the samples, above 0 and at most 1, got {check}")
+    if check is not None and resample:
+        raise ValueError("check sees nothing of what resample cuts off a motion: leave out one of them")
+    if not isinstance(keep_inputs, bool):
+        raise TypeError(f"keep_inputs must be True or False, got {keep_inputs!r}")
+    if memory is not None:
+        whole_number("memory [bytes]", memory, 1)
+    if error is not None:
+        check_error(error)
+        if any(setting is not None for setting in beside_error):
+            raise ValueError("error chooses the step: give simulate() no step, longest_step or tolerance beside it")

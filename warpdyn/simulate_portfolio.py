@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import tempfile
 import time
+import warnings
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -16,11 +18,12 @@ from warpdyn.checks import whole_number
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.motions import GroundMotion
 from warpdyn.portfolio import Portfolio
-from warpdyn.portfolio_groups import groups_of, scenes_of
+from warpdyn.portfolio_groups import check_method, groups_of, scenes_of
 from warpdyn.portfolio_results import Joined
-from warpdyn.prepare import MOST_SAMPLES
+from warpdyn.prepare import MOST_SAMPLES, lay_out
+from warpdyn.progress import counted_histories
 from warpdyn.scene import Scene
-from warpdyn.simulate import simulate
+from warpdyn.simulate import check_settings, simulate
 from warpdyn.store import check_writable
 
 STEPPING = ("step", "longest_step", "error")  # settings with which the caller sees to the step
@@ -28,6 +31,9 @@ NOT_TAKEN = {
     "samples": "an archetype's `count` says how many buildings there are",
     "histories": "keep them in a run of the archetype by itself",
 }
+# What `simulate` takes beside what has a name of its own here.
+SETTINGS = set(inspect.signature(simulate).parameters) - {"scene", "method", "seed", "path", *NOT_TAKEN}
+OF_THE_RUN = ("step", "longest_step", "resample", "dtype", "tolerance", "device", "threads")
 
 
 def simulate_portfolio(
@@ -47,7 +53,9 @@ def simulate_portfolio(
 
     Buildings of as many storeys, one law and one damping run together, whatever their archetypes. A building's step is
     that of its archetype in a run by itself, rounded down to 10 ms over a power of 2, so that nothing else in the
-    portfolio changes a bit of what becomes of it. With `error` a plan is made for each group.
+    portfolio changes a bit of what becomes of it; but how often samples that fail are run again at shorter steps is
+    counted over all buildings that run together, so that where many fail, other buildings decide which of them stay
+    failed. With `error` a plan is made for each group.
 
     Args:
         portfolio: The buildings.
@@ -72,6 +80,9 @@ def simulate_portfolio(
     for name, reason in NOT_TAKEN.items():
         if name in settings:
             raise TypeError(f"simulate_portfolio() takes no {name}: {reason}")
+    unknown = sorted(settings.keys() - SETTINGS)
+    if unknown:
+        raise TypeError(f"simulate_portfolio() takes no setting {unknown[0]!r}; it takes {', '.join(sorted(SETTINGS))}")
     if isinstance(excitation, GroundMotion):
         excitation = Cloud((excitation,))
     if not isinstance(excitation, Stripes | Cloud | Individual):
@@ -88,15 +99,18 @@ def simulate_portfolio(
     first = next(iter(portfolio.archetypes.values())).building
     common = Scene(first, excitation, {}, {}, "monte_carlo", record, collapse_drift_ratio, tail, title)
     scenes = scenes_of(portfolio, common)
+    check_method(scenes, method or "rk4")
+    _check_settings(common, portfolio.buildings, method or "rk4", seed, settings)
+    if path is not None:
+        path = check_writable(path)
     is_stepped = any(settings.get(name) is not None for name in STEPPING)
     groups = groups_of(portfolio, scenes, method or "rk4", seed, is_stepped=is_stepped)
     attributes = {"scene": _as_json(portfolio, scenes), "title": title, "seed": seed}
     seconds = time.perf_counter() - started
 
-    with ExitStack() as stack:
+    with ExitStack() as stack, counted_histories(portfolio.buildings * each):
         folder = None
         if path is not None:
-            path = check_writable(path)
             own = tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.")
             folder = Path(stack.enter_context(own))
         runs = []
@@ -113,6 +127,17 @@ def simulate_portfolio(
             runs.append(run)
         joined = Joined(portfolio, [group.buildings for group in groups], runs, each, attributes, seconds)
         return joined.in_memory() if path is None else joined.in_file(path)
+
+
+def _check_settings(common: Scene, buildings: int, method: str, seed: int, settings: dict[str, object]) -> None:
+    """Raise an error if a setting is wrong, before anything is drawn: it is about no archetype."""
+    beside_error = tuple(settings.get(name) for name in ("step", "longest_step", "tolerance"))
+    named = ("on_unstable", "check", "resample", "keep_inputs", "memory", "error")
+    check_settings(**{name: settings[name] for name in named if name in settings}, beside_error=beside_error)
+    given = {name: settings[name] for name in OF_THE_RUN if settings.get(name) is not None}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # which come with the runs
+        lay_out(common, samples=buildings, method=method, seed=seed, **({"dtype": "float32"} | given))
 
 
 def _as_json(portfolio: Portfolio, scenes: dict[str, Scene]) -> str:

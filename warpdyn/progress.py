@@ -1,0 +1,30 @@
+"""How far runs are, shown on a terminal: one bar, whether there is one run or several together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from tqdm import tqdm
+
+_shown: ContextVar[tqdm | None] = ContextVar("shown", default=None)
+
+
+@contextmanager
+def counted_histories(total: int) -> Iterator[tqdm]:
+    """Show a bar of so many histories, or go on with the one that is shown around this.
+
+    Args:
+        total: Histories there will be.
+    """
+    around = _shown.get()
+    if around is not None:
+        yield around
+        return
+    with tqdm(total=total, unit="history", unit_scale=True, disable=None) as bar:
+        token = _shown.set(bar)
+        try:
+            yield bar
+        finally:
+            _shown.reset(token)
