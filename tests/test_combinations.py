@@ -203,7 +203,7 @@ def stable(damping):
 
 
 FULL = chain_cases()
-LIBRARY_SCRATCH, FEW_VALUES = 40, 128  # bytes a thread
+LIBRARY_SCRATCH, FEW_VALUES, MANY_VALUES = 40, 128, 8192  # bytes a thread
 RECORDED = (("all",), ("all", "histories"), ("alone",), ("all", "alone"))
 IN_TURN = [
     ("chain", dofs, damping, spring, load_in_turn(i + j, i), in_turn(stable(damping), 5 * i + j + dofs), dtype)
@@ -485,6 +485,7 @@ def test_sm90(case, sm90_folder):
     taken = usage(binary)
     # The library's sine needs some for angles that none of ours is, full matrices under noise a few values more than a
     # thread has registers for; nothing else does.
+    # Laws of many values work out more than that too: theirs goes to local memory, up to a few hundred values.
     needed = {"harmonic_force": LIBRARY_SCRATCH}.get(case[4], FEW_VALUES * (case[0] == "dense"))
-    assert taken.local <= needed, taken
+    assert taken.local <= (MANY_VALUES if case[3] in MANY else needed), taken
     assert taken.registers <= 255

@@ -16,6 +16,7 @@ from warpdyn.methods import METHODS, check_fits
 from warpdyn.portfolio import Portfolio, named
 from warpdyn.scatter import Listed
 from warpdyn.scene import Scene
+from warpdyn.storey_dampers import law_to_integrate
 from warpdyn.timeline import default_step
 from warpdyn.vibration import vibration_of
 
@@ -79,7 +80,7 @@ def check_method(scenes: dict[str, Scene], method: str) -> None:
     one_of("method", method, METHODS)
     for name, scene in scenes.items():
         with named(name):
-            check_fits(method, scene.structure.law, scene.structure.damping)
+            check_fits(method, law_to_integrate(scene), scene.structure.damping)
 
 
 def groups_of(
