@@ -50,11 +50,7 @@ def rest(case: Case):
 def timed(run: Callable, parameters: list) -> Measured:
     """Return the time of a compiled function of the samples, and the peak drifts it returns."""
     peaks = run(*parameters).block_until_ready()
-
-    def again() -> None:  # an array is no time
-        run(*parameters).block_until_ready()
-
-    return Measured(least_seconds(again), np.asarray(peaks))
+    return Measured(least_seconds(lambda: run(*parameters).block_until_ready()), np.asarray(peaks))
 
 
 def scan_rk4(case: Case, slopes: Callable, drifts: Callable, split: Callable) -> Measured:
