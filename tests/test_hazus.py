@@ -142,3 +142,9 @@ def test_installed_package_brings_the_table(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "0.0533" in done.stdout
     assert str(ROOT / "warpdyn") not in done.stdout
+
+
+@pytest.mark.parametrize("damping", ["rayleigh_tangent", "mass_proportional", "stiffness_proportional", "modal"])
+def test_every_damping_ratio_is_that_of_the_type(damping):
+    given, usual = (wd.ShearBuilding.from_hazus("C1M", "high", 5, damping=kind) for kind in (damping, "rayleigh"))
+    assert given.parameters["damping_ratio"] == usual.parameters["damping_ratio"]

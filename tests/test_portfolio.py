@@ -402,3 +402,16 @@ def test_a_thousand_archetypes_are_laid_out_in_seconds():
     assert run.sizes["sample"] == 3000
     assert run.attrs["groups"] <= 4
     assert len(run.attrs["scene"]) > 100_000  # and is written, all the same
+
+
+def test_listed_and_drawn_values_must_fit_each_other():
+    tall = wd.ShearBuilding(1e5, 1e7, 3.0, law="bilinear", yield_force=1e5, hardening_ratio=0.1, gravity_load=1e7)
+
+    def drawn(**scatter):
+        return wd.Portfolio({"tall": wd.Archetype(tall, scatter=scatter)}).parameters("tall", seed=0)
+
+    soft, stiff = wd.Value(wd.Uniform(0.5e7, 0.9e7)), wd.Value(wd.Uniform(2e7, 3e7))
+    with pytest.raises(ValueError, match=r"tall.*gravity_load adds up to 2\.9e\+07 N.*buckles"):
+        drawn(gravity_load=wd.Listed([2.9e7]), stiffness=soft)
+    # More than the nominal storey would bear, and less than this one does.
+    assert drawn(gravity_load=wd.Listed([4e7]), stiffness=stiff)["stiffness"].min() >= 2e7

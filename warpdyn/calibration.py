@@ -49,7 +49,7 @@ class CalibratedChain:
                 let up to 50, though Hazus thinks of one or two: periods and strengths are then out of all measure.
             floor_area: Area of a floor [m2].
             law: Storey law; it takes yield force and hardening ratio as far as it has them.
-            damping: As of ShearBuilding; Rayleigh's and modal damping take the type's damping ratio.
+            damping: As of ShearBuilding; whatever has a damping ratio takes the type's.
             **parameters: As of ShearBuilding: what the law needs beside these, and what shall differ from the type's.
 
         Raises:
@@ -57,7 +57,7 @@ class CalibratedChain:
         """
         chain = hazus_chain(building_type, design_level, storeys, floor_area)
         ratio = chain.pop("damping_ratio")
-        if damping in ("rayleigh", "modal"):
+        if damping not in ("none", "storey"):
             parameters = {"damping_ratio": ratio} | parameters
         return cls._of_chain(storeys, chain, law, damping, parameters)
 

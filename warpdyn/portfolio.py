@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from warpdyn.checks import whole_number
+from warpdyn.p_delta import buckling_problem
 from warpdyn.sample import Sampler
 from warpdyn.scatter import Listed, Scatter, check_scatter
 from warpdyn.structures import ShearBuilding
@@ -92,13 +93,13 @@ class Portfolio:
         listed = {key: spread for key, spread in archetype.scatter.items() if isinstance(spread, Listed)}
         others = {key: spread for key, spread in archetype.scatter.items() if key not in listed}
         with named(name):
-            values = Sampler(building, listed, {}, "monte_carlo", count, seed).draw(np.arange(count))
+            values = Sampler(building, listed, {}, "monte_carlo", count, seed).draw(np.arange(count), is_all=False)
             if others:
                 sampler = Sampler(building, others, archetype.correlation, "monte_carlo", first + count, seed)
-                values |= sampler.draw(np.arange(first, first + count))
+                values |= sampler.draw(np.arange(first, first + count), is_all=False)
             nominal = building.parameters.items()
             values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
-            problem = building.storey_law.problem(values)
+            problem = building.storey_law.problem(values) or buckling_problem(values)
             if problem:
                 raise ValueError(f"drawn: {problem}")
         return values

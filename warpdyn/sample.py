@@ -61,7 +61,7 @@ class Sampler:
         elif self.variables and sampling == "sobol":
             self._sobol = qmc.Sobol(len(self.variables), rng=generator)
 
-    def draw(self, structures: np.ndarray, threads: int = 1) -> dict[str, np.ndarray]:
+    def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:
         """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
 
         Structures are next to each other in memory. Of a LinearSystem the parameters are the factors on its matrices.
@@ -69,6 +69,7 @@ class Sampler:
         Args:
             structures: Their indices, increasing.
             threads: CPU threads.
+            is_all: Whether all else is as in the nominal structure, so that values must fit it.
 
         Raises:
             ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the
@@ -86,12 +87,12 @@ class Sampler:
                 values = combined(nominal[name], spread, normals[row : row + count], structures[part])
                 drawn[name][part] = values.T
                 row += count
-            self._check({name: values[part] for name, values in drawn.items()}, structures[part])
+            self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)
 
         in_parts(fill, structures.size, threads)
         return drawn
 
-    def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray) -> None:
+    def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
         """Raise a ValueError if a value is out of its parameter's bounds, or if values do not fit each other."""
         axes, nominal = ("structure", "storey"), nominal_values(self.structure)
         for name, values in drawn.items():
@@ -100,6 +101,8 @@ class Sampler:
             problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures, taken)
             if problem:
                 raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
+        if not is_all:
+            return
         values = {**self.structure.parameters, **drawn}
         problem = self.structure.storey_law.problem(values) or buckling_problem(values)
         if problem:

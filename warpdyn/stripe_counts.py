@@ -124,7 +124,8 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
         if name not in dataset:
             raise ValueError(f"the dataset has no {name!r}; needed are {', '.join(needed)}")
         if set(dataset[name].dims) != set(dimensions):
-            raise ValueError(f"{name!r} has dimensions {dataset[name].dims}; they must be {dimensions}")
+            of_one = "; take one event by `of_event`" if "event" in dataset[name].dims else ""
+            raise ValueError(f"{name!r} has dimensions {dataset[name].dims}; they must be {dimensions}{of_one}")
     if dataset.sizes["sample"] == 0 or dataset.sizes["storey"] == 0:
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     drift = dataset["peak_storey_drift_ratio"].transpose("sample", "storey").values
