@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from warpdyn.checks import finite_numbers, one_of
-from warpdyn.kernels.vibration import circular_frequencies
 from warpdyn.lateral_loads import floor_loads, storey_shears
 from warpdyn.modal import chain_stiffness_matrix
 
@@ -43,7 +42,9 @@ def _scale(stiffness: np.ndarray, mass: np.ndarray, period: float) -> float:
 
 
 def _frequencies(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    return circular_frequencies(mass[None], stiffness[None])[0]
+    """Return all circular frequencies [rad/s], rising; by numpy, as no scene needs warp to be described."""
+    root = np.sqrt(mass)
+    return np.sqrt(np.linalg.eigvalsh(chain_stiffness_matrix(stiffness) / np.outer(root, root)))
 
 
 def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarray:
