@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -123,7 +124,9 @@ class ProtectedChain:
                 raise ValueError(
                     f"unknown parameter {name!r}: isolators of law {law!r} take {', '.join(sorted(taken))}"
                 )
-        own = {name: real_number(f"{name} of the storey", value) for name, value in own.items()}
+        for name, value in own.items():
+            if not isinstance(value, Real):
+                real_number(f"{name} of the storey", value)  # says what it must be
         laws = self.storey_laws if len(self.storey_laws) > 1 else self.storey_laws * self.storeys
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
         added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
