@@ -46,15 +46,18 @@ def _steps_kernel(row: str, dtype_name: str) -> wp.Kernel:
     return follow
 
 
-def law_steps(building: wd.ShearBuilding, drift: np.ndarray, dtype: str = "float64") -> dict[str, np.ndarray]:
+def law_steps(
+    building: wd.ShearBuilding, drift: np.ndarray, dtype: str = "float64", row: str | None = None
+) -> dict[str, np.ndarray]:
     """Return what the law of a one-storey building says at each step: forces [N] and slopes [N/m], shape [step].
 
     `trial` is the force before the step is accepted, `committed` after; `tangent` is the law's own slope, `behind` and
-    `ahead` are those of chords to 1e-7 of the largest drift on either side, from the memory before the step.
+    `ahead` are those of chords to 1e-7 of the largest drift on either side, from the memory before the step. The row of
+    SPRINGS is the one that the law chooses, unless another is given.
     """
     parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
     law = LAWS[building.law]
-    row = law.spring(parameters)
+    row = row or law.spring(parameters)
     coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters, row)))[:, 0]
     result = wp.full((5, drift.size), np.nan, dtype=DTYPES[dtype], device="cpu")
     nudge = 1e-7 * np.abs(drift).max()

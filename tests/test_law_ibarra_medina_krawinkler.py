@@ -1,20 +1,17 @@
 """Storeys after Ibarra, Medina and Krawinkler against OpenSees' IMK materials, backbones by hand, and themselves."""
 
-import functools
-
 import numpy as np
 import pytest
-import warp as wp
+from law_steps import law_steps
 from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
-from warpdyn.kernels.plan import DTYPES
-from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
 from warpdyn.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
+STEPS = ("trial", "committed", "tangent", "behind", "ahead")
 MATERIALS = {"bilinear": "IMKBilin", "peak_oriented": "IMKPeakOriented", "pinching": "IMKPinching"}
 # No turn lies where a rule changes (yield, no force, capping or residual point): rounding would choose the rule there.
 PROTOCOLS = {
@@ -73,9 +70,12 @@ def law_of(kind):
     return f"ibarra_medina_krawinkler_{KINDS[kind][0]}"
 
 
+def building(kind, **changes):
+    return wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=law_of(kind), **parameters_of(kind, **changes))
+
+
 def hysteresis(kind, drift, **changes):
-    building = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=law_of(kind), **parameters_of(kind, **changes))
-    run = storey_hysteresis(building, drift)
+    run = storey_hysteresis(building(kind, **changes), drift)
     return run.storey_force.values[:, 0], run.dissipated_energy.values[:, 0]
 
 
@@ -181,76 +181,30 @@ def test_energy_given_back_deteriorates_nothing():
     assert np.abs(ours).max() < 1.15 * YIELD_FORCE
 
 
-@functools.cache
-def path_kernel(row, dtype_name):
-    """Return a kernel that takes one storey through drifts, and tries forces around each before it is accepted."""
-    spring, dtype = SPRINGS[row], DTYPES[dtype_name]
-    force, advance, tangent, C, M = spring.force, spring.advance, spring.tangent, spring.coefficients, spring.memory
-    coefficient_vector = wp.types.vector(length=C, dtype=dtype)
-    memory_vector = wp.types.vector(length=M, dtype=dtype)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def follow(
-        coefficients: wp.array(dtype=dtype),
-        drift: wp.array(dtype=dtype),
-        nudge: dtype,
-        result: wp.array2d(dtype=dtype),
-    ):
-        c = coefficient_vector()
-        for q in range(C):
-            c[q] = coefficients[q]
-        memory = memory_vector()
-        last = dtype(0.0)
-        for step in range(drift.shape[0]):
-            now = drift[step]
-            after = advance(now, now - last, memory, c)
-            result[0, step] = force(now, memory, c)
-            result[1, step] = force(now, after, c)
-            result[2, step] = force(now - nudge, memory, c)
-            result[3, step] = force(now + nudge, memory, c)
-            result[4, step] = tangent(now, now - last, memory, after, c)
-            memory = after
-            last = now
-
-    return follow
-
-
-def path(kind, drift, dtype="float64", nudge=0.0, row=None, **changes):
-    """Return trial and committed forces, forces a nudge to either side, and tangents."""
-    values = {"stiffness": STIFFNESS, **{name: p.default for name, p in LAWS[law_of(kind)].parameters.items()}}
-    arrays = {name: np.full((1, 1), value) for name, value in (values | parameters_of(kind, **changes)).items()}
-    row = row or LAWS[law_of(kind)].spring(arrays)
-    coefficients = np.concatenate(np.broadcast_arrays(*LAWS[law_of(kind)].coefficients(arrays, row))).ravel()
-    given = [wp.array(a, dtype=DTYPES[dtype], device="cpu") for a in (coefficients, drift)]
-    result = wp.full((5, len(drift)), np.nan, dtype=DTYPES[dtype], device="cpu")
-    wp.launch(path_kernel(row, dtype), dim=1, inputs=[*given, nudge, result], device="cpu")
-    return result.numpy()
-
-
 @pytest.mark.parametrize("storey", ["deteriorating", "by a power"])
 @every_kind
 def test_trial_forces_tangents_and_single_precision(kind, storey):
     drift, change = PROTOCOLS["random"], STOREYS[storey]
-    nudge = 1e-6 * YIELD_DRIFT
-    trial, committed, below, above, tangent = path(kind, drift, nudge=nudge, **change)
+    found = law_steps(building(kind, **change), drift)
+    trial, committed, tangent, left, right = (found[name] for name in STEPS)
     assert np.array_equal(trial, committed)
     np.testing.assert_allclose(trial, hysteresis(kind, drift, **change)[0], rtol=0, atol=1e-12 * YIELD_FORCE)
-    left, right = (trial - below) / nudge, (above - trial) / nudge
     smooth = np.abs(left - right) < 1e-6 * STIFFNESS  # all but corners
     assert smooth.mean() > 0.99
     np.testing.assert_allclose(tangent[smooth], left[smooth], rtol=0, atol=1e-6 * STIFFNESS)
     assert tangent.max() <= STIFFNESS * (1 + 1e-12)
-    single = path(kind, drift, "float32", **change)
+    single = law_steps(building(kind, **change), drift, "float32")
     # Sums of energy over 2,000 steps, and drifts of ten times yield, rounded to 6e-8 each.
-    np.testing.assert_allclose(single[:2], [committed] * 2, rtol=0, atol=1e-4 * YIELD_FORCE)
+    for name in ("trial", "committed"):
+        np.testing.assert_allclose(single[name], committed, rtol=0, atol=1e-4 * YIELD_FORCE)
 
 
 @every_kind
 def test_row_without_powers_is_that_of_exponent_one(kind):
     drift, change = PROTOCOLS["random"], STOREYS["deteriorating"]
-    plain = path(kind, drift, **change)
-    general = path(kind, drift, row=law_of(kind) + "_power", **change)
-    np.testing.assert_allclose(general[1], plain[1], rtol=0, atol=1e-12 * YIELD_FORCE)
+    storey = building(kind, **change)
+    plain, general = (law_steps(storey, drift, row=row)["committed"] for row in (None, law_of(kind) + "_power"))
+    np.testing.assert_allclose(general, plain, rtol=0, atol=1e-12 * YIELD_FORCE)
 
 
 @pytest.mark.parametrize("storey", ["lasting", "deteriorating", "to no strength", "to the ultimate drift"])
