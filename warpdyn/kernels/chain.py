@@ -62,6 +62,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     IS_MAPPING, IS_RATE, IS_STIFF = (part is not None for part in (spring.evolve, spring.rate, spring.relaxation))
     # Warp looks names up in branches that are never built too, so each must be some function.
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
+    held_of, HOLDS_FORCE = spring.held or spring.force, spring.held is not None
+    glide, decides = spring.glide or spring.force, spring.decides or spring.force
     evolve, rate_of, relaxation_of = (part or spring.force for part in (spring.evolve, spring.rate, spring.relaxation))
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
@@ -79,6 +81,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     P_DELTA = plan.p_delta
     RATIO = TIME or RESIDUAL or P_DELTA
     RESUMES, STATE = plan.resumes, "state" in plan.recorders
+    # Drifts at rest that a storey starts from may be beyond its yield.
+    STARTS_AWAY = IS_MAPPING and plan.load == "free_vibration" and not RESUMES
+    SEES_START = ENERGY or STARTS_AWAY
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
@@ -88,7 +93,12 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     STAGES, KEEPS_SLOPES, ADAPTIVE = method.stages, method.keeps_slopes, method.adaptive
     # What goes on from an event before has velocities half a step behind already.
     HALVES_FIRST_STEP = method.halfway and not RESUMES
-    MAPS_AT_END, IS_STIFF = IS_MAPPING and not ADAPTIVE, IS_STIFF and not ADAPTIVE
+    # A last stage that stands where the step ends follows the law there once and for all.
+    MAPS_IN_STAGE = IS_MAPPING and method.ends_in_stage and not (ADAPTIVE or IS_RATE)
+    # Few storeys turn in a step: where none of a row does, all go on along their lines.
+    GLIDES = spring.decides is not None and not ADAPTIVE
+    ALL_EVOLVE, LAST_STAGE = not GLIDES, wp.constant(STAGES - 1)
+    MAPS_AT_END, IS_STIFF = IS_MAPPING and not (ADAPTIVE or MAPS_IN_STAGE), IS_STIFF and not ADAPTIVE
     STIFF_BY_VELOCITY, STIFF_BY_MEMORY = (
         IS_STIFF and spring.settles_by_velocity,
         IS_STIFF and not spring.settles_by_velocity,
@@ -168,6 +178,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         worst_ratio = row()
         worst_time = row()
         ratio_now = row()
+        reached_drift = row()
+        reached_force = row()
         peak_acceleration = matrix()
         peak_shear = row()
         energy_in = row()
@@ -267,7 +279,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             for j in range(LANES):
                 us[i, j] = u[i, j]
                 vs[i, j] = v[i, j]
-                if ENERGY:
+                if SEES_START:
                     if lowest + i < STOREYS:
                         drift = u[i, j]
                         if i > 0:
@@ -281,10 +293,17 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         if RESUMES:
                             for m in range(M):
                                 memory[m] = z[i * M + m, j]
-                        absorbed[i, j] = recoverable_of(drift, memory, c)
-                        initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
-                        if P_DELTA:
-                            initial_energy[j] -= dtype(0.5) * weight_over_height[i, j] * drift * drift
+                        if STARTS_AWAY:
+                            memory = evolve(drift, memory, c)
+                            for m in range(M):
+                                z[i * M + m, j] = memory[m]
+                                if TAKES_MEMORY:
+                                    zs[i * M + m, j] = memory[m]
+                        if ENERGY:
+                            absorbed[i, j] = recoverable_of(drift, memory, c)
+                            initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+                            if P_DELTA:
+                                initial_energy[j] -= dtype(0.5) * weight_over_height[i, j] * drift * drift
         if SPLIT_ENERGY:
             for j in range(LANES):
                 initial_energy[j] = together(initial_energy[j], SECTIONS)
@@ -455,7 +474,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 top_v = vs[N - 1, j]
                                 drift = us[0, j]
                                 rate = vs[0, j]
-                                zi = zs[0, j]
+                                zi = z[0, j]
+                                if TAKES_MEMORY:
+                                    zi = zs[0, j]
                                 if stage == 0:
                                     top_u = u[N - 1, j]
                                     top_v = v[N - 1, j]
@@ -475,10 +496,14 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     c[q] = coefficients[q, j]
                                 memory = memory_vector(zi)
                                 for m in range(1, M):
-                                    memory[m] = zs[m, j]
-                                    if stage == 0:
-                                        memory[m] = z[m, j]
+                                    memory[m] = z[m, j]
+                                    if TAKES_MEMORY:
+                                        if stage > 0:
+                                            memory[m] = zs[m, j]
                                 f = force_of(drift, memory, c)
+                                if HOLDS_FORCE:
+                                    if stage == 0:
+                                        f = held_of(drift, memory, c)
                                 if P_DELTA:
                                     f -= weight_over_height[0, j] * drift
                                 if STOREY_DAMPING:
@@ -500,10 +525,62 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             power_viscous[j] = dtype(0.0)
                         for down in range(N):
                             i = N - 1 - down
+                            if GLIDES:
+                                is_last = stage == LAST_STAGE
+                                if stage > 0:
+                                    deciding = int(0)
+                                    for j in range(LANES):
+                                        reached_drift[j] = us[i, j]
+                                        if i > 0:
+                                            reached_drift[j] -= us[i - 1, j]
+                                        elif IS_SPLIT:
+                                            reached_drift[j] -= foot_u[j]
+                                        if HAS_PADS:
+                                            if lowest + i >= STOREYS:
+                                                reached_drift[j] = dtype(0.0)
+                                        c = coefficient_vector()
+                                        for q in range(C):
+                                            c[q] = coefficients[i * C + q, j]
+                                        memory = memory_vector()
+                                        for m in range(M):
+                                            memory[m] = z[i * M + m, j]
+                                        if decides(reached_drift[j], memory, c):
+                                            deciding += 1
+                                    if deciding > 0:
+                                        for j in range(LANES):
+                                            c = coefficient_vector()
+                                            for q in range(C):
+                                                c[q] = coefficients[i * C + q, j]
+                                            memory = memory_vector()
+                                            for m in range(M):
+                                                memory[m] = z[i * M + m, j]
+                                            memory = evolve(reached_drift[j], memory, c)
+                                            reached_force[j] = held_of(reached_drift[j], memory, c)
+                                            if MAPS_IN_STAGE:
+                                                if is_last:
+                                                    for m in range(M):
+                                                        z[i * M + m, j] = memory[m]
+                                    # Not `else`: constants that both ways name first would be constants no more.
+                                    if deciding == 0:
+                                        for j in range(LANES):
+                                            c = coefficient_vector()
+                                            for q in range(C):
+                                                c[q] = coefficients[i * C + q, j]
+                                            memory = memory_vector()
+                                            for m in range(M):
+                                                memory[m] = z[i * M + m, j]
+                                            memory = glide(reached_drift[j], memory, c)
+                                            reached_force[j] = held_of(reached_drift[j], memory, c)
+                                            if MAPS_IN_STAGE:
+                                                if is_last:
+                                                    for m in range(M):
+                                                        z[i * M + m, j] = memory[m]
                             for j in range(LANES):
                                 ui = us[i, j]
                                 vi = vs[i, j]
-                                zi = zs[i * M, j]
+                                zi = z[i * M, j]
+                                if TAKES_MEMORY:
+                                    zi = zs[i * M, j]
                                 if FROM_STATE:
                                     if stage == 0:
                                         ui = u[i, j]
@@ -533,11 +610,32 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     c[q] = coefficients[i * C + q, j]
                                 memory = memory_vector(zi)
                                 for m in range(1, M):
-                                    memory[m] = zs[i * M + m, j]
-                                    if FROM_STATE:
-                                        if stage == 0:
-                                            memory[m] = z[i * M + m, j]
-                                restoring = force_of(drift, memory, c)
+                                    memory[m] = z[i * M + m, j]
+                                    if TAKES_MEMORY:
+                                        memory[m] = zs[i * M + m, j]
+                                        if FROM_STATE:
+                                            if stage == 0:
+                                                memory[m] = z[i * M + m, j]
+                                if GLIDES:
+                                    restoring = reached_force[j]
+                                    if stage == 0:
+                                        restoring = held_of(drift, memory, c)
+                                elif MAPS_IN_STAGE:
+                                    if stage == STAGES - 1:
+                                        reached = evolve(drift, memory, c)
+                                        restoring = held_of(drift, reached, c)
+                                        for m in range(M):
+                                            z[i * M + m, j] = reached[m]
+                                    elif stage == 0:
+                                        restoring = held_of(drift, memory, c)
+                                    else:
+                                        restoring = force_of(drift, memory, c)
+                                elif HOLDS_FORCE:
+                                    restoring = held_of(drift, memory, c)
+                                    if stage > 0:
+                                        restoring = force_of(drift, memory, c)
+                                else:
+                                    restoring = force_of(drift, memory, c)
                                 f = restoring
                                 if P_DELTA:
                                     f -= weight_over_height[i, j] * drift
@@ -809,25 +907,50 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         foot_u[j] = below(u[N - 1, j], section, SECTIONS)
                 if MAPS_AT_END:
                     for i in range(N):
+                        deciding = int(0)
                         for j in range(LANES):
-                            drift = u[i, j]
+                            reached_drift[j] = u[i, j]
                             if i > 0:
-                                drift -= u[i - 1, j]
+                                reached_drift[j] -= u[i - 1, j]
                             elif IS_SPLIT:
-                                drift -= foot_u[j]
+                                reached_drift[j] -= foot_u[j]
                             if HAS_PADS:
                                 if lowest + i >= STOREYS:
-                                    drift = dtype(0.0)
-                            c = coefficient_vector()
-                            for q in range(C):
-                                c[q] = coefficients[i * C + q, j]
-                            memory = memory_vector(z[i * M, j])
-                            for m in range(1, M):
-                                memory[m] = z[i * M + m, j]
-                            memory = evolve(drift, memory, c)
-                            for m in range(M):
-                                z[i * M + m, j] = memory[m]
-                                zs[i * M + m, j] = memory[m]
+                                    reached_drift[j] = dtype(0.0)
+                            if GLIDES:
+                                c = coefficient_vector()
+                                for q in range(C):
+                                    c[q] = coefficients[i * C + q, j]
+                                memory = memory_vector()
+                                for m in range(M):
+                                    memory[m] = z[i * M + m, j]
+                                if decides(reached_drift[j], memory, c):
+                                    deciding += 1
+                        if GLIDES:
+                            if deciding == 0:
+                                for j in range(LANES):
+                                    c = coefficient_vector()
+                                    for q in range(C):
+                                        c[q] = coefficients[i * C + q, j]
+                                    memory = memory_vector()
+                                    for m in range(M):
+                                        memory[m] = z[i * M + m, j]
+                                    memory = glide(reached_drift[j], memory, c)
+                                    for m in range(M):
+                                        z[i * M + m, j] = memory[m]
+                        if ALL_EVOLVE or deciding > 0:
+                            for j in range(LANES):
+                                c = coefficient_vector()
+                                for q in range(C):
+                                    c[q] = coefficients[i * C + q, j]
+                                memory = memory_vector(z[i * M, j])
+                                for m in range(1, M):
+                                    memory[m] = z[i * M + m, j]
+                                memory = evolve(reached_drift[j], memory, c)
+                                for m in range(M):
+                                    z[i * M + m, j] = memory[m]
+                                    if TAKES_MEMORY:
+                                        zs[i * M + m, j] = memory[m]
                 if ENERGY:
                     for j in range(LANES):
                         put_in = energy_in[j]
@@ -935,7 +1058,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 rate -= v[i - 1, j]
                             elif IS_SPLIT:
                                 rate -= foot_v[j]
-                            outward = overturning - force_of(drift, memory, c)
+                            outward = overturning - held_of(drift, memory, c)
                             overturned = has_overturned(outward, drift, rate, step[j], ratio, blown_up)
                             fallen[j] = larger(fallen[j], wp.where(overturned, fell, burst))
                     if ENERGY:

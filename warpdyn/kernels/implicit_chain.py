@@ -47,7 +47,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     N, LANES, C, M = plan.dofs, plan.lanes, spring.coefficients, spring.memory
     HAS_MEMORY, IS_STIFF = spring.advance is not None, spring.relaxation is not None
     # Warp looks names up in branches that are never built too, so each must be some function.
-    force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
+    held_of, recoverable_of, tangent_of = spring.held or spring.force, spring.recoverable, spring.tangent
     advance, relaxation_along = spring.advance or spring.force, spring.relaxation_along or spring.force
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
@@ -62,6 +62,8 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         for name in ("drift", "time_of_peak", "acceleration", "base_shear", "residual", "energy", "history")
     )
     P_DELTA = plan.p_delta
+    # Drifts at rest that a storey starts from may be beyond its yield.
+    STARTS_AWAY = spring.evolve is not None and plan.load == "free_vibration" and not plan.resumes
     RATIO, SEES_LAST = TIME or RESIDUAL or P_DELTA, ENERGY or P_DELTA
     RESUMES, STATE = plan.resumes, "state" in plan.recorders
     # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
@@ -265,6 +267,10 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 drift = u[i, j]
                 if i > 0:
                     drift -= u[i - 1, j]
+                if STARTS_AWAY:
+                    memory = advance(drift, drift, memory, c)
+                    for m in range(M):
+                        z[i * M + m, j] = memory[m]
                 if DRIFT:
                     peak_drift[i, j] = wp.abs(drift)
                 if TIME:
@@ -391,7 +397,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                             after = before
                             if HAS_MEMORY:
                                 after = advance(drift, drift - drift_before, before, c)
-                            restoring = force_of(drift, after, c)
+                            restoring = held_of(drift, after, c)
                             f = restoring
                             if P_DELTA:
                                 f -= weight_over_height[i, j] * drift
@@ -631,7 +637,7 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                         rate = v[i, j]
                         if i > 0:
                             rate -= v[i - 1, j]
-                        outward = overturning - force_of(drift, memory, c)
+                        outward = overturning - held_of(drift, memory, c)
                         overturned = has_overturned(outward, drift, rate, step[j], ratio, blown_up)
                         fallen[j] = wp.max(fallen[j], wp.where(overturned, fell, burst))
                 if ENERGY:

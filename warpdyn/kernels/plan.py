@@ -97,6 +97,7 @@ def tableau(plan: Plan) -> SimpleNamespace:
         stages=stages,
         adaptive=method.is_adaptive,
         halfway=method.starts_halfway,
+        ends_in_stage=method.c[-1] == 1 and np.array_equal(method.displacement_a[-1], method.displacement_b),
         keeps_slopes=keeps_slopes(method),
         weight=constants(plan, method.b),
         reach=constants(plan, [*np.diag(a, -1), 0.0]),  # of the last slope, to the next stage

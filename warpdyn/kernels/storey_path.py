@@ -13,7 +13,8 @@ def storey_path_kernel(law: str, dtype_name: str) -> wp.Kernel:
     """Return the kernel of a row of SPRINGS; each thread takes one storey through all its drifts."""
     spring, dtype = spring_row(law), DTYPES[dtype_name]
     HAS_MEMORY, C = spring.advance is not None, spring.coefficients
-    force_of, recoverable_of, advance = spring.force, spring.recoverable, spring.advance or spring.force
+    force_of, held_of, recoverable_of = spring.force, spring.held or spring.force, spring.recoverable
+    advance = spring.advance or spring.force
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=max(1, spring.memory), dtype=dtype)
 
@@ -36,7 +37,7 @@ def storey_path_kernel(law: str, dtype_name: str) -> wp.Kernel:
             now = drift[step, storey]
             if HAS_MEMORY:
                 memory = advance(now, now - last_drift, memory, c)
-            restoring = force_of(now, memory, c)
+            restoring = held_of(now, memory, c)
             work += dtype(0.5) * (restoring + last_force) * (now - last_drift)
             force[step, storey] = restoring
             dissipated[step, storey] = work - recoverable_of(now, memory, c)

@@ -12,7 +12,7 @@ def storey_step_kernel(law: str) -> wp.Kernel:
     """Return the kernel of a row of SPRINGS, in double precision; each thread tries a step of one storey."""
     spring = spring_row(law)
     HAS_MEMORY, C, M = spring.advance is not None, spring.coefficients, max(1, spring.memory)
-    force_of, tangent_of, recoverable_of = spring.force, spring.tangent, spring.recoverable
+    force_of, tangent_of, recoverable_of = spring.held or spring.force, spring.tangent, spring.recoverable
     advance = spring.advance or spring.force
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=M, dtype=wp.float64)

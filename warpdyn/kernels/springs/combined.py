@@ -35,6 +35,7 @@ def never_settles(driver: Any, memory: Any, c: Any):
 # What stands for a function that one of two laws does without. The first group takes (driver, memory, coefficients).
 ABSENT = {
     "force": None,
+    "held": None,  # the force
     "recoverable": None,
     "evolve": is_kept,
     "rate": stands_still,
@@ -64,7 +65,8 @@ def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients:
         pair = getattr(one, field), getattr(other, field)
         functions[field] = None
         if pair != (None, None):
-            of_one, of_other = (part or absent for part in pair)
+            instead = (one.force, other.force) if field == "held" else (absent, absent)
+            of_one, of_other = (part or other_part for part, other_part in zip(pair, instead, strict=True))
             functions[field] = _device_function(f"{name}_{field}", combine(field, of_one, of_other))
     settling = [spring.settles_by_velocity for spring in (one, other) if spring.relaxation is not None]
     return Spring(
@@ -124,7 +126,7 @@ def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> 
             return advanced if field == "advance" else moved
         if field == "tangent":
             return tangents
-        return added if field in ("force", "recoverable") else largest
+        return added if field in ("force", "held", "recoverable") else largest
 
     return _row(name, one, other, combine, FIRST_C + C, FIRST_M + M)
 

@@ -109,6 +109,9 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         now, _slope, way, _ahead, _released = step(drift, memory, c)
         return c[1] * wp.where(drift * c[0] == memory[0], memory[1], way * now)
 
+    def held(drift: Any, memory: Any, c: Any):
+        return c[1] * memory[1]
+
     def evolve(drift: Any, memory: Any, c: Any):
         x = drift * c[0]
         now, _slope, way, ahead, released = step(drift, memory, c)
@@ -138,7 +141,7 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    functions = device_functions(name, force, evolve, recoverable, tangent, advance)
+    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance)
     evolve = functions["evolve"]
     return Spring(coefficients=13 if SOFTENS else 12, memory=8, **functions)
 

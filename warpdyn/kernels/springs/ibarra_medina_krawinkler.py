@@ -61,25 +61,43 @@ def on_lines(drift: Any, intercept: Any, slope: Any, capping: Any, falling: Any,
     return force, wp.where(force > residual, tangent, type(drift)(0.0))
 
 
-def spring_of(name: str, follow: Callable, unloading: Callable, memory: int, coefficients: int) -> Spring:
+def spring_of(
+    name: str,
+    follow: Callable,
+    go_on: Callable,
+    decides: Callable,
+    unloading: Callable,
+    memory: int,
+    coefficients: int,
+) -> Spring:
     """Return the storey law of functions that follow the path, not yet Warp's.
 
     Args:
         name: What the device functions' names begin with.
         follow: `(drift, memory, c) -> memory, tangent` at the drift, in the law's units.
+        go_on: The same of a storey that decides nothing.
+        decides: `(drift, memory, c) -> bool` whether the storey turns, or goes on by another rule.
         unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
         memory: Number of its values.
         coefficients: Number of theirs.
     """
 
-    follow, unloading = device_functions(name, follow, unloading).values()
+    follow, unloading, decides = device_functions(name, follow, unloading, decides).values()
+    go_on = device_functions(f"{name}_going_on", go_on)["follow"]
 
     def force(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
         return c[1] * after[1]
 
+    def held(drift: Any, memory: Any, c: Any):
+        return c[1] * memory[1]
+
     def evolve(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
+        return after
+
+    def glide(drift: Any, memory: Any, c: Any):
+        after, _ = go_on(drift, memory, c)
         return after
 
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
@@ -101,5 +119,5 @@ def spring_of(name: str, follow: Callable, unloading: Callable, memory: int, coe
         energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[3])
         return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
 
-    functions = device_functions(name, force, evolve, advance, tangent, recoverable)
-    return Spring(memory=memory, coefficients=coefficients, **functions)
+    functions = device_functions(name, force, held, evolve, glide, advance, tangent, recoverable)
+    return Spring(memory=memory, coefficients=coefficients, decides=decides, **functions)

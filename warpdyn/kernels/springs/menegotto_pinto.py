@@ -116,6 +116,9 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         after, _slope = follow(drift, memory, c)
         return c[2] * drift + c[1] * after[1]
 
+    def held(drift: Any, memory: Any, c: Any):
+        return c[2] * drift + c[1] * memory[1]
+
     def evolve(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return after
@@ -140,7 +143,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    functions = device_functions(name, force, evolve, recoverable, tangent, advance)
+    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance)
     evolve = functions["evolve"]
     return Spring(coefficients=8 if IS_ISOTROPIC else 6, memory=7 if IS_ISOTROPIC else 6, **functions)
 

@@ -119,6 +119,9 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
         after, _slope = follow(drift, memory, c)
         return c[1] * after[1]
 
+    def held(drift: Any, memory: Any, c: Any):
+        return c[1] * memory[1]
+
     def evolve(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return after
@@ -136,7 +139,7 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    functions = device_functions(name, force, evolve, recoverable, tangent, advance)
+    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance)
     evolve = functions["evolve"]
     return Spring(coefficients=10 if IS_TAKEDA else 8, memory=5, **functions)
 

@@ -157,6 +157,9 @@ def _pinching4(damage: str | None) -> Spring:
         now, _slope, _state, _renews = step(drift * c[0], memory, c)
         return c[1] * now
 
+    def held(drift: Any, memory: Any, c: Any):
+        return c[1] * memory[1]
+
     def evolve(drift: Any, memory: Any, c: Any):
         zero, one = type(drift)(0.0), type(drift)(1.0)
         x = drift * c[0]
@@ -237,7 +240,7 @@ def _pinching4(damage: str | None) -> Spring:
         return evolve(drift, memory, c)
 
     step = device_functions(name, step)["step"]
-    functions = device_functions(name, force, evolve, recoverable, tangent, advance)
+    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance)
     evolve = functions["evolve"]
     memory = 15 if BY_CYCLES else 14 if DAMAGES else 7
     return Spring(coefficients=29 if DAMAGES else 12, memory=memory, **functions)

@@ -23,6 +23,11 @@ class Spring:
         rate: `(velocity, memory, coefficients) -> d(memory)/dt` of a rate law, integrated with the motion. None where
             no value of the memory has one. A row made of several laws may have this and `evolve`: a value that has no
             rate has the rate 0, and `evolve` leaves alone what it does not map.
+        held: `(drift, memory, coefficients) -> force [N]` where `evolve` or `advance` have just brought the memory to
+            this drift: what is kept there need not be worked out again. None where `force` is as quick.
+        glide: `(drift, memory, coefficients) -> memory`, what `evolve` comes to where nothing is `decided`.
+        decides: `(drift, memory, coefficients) -> bool` whether the storey turns on its way to a drift, or goes on by
+            another rule: what takes long, and is seldom. None, with `glide`, where nothing takes long.
         relaxation: `(velocity, memory, coefficients) -> rate [1/s]` at which the memory settles, at its fastest. A step
             too long for it goes wrong without ever becoming infinite. None where the memory has no rate of its own.
         settles_by_velocity: Whether that rate depends on the velocity alone, so that one look a step tells it.
@@ -37,6 +42,9 @@ class Spring:
     memory: int = 0
     advance: Callable | None = None
     rate: Callable | None = None
+    held: Callable | None = None
+    glide: Callable | None = None
+    decides: Callable | None = None
     relaxation: Callable | None = None
     settles_by_velocity: bool = False
     relaxation_along: Callable | None = None
