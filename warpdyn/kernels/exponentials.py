@@ -16,8 +16,7 @@ return expf(x);
 #else
 float bounded = x > 88.0f ? 88.0f : x;
 bounded = bounded < -87.0f ? -87.0f : bounded;
-float scaled = bounded * 1.44269504f;
-int k = (int)(scaled < 0.0f ? scaled - 0.5f : scaled + 0.5f);
+float k = __builtin_rintf(bounded * 1.44269504f);
 float r = bounded - 0.693359375f * k + 2.12194440e-4f * k;
 float sum = 1.9875691500e-4f;
 sum = sum * r + 1.3981999507e-3f;
@@ -26,7 +25,7 @@ sum = sum * r + 4.1665795894e-2f;
 sum = sum * r + 1.6666665459e-1f;
 sum = sum * r + 5.0000001201e-1f;
 sum = sum * r * r + r + 1.0f;
-float value = sum * __builtin_bit_cast(float, (k + 127) << 23);
+float value = sum * __builtin_bit_cast(float, ((int)k + 127) << 23);
 value = x > 88.0f ? INFINITY : value;
 return x < -87.0f ? 0.0f : value;
 #endif
@@ -68,6 +67,30 @@ def natural_logarithm(x: wp.float32) -> wp.float32: ...
 
 @wp.func_native("return log(x);")
 def natural_logarithm(x: wp.float64) -> wp.float64: ...  # noqa: F811
+
+
+# log(1 + x) over x by a polynomial through Chebyshev's points, within two ulps.
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+return log1pf(x);
+#else
+float sum = 5.253457930e-3f;
+sum = sum * x - 2.958850749e-2f;
+sum = sum * x + 7.836166769e-2f;
+sum = sum * x - 1.367477030e-1f;
+sum = sum * x + 1.911143064e-1f;
+sum = sum * x - 2.484436929e-1f;
+sum = sum * x + 3.331927061e-1f;
+sum = sum * x - 4.999950230e-1f;
+return (sum * x + 1.0f) * x;
+#endif
+""")
+def logarithm_of_one_and(x: wp.float32) -> wp.float32:
+    """Return log(1 + x) of x from 0 to 1."""
+
+
+@wp.func_native("return log1p(x);")
+def logarithm_of_one_and(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 
 @wp.func

@@ -15,7 +15,7 @@ from typing import Any
 
 import warp as wp
 
-from warpdyn.kernels.exponentials import exponential, natural_logarithm
+from warpdyn.kernels.exponentials import exponential, logarithm_of_one_and, natural_logarithm
 from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
@@ -47,7 +47,7 @@ def transition(ratio: Any, inverse_exponent: Any):
     one = type(ratio)(1.0)
     distance = wp.abs(natural_logarithm(wp.max(ratio, type(ratio)(LEAST_RATIO))))
     power = exponential(-distance / inverse_exponent)
-    root = exponential(-inverse_exponent * natural_logarithm(one + power))
+    root = exponential(-inverse_exponent * logarithm_of_one_and(power))
     slope = root / (one + power) * wp.where(ratio < one, one, power / wp.max(ratio, one))
     return wp.min(ratio, one) * root, slope
 
@@ -93,24 +93,39 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
 
     turned, yield_level = device_functions(name, turned, yield_level).values()
 
-    def follow(drift: Any, memory: Any, c: Any):
-        """Return the memory at a drift, and the slope of h over x."""
-        zero = type(drift)(0.0)
-        one = type(drift)(1.0)
+    def turns(drift: Any, memory: Any, c: Any):
         x = drift * c[0]
         last = last_direction(memory)
-        direction = wp.where(x > memory[0], one, wp.where(x < memory[0], -one, last))
-        moved = memory[0] != memory[2]
-        after = turned(direction, memory, c)
-        for m in range(VALUES):
-            after[m] = wp.where(moved and direction * last < zero, after[m], memory[m])
-        inverse_exponent, left = curvature(direction, after, yield_level(after), c)
-        height, slope = transition(direction * (x - after[2]) / left, inverse_exponent)
+        return memory[0] != memory[2] and (x - memory[0]) * last < type(drift)(0.0)
+
+    turns = device_functions(name, turns)["turns"]
+
+    def along_branch(drift: Any, memory: Any, c: Any):
+        """Return the memory at a drift on the branch that the storey is on, and the slope of h over x."""
+        x = drift * c[0]
+        last = last_direction(memory)
+        direction = wp.where(x > memory[0], type(drift)(1.0), wp.where(x < memory[0], -type(drift)(1.0), last))
+        inverse_exponent, left = curvature(direction, memory, yield_level(memory), c)
+        height, slope = transition(direction * (x - memory[2]) / left, inverse_exponent)
+        after = memory
         after[0] = x
-        after[1] = after[3] + direction * left * height
+        after[1] = memory[3] + direction * left * height
         return after, slope
 
+    along_branch = device_functions(name, along_branch)["along_branch"]
+
+    def follow(drift: Any, memory: Any, c: Any):
+        """Return the same, on a new branch where the storey turns."""
+        after = turned(-last_direction(memory), memory, c)
+        for m in range(VALUES):
+            after[m] = wp.where(turns(drift, memory, c), after[m], memory[m])
+        return along_branch(drift, after, c)
+
     follow = device_functions(name, follow)["follow"]
+
+    def glide(drift: Any, memory: Any, c: Any):
+        after, _slope = along_branch(drift, memory, c)
+        return after
 
     def force(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
@@ -143,9 +158,9 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance)
+    functions = device_functions(name, force, held, evolve, glide, recoverable, tangent, advance)
     evolve = functions["evolve"]
-    return Spring(coefficients=8 if IS_ISOTROPIC else 6, memory=7 if IS_ISOTROPIC else 6, **functions)
+    return Spring(coefficients=8 if IS_ISOTROPIC else 6, memory=7 if IS_ISOTROPIC else 6, decides=turns, **functions)
 
 
 MENEGOTTO_PINTO = _menegotto_pinto("menegotto_pinto", False)
