@@ -8,7 +8,7 @@ xi)) falls with the plastic excursion xi before the turn.
 Coefficients: 1 / yield drift, force of h = 1, hardening stiffness, R0, c1, c2; with isotropic hardening its ratio,
 and a half over the ductility that it is for.
 The memory: x and h of the last step, x_r and h_r, by how much the largest x of a turn was above 1 and the smallest
-below -1, and with isotropic hardening s_y - 1.
+below -1, with isotropic hardening s_y - 1, and 1 / R and S of the branch.
 """
 
 from typing import Any
@@ -69,7 +69,8 @@ def area_under(height: Any, inverse_exponent: Any):
 
 def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
     """Return the row without or with isotropic hardening."""
-    VALUES = wp.constant(7 if IS_ISOTROPIC else 6)
+    # What a turn makes of the path, then what the branch has of it: 1 / R and S, 0 before anything moved.
+    VALUES = SHAPE = wp.constant(7 if IS_ISOTROPIC else 6)
 
     def turned(direction: Any, memory: Any, c: Any):
         """Return the memory after a turn at the last step into this direction."""
@@ -100,25 +101,33 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
 
     turns = device_functions(name, turns)["turns"]
 
+    def decides(drift: Any, memory: Any, c: Any):
+        return memory[SHAPE] == type(drift)(0.0) or turns(drift, memory, c)
+
     def along_branch(drift: Any, memory: Any, c: Any):
         """Return the memory at a drift on the branch that the storey is on, and the slope of h over x."""
         x = drift * c[0]
         last = last_direction(memory)
         direction = wp.where(x > memory[0], type(drift)(1.0), wp.where(x < memory[0], -type(drift)(1.0), last))
-        inverse_exponent, left = curvature(direction, memory, yield_level(memory), c)
-        height, slope = transition(direction * (x - memory[2]) / left, inverse_exponent)
+        left = memory[SHAPE + 1]
+        height, slope = transition(direction * (x - memory[2]) / left, memory[SHAPE])
         after = memory
         after[0] = x
         after[1] = memory[3] + direction * left * height
         return after, slope
 
-    along_branch = device_functions(name, along_branch)["along_branch"]
+    along_branch, decides = device_functions(name, along_branch, decides).values()
 
     def follow(drift: Any, memory: Any, c: Any):
         """Return the same, on a new branch where the storey turns."""
-        after = turned(-last_direction(memory), memory, c)
+        direction = wp.where(turns(drift, memory, c), -last_direction(memory), last_direction(memory))
+        after = turned(direction, memory, c)
         for m in range(VALUES):
             after[m] = wp.where(turns(drift, memory, c), after[m], memory[m])
+        inverse_exponent, left = curvature(direction, after, yield_level(after), c)
+        begins = decides(drift, memory, c)
+        after[SHAPE] = wp.where(begins, inverse_exponent, memory[SHAPE])
+        after[SHAPE + 1] = wp.where(begins, left, memory[SHAPE + 1])
         return along_branch(drift, after, c)
 
     follow = device_functions(name, follow)["follow"]
@@ -160,7 +169,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
 
     functions = device_functions(name, force, held, evolve, glide, recoverable, tangent, advance)
     evolve = functions["evolve"]
-    return Spring(coefficients=8 if IS_ISOTROPIC else 6, memory=7 if IS_ISOTROPIC else 6, decides=turns, **functions)
+    return Spring(coefficients=8 if IS_ISOTROPIC else 6, memory=9 if IS_ISOTROPIC else 8, decides=decides, **functions)
 
 
 MENEGOTTO_PINTO = _menegotto_pinto("menegotto_pinto", False)
