@@ -87,6 +87,7 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
     {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},
+    {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01, "exponent": 1.5},
 )
 
 

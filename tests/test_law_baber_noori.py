@@ -160,7 +160,8 @@ def test_energy_closes_and_never_falls(rules):
 def test_rows():
     for name, rules in RULES.items():
         row = "baber_noori_pinching" if name in PINCHING else "baber_noori"
-        assert LAWS["baber_noori"].spring(building(SHAPES[0], rules).parameters) == row
+        assert LAWS["baber_noori"].spring(building(SHAPES[0], rules | {"exponent": 1.0}).parameters) == f"{row}_1"
+        assert LAWS["baber_noori"].spring(building(SHAPES[0], rules | {"exponent": 1.5}).parameters) == row
 
 
 @pytest.mark.parametrize("rules", RULES)

@@ -30,7 +30,8 @@ from warpdyn.laws.law import Law, Parameter, Values
 
 
 def _baber_noori_spring(p: Values) -> str:
-    return "baber_noori_pinching" if np.any(p["total_slip"] > 0) else "baber_noori"
+    name = "baber_noori_pinching" if np.any(p["total_slip"] > 0) else "baber_noori"
+    return f"{name}_1" if np.all(p["exponent"] == 1) else name
 
 
 def _baber_noori_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
@@ -47,7 +48,7 @@ def _baber_noori_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
         p["strength_loss"],
         p["stiffness_loss"],
     )
-    if spring == "baber_noori":
+    if "pinching" not in spring:
         return values
     return (
         *values,

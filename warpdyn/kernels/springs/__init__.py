@@ -9,7 +9,12 @@ storeys that have the first or the second, and the third besides.
 
 import functools
 
-from warpdyn.kernels.springs.baber_noori import BABER_NOORI, BABER_NOORI_PINCHING
+from warpdyn.kernels.springs.baber_noori import (
+    BABER_NOORI,
+    BABER_NOORI_1,
+    BABER_NOORI_PINCHING,
+    BABER_NOORI_PINCHING_1,
+)
 from warpdyn.kernels.springs.bilinear import BILINEAR
 from warpdyn.kernels.springs.bouc_wen import BOUC_WEN, BOUC_WEN_1, BOUC_WEN_2
 from warpdyn.kernels.springs.combined import one_or_other, side_by_side
@@ -52,7 +57,9 @@ SPRINGS = {
     "peak_oriented": PEAK_ORIENTED,
     "takeda": TAKEDA,
     "baber_noori": BABER_NOORI,
+    "baber_noori_1": BABER_NOORI_1,
     "baber_noori_pinching": BABER_NOORI_PINCHING,
+    "baber_noori_pinching_1": BABER_NOORI_PINCHING_1,
     "hysteretic": HYSTERETIC,
     "hysteretic_softer_unloading": HYSTERETIC_SOFTER,
     "pinching4": PINCHING4,

@@ -8,7 +8,7 @@ nu = 1 + c8 e, eta = 1 + c9 e and s the sign of the velocity,
 where 1 / uy = c2, beta = c3, gamma = c4, n = c5 and 1 - alpha = c6. Without pinching h = 1. With it, as Foliente (1995)
 has it, h = 1 - zeta1 exp(-((s z - q zu) / zeta2)^2), where zeta1 = c10 (1 - exp(-c11 e)),
 zeta2 = (c12 + c13 e) (c14 + zeta1), q = c15, and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z, of
-c16 = 1 / n and c17 = 1 / (beta + gamma). The memory is z and e.
+c16 = 1 / n and c17 = 1 / (beta + gamma). Rows with 1 at their end are for n = 1. The memory is z and e.
 """
 
 from typing import Any
@@ -36,9 +36,8 @@ def baber_noori_force(drift: Any, memory: Any, c: Any):
     return c[0] * drift + c[1] * memory[0]
 
 
-def _baber_noori(pinches: bool) -> Spring:
-    """Return the law with or without pinching."""
-    PINCHES, name = pinches, "baber_noori_pinching" if pinches else "baber_noori"
+def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
+    """Return the law with or without pinching; without powers, which are slow, its exponent is 1."""
 
     def rate(velocity: Any, memory: Any, c: Any):
         zero, one = type(velocity)(0.0), type(velocity)(1.0)
@@ -46,14 +45,23 @@ def _baber_noori(pinches: bool) -> Spring:
         speed = velocity * c[2]
         growth = wp.max(one - c[7] * energy, zero)
         nu = one + c[8] * energy
-        flow = growth * speed - nu * power_of(wp.abs(z), c[5]) * (c[4] * speed + c[3] * wp.abs(speed) * wp.sign(z))
-        flow = flow / (one + c[9] * energy)
+        eta = one + c[9] * energy
+        power = wp.abs(z)
+        if POWERS:
+            power = power_of(power, c[5])
+        flow = growth * speed - nu * power * (c[4] * speed + c[3] * wp.abs(speed) * wp.sign(z))
         if PINCHES:
-            bound = power_of(growth / nu * c[17], c[16])
             zeta1 = c[10] * (one - exponential(-c[11] * energy))
             zeta2 = (c[12] + c[13] * energy) * (c[14] + zeta1)
-            apart = (wp.where(velocity < zero, -z, z) - c[15] * bound) / zeta2
-            flow = flow * (one - zeta1 * exponential(-apart * apart))
+            towards = wp.where(velocity < zero, -z, z)
+            # One quotient serves both.
+            share = one / (eta * nu * zeta2)
+            apart = (nu * towards - c[15] * c[17] * growth) * (eta * share)
+            if POWERS:
+                apart = (towards - c[15] * power_of(growth / nu * c[17], c[16])) * (eta * nu * share)
+            flow = flow * (nu * zeta2 * share) * (one - zeta1 * exponential(-apart * apart))
+        else:
+            flow = flow / eta
         slope = type(memory)()
         slope[0] = flow
         slope[1] = c[6] * z * speed
@@ -66,7 +74,9 @@ def _baber_noori(pinches: bool) -> Spring:
         growth = wp.max(one - c[7] * energy, type(drift)(LEAST_A))
         area = half * z * z
         if PINCHES:
-            bound = power_of(growth / (one + c[8] * energy) * c[17], c[16])
+            bound = growth / (one + c[8] * energy) * c[17]
+            if POWERS:
+                bound = power_of(bound, c[16])
             zeta1 = c[10] * (one - exponential(-c[11] * energy))
             zeta2 = (c[12] + c[13] * energy) * (c[14] + zeta1)
             area = zero
@@ -80,13 +90,18 @@ def _baber_noori(pinches: bool) -> Spring:
     def relaxation(velocity: Any, memory: Any, c: Any):
         """z settles at the rate of its equation's slope, at most; each part of it is taken at its steepest."""
         one = type(velocity)(1.0)
-        size = wp.max(wp.abs(memory[0]), type(velocity)(1e-6))
         energy = wp.max(memory[1], type(velocity)(0.0))
-        slope = (one + c[8] * energy) * power_of(size, c[5]) / size * c[5] * (c[3] + wp.abs(c[4]))
+        slope = (one + c[8] * energy) * (c[3] + wp.abs(c[4]))
+        if POWERS:
+            size = wp.max(wp.abs(memory[0]), type(velocity)(1e-6))
+            slope *= power_of(size, c[5]) / size * c[5]
+        eta = one + c[9] * energy
         if PINCHES:
             zeta1 = c[10] * (one - exponential(-c[11] * energy))
-            slope += type(velocity)(STEEPEST) * zeta1 / ((c[12] + c[13] * energy) * (c[14] + zeta1))
-        return wp.abs(velocity) * c[2] * slope / (one + c[9] * energy)
+            zeta2 = (c[12] + c[13] * energy) * (c[14] + zeta1)
+            slope = slope * zeta2 + type(velocity)(STEEPEST) * zeta1
+            eta *= zeta2
+        return wp.abs(velocity) * c[2] * slope / eta
 
     own = device_functions(name, rate, relaxation, recoverable)
     return Spring(
@@ -99,5 +114,7 @@ def _baber_noori(pinches: bool) -> Spring:
     )
 
 
-BABER_NOORI = _baber_noori(False)
-BABER_NOORI_PINCHING = _baber_noori(True)
+BABER_NOORI = _baber_noori("baber_noori", False, True)
+BABER_NOORI_1 = _baber_noori("baber_noori_1", False, False)
+BABER_NOORI_PINCHING = _baber_noori("baber_noori_pinching", True, True)
+BABER_NOORI_PINCHING_1 = _baber_noori("baber_noori_pinching_1", True, False)
