@@ -18,6 +18,7 @@ STOREYS = (1, 3, 5, 10, 20, 40, 60)
 LAWS = ("elastic", "bilinear", "bouc_wen")
 BOTH = ("float32", "float64")
 STEP = 0.005  # s, of the base motion and of its integration, unless a case has substeps
+LAW_METHODS = ("rk4", "velocity_verlet")
 NO_DEVICE = "none"  # of a peer whose kind of device the run does not have
 RECORDERS = {"drift": ("drift",), "all": None}
 
@@ -104,22 +105,25 @@ def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]
     """Return the cases of all peers; of several GPUs they have the first."""
     kinds = {device.split(":")[0]: device for device in reversed(devices)}
     return [
-        {"part": "kernels", "recorders": "drift"} | case
+        {"part": "kernels", "recorders": "drift"} | case | {"method": ""}  # the peer's own
         for row in PEERS
         for case in _peer_cases(row, kinds.get(row["device"], NO_DEVICE), size)
     ]
 
 
 def law_cases(device: str, size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the cases of every law in five storeys by warpdyn, and on a CPU by OpenSeesPy at the same step."""
+    """Return the cases of every law in five storeys by warpdyn, and on a CPU by OpenSeesPy at the same step.
+
+    By RK4, and by the method of OpenSees' order that evaluates a law once a step.
+    """
     cases = []
     for law in size["every_law"]:
         case = _case(device, law, 5, "float32", size) | {"part": "laws", "recorders": "drift", "substeps": 8}
         samples = max(256, case["samples"] // 8)
         case |= {"samples": samples, "run_samples": samples}
-        cases.append(case | {"peer": "warpdyn"})
+        cases += [case | {"peer": "warpdyn", "method": method} for method in LAW_METHODS]
         if device == "cpu":
-            cases.append(case | {"peer": "opensees_newmark", "run_samples": 4})
+            cases.append(case | {"peer": "opensees_newmark", "run_samples": 4, "method": "newmark_linear"})
     return cases
 
 
@@ -156,6 +160,7 @@ def _case(device: str, law: str, storeys: int, dtype: str, size: dict[str, Any])
         "dtype": dtype,
         "steps": size["steps"],
         "substeps": 1,
+        "method": "rk4",
         "samples": samples,
         "run_samples": samples,
     }

@@ -46,6 +46,7 @@ def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) 
         "samples": len(ensemble.mass),
         "step": STEP / case["substeps"],
         "dtype": case["dtype"],
+        "method": case["method"],
         "device": case["device"] if device is None else device,
         "threads": case["threads"] or None,
     }
@@ -104,15 +105,15 @@ def measured(case: dict[str, Any], seconds: float, drifts: np.ndarray, note: str
 
 def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
     """Compile the kernels of cases, several at a time, and those of the reference."""
-    jobs = {(c["law"], c["storeys"], c["dtype"], c["device"], c["recorders"]) for c in cases}
-    jobs |= {(c["law"], c["storeys"], "float64", "cpu", "drift") for c in cases}
+    jobs = {(c["law"], c["storeys"], c["dtype"], c["device"], c["recorders"], c["method"]) for c in cases}
+    jobs |= {(c["law"], c["storeys"], "float64", "cpu", "drift", "rk4") for c in cases}
 
-    def load(job: tuple[str, int, str, str, str]) -> None:
-        law, storeys, dtype, device, recorders = job
+    def load(job: tuple[str, int, str, str, str, str]) -> None:
+        law, storeys, dtype, device, recorders, method = job
         scene = build_scene(draw_ensemble(storeys, 2, 2), law, recorders)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "a tail of")
-            run = lay_out(scene, samples=2, method="rk4", dtype=dtype, step=STEP, device=device)
+            run = lay_out(scene, samples=2, method=method, dtype=dtype, step=STEP, device=device)
         load_kernel(run.terms.plan, device)
 
     # The tallest first, which may take longest.

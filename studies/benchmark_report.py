@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import xarray as xr
-from benchmark_cases import LABELS
+from benchmark_cases import LABELS, LAW_METHODS
 
 SAME = ["device", "law", "dtype", "storeys", "substeps"]  # what two rows of kernels share that are beside each other
 
@@ -75,14 +75,18 @@ def _print_peers(table: pd.DataFrame) -> None:
 
 def _print_laws(table: pd.DataFrame) -> None:
     print(
-        "\nevery law, 5 storeys, float32, steps of 1/8: DOF-steps/s on one CPU core, OpenSeesPy's, the ratio; on a GPU"
+        "\nevery law, 5 storeys, float32, steps of 1/8: DOF-steps/s of OpenSeesPy; on one CPU core by RK4 and by"
+        "\nvelocity Verlet, each with its ratio to that; on a GPU by both"
     )
     for law, rows in table.groupby("law", sort=False):
         speeds = {}
         for row in rows.itertuples():
-            speeds["GPU" if row.gpus else row.peer] = row.dof_steps_per_second
-        own, theirs = (speeds.get(peer, np.nan) for peer in ("warpdyn", "opensees_newmark"))
-        numbers = f"{own:9.2e} {theirs:9.2e} {own / theirs:7.0f} {speeds.get('GPU', np.nan):9.2e}"
+            speeds[bool(row.gpus), row.method] = row.dof_steps_per_second
+        theirs = speeds.get((False, "newmark_linear"), np.nan)
+        own = [speeds.get((False, method), np.nan) for method in LAW_METHODS]
+        ratios = " ".join(f"{speed:9.2e} {speed / theirs:6.0f}" for speed in own)
+        on_gpu = " ".join(f"{speeds.get((True, method), np.nan):9.2e}" for method in LAW_METHODS)
+        numbers = f"{theirs:9.2e} {ratios} {on_gpu}"
         failed = ", ".join(f"{row.peer} {row.status}" for row in rows.itertuples() if row.status != "measured")
         print(f"  {law:<40} {numbers}  {failed}")
 
