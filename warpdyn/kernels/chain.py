@@ -63,7 +63,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     # Warp looks names up in branches that are never built too, so each must be some function.
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
     held_of, HOLDS_FORCE = spring.held or spring.force, spring.held is not None
-    glide, decides = spring.glide or spring.force, spring.decides or spring.force
+    glide, decides, GLIDING = spring.glide or spring.force, spring.decides or spring.force, spring.gliding
     evolve, rate_of, relaxation_of = (part or spring.force for part in (spring.evolve, spring.rate, spring.relaxation))
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
@@ -573,7 +573,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                             reached_force[j] = held_of(reached_drift[j], memory, c)
                                             if MAPS_IN_STAGE:
                                                 if is_last:
-                                                    for m in range(M):
+                                                    for m in range(GLIDING):
                                                         z[i * M + m, j] = memory[m]
                             for j in range(LANES):
                                 ui = us[i, j]
@@ -936,7 +936,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     for m in range(M):
                                         memory[m] = z[i * M + m, j]
                                     memory = glide(reached_drift[j], memory, c)
-                                    for m in range(M):
+                                    for m in range(GLIDING):
                                         z[i * M + m, j] = memory[m]
                         if ALL_EVOLVE or deciding > 0:
                             for j in range(LANES):

@@ -120,4 +120,4 @@ def spring_of(
         return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
 
     functions = device_functions(name, force, held, evolve, glide, advance, tangent, recoverable)
-    return Spring(memory=memory, coefficients=coefficients, decides=decides, **functions)
+    return Spring(memory=memory, coefficients=coefficients, gliding=6, decides=decides, **functions)

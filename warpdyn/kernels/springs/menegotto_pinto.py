@@ -8,14 +8,14 @@ xi)) falls with the plastic excursion xi before the turn.
 Coefficients: 1 / yield drift, force of h = 1, hardening stiffness, R0, c1, c2; with isotropic hardening its ratio,
 and a half over the ductility that it is for.
 The memory: x and h of the last step, x_r and h_r, by how much the largest x of a turn was above 1 and the smallest
-below -1, with isotropic hardening s_y - 1, and 1 / R and S of the branch.
+below -1, with isotropic hardening s_y - 1, and of the branch R, 1 / R, S and 1 / S.
 """
 
 from typing import Any
 
 import warp as wp
 
-from warpdyn.kernels.exponentials import exponential, logarithm_of_one_and, natural_logarithm
+from warpdyn.kernels.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm
 from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
@@ -42,12 +42,12 @@ def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
 
 
 @wp.func
-def transition(ratio: Any, inverse_exponent: Any):
+def transition(ratio: Any, exponent: Any, inverse_exponent: Any):
     """Return g and its slope at a ratio r: never r^R where r is above 1, which single precision does not hold."""
     one = type(ratio)(1.0)
     distance = wp.abs(natural_logarithm(wp.max(ratio, type(ratio)(LEAST_RATIO))))
-    power = exponential(-distance / inverse_exponent)
-    root = exponential(-inverse_exponent * logarithm_of_one_and(power))
+    power = decay(distance * exponent)
+    root = decay(inverse_exponent * logarithm_of_one_and(power))
     slope = root / (one + power) * wp.where(ratio < one, one, power / wp.max(ratio, one))
     return wp.min(ratio, one) * root, slope
 
@@ -69,7 +69,7 @@ def area_under(height: Any, inverse_exponent: Any):
 
 def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
     """Return the row without or with isotropic hardening."""
-    # What a turn makes of the path, then what the branch has of it: 1 / R and S, 0 before anything moved.
+    # What a turn makes of the path, then what the branch has of it: R, 1 / R, S and 1 / S, all 0 before anything moved.
     VALUES = SHAPE = wp.constant(7 if IS_ISOTROPIC else 6)
 
     def turned(direction: Any, memory: Any, c: Any):
@@ -109,11 +109,11 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         x = drift * c[0]
         last = last_direction(memory)
         direction = wp.where(x > memory[0], type(drift)(1.0), wp.where(x < memory[0], -type(drift)(1.0), last))
-        left = memory[SHAPE + 1]
-        height, slope = transition(direction * (x - memory[2]) / left, memory[SHAPE])
+        ratio = direction * (x - memory[2]) * memory[SHAPE + 3]
+        height, slope = transition(ratio, memory[SHAPE], memory[SHAPE + 1])
         after = memory
         after[0] = x
-        after[1] = memory[3] + direction * left * height
+        after[1] = memory[3] + direction * memory[SHAPE + 2] * height
         return after, slope
 
     along_branch, decides = device_functions(name, along_branch, decides).values()
@@ -126,8 +126,10 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
             after[m] = wp.where(turns(drift, memory, c), after[m], memory[m])
         inverse_exponent, left = curvature(direction, after, yield_level(after), c)
         begins = decides(drift, memory, c)
-        after[SHAPE] = wp.where(begins, inverse_exponent, memory[SHAPE])
-        after[SHAPE + 1] = wp.where(begins, left, memory[SHAPE + 1])
+        after[SHAPE] = wp.where(begins, type(drift)(1.0) / inverse_exponent, memory[SHAPE])
+        after[SHAPE + 1] = wp.where(begins, inverse_exponent, memory[SHAPE + 1])
+        after[SHAPE + 2] = wp.where(begins, left, memory[SHAPE + 2])
+        after[SHAPE + 3] = wp.where(begins, type(drift)(1.0) / left, memory[SHAPE + 3])
         return along_branch(drift, after, c)
 
     follow = device_functions(name, follow)["follow"]
@@ -155,7 +157,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
             after[m] = wp.where(direction * last_direction(memory) < type(drift)(0.0), after[m], memory[m])
         inverse_exponent, left = curvature(direction, after, yield_level(after), c)
         ratio = direction * (after[0] - after[2]) / left
-        height, _slope = transition(ratio, inverse_exponent)
+        height, _slope = transition(ratio, type(drift)(1.0) / inverse_exponent, inverse_exponent)
         end = wp.max(wp.abs(after[3]) / left, height)
         area = area_under(end, inverse_exponent) - area_under(height, inverse_exponent) - (end - height) * ratio
         return type(drift)(0.5) * c[2] * drift * drift + c[1] / c[0] * left * left * area
@@ -169,7 +171,8 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
 
     functions = device_functions(name, force, held, evolve, glide, recoverable, tangent, advance)
     evolve = functions["evolve"]
-    return Spring(coefficients=8 if IS_ISOTROPIC else 6, memory=9 if IS_ISOTROPIC else 8, decides=decides, **functions)
+    coefficients = 8 if IS_ISOTROPIC else 6
+    return Spring(coefficients=coefficients, memory=VALUES + 4, gliding=2, decides=decides, **functions)
 
 
 MENEGOTTO_PINTO = _menegotto_pinto("menegotto_pinto", False)
