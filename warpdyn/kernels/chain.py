@@ -63,7 +63,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     # Warp looks names up in branches that are never built too, so each must be some function.
     force_of, recoverable_of, tangent_of = spring.force, spring.recoverable, spring.tangent
     held_of, HOLDS_FORCE = spring.held or spring.force, spring.held is not None
-    glide, decides, GLIDING = spring.glide or spring.force, spring.decides or spring.force, spring.gliding
+    glide, decides, GLIDING = spring.glide or spring.force, spring.decides or spring.force, spring.gliding or M
     evolve, rate_of, relaxation_of = (part or spring.force for part in (spring.evolve, spring.rate, spring.relaxation))
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)

@@ -68,6 +68,7 @@ def spring_of(
     decides: Callable,
     unloading: Callable,
     memory: int,
+    gliding: int | None,
     coefficients: int,
 ) -> Spring:
     """Return the storey law of functions that follow the path, not yet Warp's.
@@ -79,6 +80,7 @@ def spring_of(
         decides: `(drift, memory, c) -> bool` whether the storey turns, or goes on by another rule.
         unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
         memory: Number of its values.
+        gliding: Number of its first values that going on may change; None for all.
         coefficients: Number of theirs.
     """
 
@@ -120,4 +122,4 @@ def spring_of(
         return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
 
     functions = device_functions(name, force, held, evolve, glide, advance, tangent, recoverable)
-    return Spring(memory=memory, coefficients=coefficients, gliding=6, decides=decides, **functions)
+    return Spring(memory=memory, coefficients=coefficients, gliding=gliding, decides=decides, **functions)

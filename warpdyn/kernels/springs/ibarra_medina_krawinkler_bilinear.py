@@ -173,7 +173,8 @@ def _law(name: str, POWERS: bool) -> Spring:
                 stiffness = type(memory[0])(0.5)
         return stiffness, holds
 
-    return spring_of(name, following(True), following(False), decides, unloading, MEMORY, COEFFICIENTS + POWERS)
+    functions = following(True), following(False), decides, unloading
+    return spring_of(name, *functions, MEMORY, None, COEFFICIENTS + POWERS)
 
 
 IBARRA_MEDINA_KRAWINKLER_BILINEAR = _law("imk_bilinear", False)

@@ -230,7 +230,9 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             holds = not fails
         return stiffness, holds
 
-    return spring_of(name, following(True), following(False), decides, unloading, memory_values, coefficients + POWERS)
+    return spring_of(
+        name, following(True), following(False), decides, unloading, memory_values, SIDES, coefficients + POWERS
+    )
 
 
 IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED = _law("imk_peak_oriented", False, False)

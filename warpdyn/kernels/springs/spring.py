@@ -26,7 +26,7 @@ class Spring:
         held: `(drift, memory, coefficients) -> force [N]` where `evolve` or `advance` have just brought the memory to
             this drift: what is kept there need not be worked out again. None where `force` is as quick.
         glide: `(drift, memory, coefficients) -> memory`, what `evolve` comes to where nothing is `decided`.
-        gliding: Number of values, the first of the memory, that `glide` may change.
+        gliding: Number of values, the first of the memory, that `glide` may change; None for all.
         decides: `(drift, memory, coefficients) -> bool` whether the storey turns on its way to a drift, or goes on by
             another rule: what takes long, and is seldom. None, with `glide`, where nothing takes long.
         relaxation: `(velocity, memory, coefficients) -> rate [1/s]` at which the memory settles, at its fastest. A step
@@ -45,7 +45,7 @@ class Spring:
     rate: Callable | None = None
     held: Callable | None = None
     glide: Callable | None = None
-    gliding: int = 0
+    gliding: int | None = None
     decides: Callable | None = None
     relaxation: Callable | None = None
     settles_by_velocity: bool = False
