@@ -8,11 +8,12 @@ from typing import Any
 import warp as wp
 
 SLACK = wp.constant(wp.float64(1e-6))
+FAR = wp.constant(wp.float64(1e16))
 
 
 @wp.func
 def pinching4_backbone(x: Any, c: Any):
-    """Force at a drift ahead, and the backbone's slope before it."""
+    """Force at a drift ahead, the backbone's slope before it, and where that ends."""
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
     third = second - c[2]
@@ -22,7 +23,11 @@ def pinching4_backbone(x: Any, c: Any):
     slope = wp.where(fourth <= c[4], c[7], zero)
     slope = wp.where(fourth <= zero, c[6], slope)
     slope = wp.where(third <= zero, c[5], slope)
-    return force, wp.where(second <= zero, one, slope)
+    slope = wp.where(second <= zero, one, slope)
+    end = wp.where(fourth <= c[4], one + c[2] + c[3] + c[4], type(x)(FAR))
+    end = wp.where(fourth <= zero, one + c[2] + c[3], end)
+    end = wp.where(third <= zero, one + c[2], end)
+    return force, slope, wp.where(second <= zero, one, end)
 
 
 @wp.func
