@@ -2,10 +2,12 @@
 
 Everything is over the yield drift and the yield force, and mirrored so that the storey moves ahead: one set of rules
 serves both directions. A storey is on its backbone, or on a path of three straight parts from where it last turned to
-the farthest point ahead. The memory: last drift and force; the state, 0 before anything moved, 1 on the backbone and 2
-on a path, with the sign of the direction; drift and force of the last turn; and how far the demands above and below
-are beyond yield. Damage adds the drift aimed at; loss of stiffness and of strength as of the last turn; loss of
-stiffness, growth of the drift aimed at and loss of strength up to now; energy; and where they count, cycles.
+the farthest point ahead. The memory: last drift and force; the drift aimed at on a path, 1/2 on the backbone, with the
+sign of the direction, and 0 before anything moved; drift and force of the last turn; how far the demands above and
+below are beyond yield; slope of the straight part that the storey is on, and the drift at which it ends. Damage adds
+loss of stiffness and of strength as of the last turn; loss of stiffness, growth of the drift aimed at and loss of
+strength as of when the storey last went beyond its last corner; energy; and where they count, cycles, times four
+farthest drifts. Up to that corner a turn works out what damage has come to: nothing asks for it before.
 
 Coefficients: 1 / yield drift, yield force, three lengths and three slopes of the backbone's later parts, ratios of
 reloading drift and force, and the forces unloaded to before and after the third corner. Damage adds for stiffness,
@@ -19,196 +21,182 @@ import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
 from warpdyn.kernels.springs.named import device_functions
+from warpdyn.kernels.springs.pinching4_path import SLACK, pinching4_backbone, pinching4_corners, pinching4_release
 from warpdyn.kernels.springs.spring import Spring
 
 # The storey is elastic, whatever its direction, until it passes this.
 ELASTIC = wp.constant(wp.float64(1e-4))
-SLACK = wp.constant(wp.float64(1e-6))
-
-
-@wp.func
-def pinching4_backbone(x: Any, c: Any):
-    """Force at a drift ahead, and the backbone's slope before it."""
-    zero, one = type(x)(0.0), type(x)(1.0)
-    second = x - one
-    third = second - c[2]
-    fourth = third - c[3]
-    force = wp.min(x, one) + c[5] * wp.clamp(second, zero, c[2])
-    force += c[6] * wp.clamp(third, zero, c[3]) + c[7] * wp.clamp(fourth, zero, c[4])
-    slope = wp.where(fourth <= c[4], c[7], zero)
-    slope = wp.where(fourth <= zero, c[6], slope)
-    slope = wp.where(third <= zero, c[5], slope)
-    return force, wp.where(second <= zero, one, slope)
-
-
-@wp.func
-def pinching4_corners(x0: Any, f0: Any, x3: Any, f3: Any, low: Any, stiffness: Any, is_up: Any, c: Any):
-    """Two corners, as (x1, f1, x2, f2), of the path from a turn (x0, f0) to the point aimed at (x3, f3).
-
-    `low` is the force of the backbone that unloading goes to, times its ratio.
-    """
-    zero, one, half = type(x0)(0.0), type(x0)(1.0), type(x0)(0.5)
-    f2 = f3 * c[9]
-    x2 = wp.min(x3 * c[8], x3 - (f3 - f2) / stiffness)  # reloading is never stiffer than unloading
-    f1 = low
-    x1 = x0 + (f1 - f0) / stiffness
-    is_straight = (x0 >= zero) or (x2 < x0)
-    is_low = x1 < x0
-    run, rise = x2 - x1, f2 - f1
-    steeper = rise - stiffness * run
-    # Corners above each other are a steep part, whatever their rounding.
-    is_steep = wp.where(run > -type(x0)(SLACK), steeper > zero, steeper < zero)
-    is_straight = is_straight or (is_steep and not is_low)
-    # Where the parts overlap, or the middle one falls, one corner moves between its neighbours, or both to one height.
-    overlaps = (not is_low) and ((run < zero) or (rise * run < zero) or (run == zero and rise < zero))
-    first_moves = is_low or (overlaps and x1 > zero)
-    second_moves = overlaps and (not first_moves) and x2 < zero
-    both_move = overlaps and not (first_moves or second_moves)
-    mean = half * (f1 + f2)
-    apart = wp.abs(mean) * type(x0)(0.01)
-    last = (x3 - x2) / wp.where(f3 == f2, one, f3 - f2)
-    between_x, between_f = half * (x0 + x2), half * (f0 + f2)
-    beyond_x, beyond_f = half * (x1 + x3), half * (f1 + f3)
-    f1 = wp.where(both_move, mean - apart, f1)
-    f2 = wp.where(both_move, mean + apart, wp.where(second_moves, beyond_f, f2))
-    x1 = wp.where(both_move, x0 + (f1 - f0) / stiffness, x1)
-    x2 = wp.where(both_move, x3 - (f3 - f2) * last, wp.where(second_moves, beyond_x, x2))
-    x1 = wp.where(first_moves, between_x, x1)
-    f1 = wp.where(first_moves, between_f, f1)
-    # A path that still goes back or falls is a straight line, by way of the origin where the line is too soft.
-    falls = (x1 < x0) or (f1 < f0) or (x2 < x1) or (f2 < f1) or (x3 < x2) or (f3 < f2)
-    chord = f3 - f0
-    secant = wp.where(is_up, chord * x0 > f0 * (x3 - x0), chord * x3 < f3 * (x3 - x0))
-    by_origin = falls and (not is_straight) and chord > zero and secant
-    is_straight = is_straight or falls
-    x1 = wp.where(is_straight, wp.where(by_origin, zero, x0), x1)
-    f1 = wp.where(is_straight, wp.where(by_origin, zero, f0), f1)
-    x2 = wp.where(is_straight, x1, x2)
-    f2 = wp.where(is_straight, f1, f2)
-    return x1, f1, x2, f2
-
-
-@wp.func
-def pinching4_release(x: Any, xa: Any, fa: Any, xb: Any, fb: Any):
-    """Energy given back from a drift on along one part of a path, until it comes to no force."""
-    zero = type(x)(0.0)
-    length, rise = xb - xa, fb - fa
-    start = wp.max(x, xa)
-    before = fa + (start - xa) * rise / wp.where(length > zero, length, type(x)(1.0))
-    run = wp.max(xb - start, zero)
-    share = wp.where(fb > zero, -before / wp.where(fb > before, fb - before, type(x)(1.0)), type(x)(1.0))
-    return wp.where(before < zero, -type(x)(0.5) * (before + wp.min(fb, zero)) * run * share, zero)
+# Paths aim at yield or farther: anything less tells the backbone from them.
+ON_BACKBONE = wp.constant(wp.float64(0.5))
+ON_PATH = wp.constant(wp.float64(0.75))
+HEADING, SLOPE, END = (wp.constant(m) for m in (2, 7, 8))
+STIFFNESS_LOSS, STRENGTH_LOSS, LOSSES, ENERGY, CYCLES = (wp.constant(m) for m in (9, 10, 11, 14, 15))
 
 
 @wp.func
 def pinching4_heading(x: Any, memory: Any):
     """Direction of a step, away from the middle before anything moved, and whether the storey turned to it."""
     zero, one = type(x)(0.0), type(x)(1.0)
-    before = wp.where(memory[2] == zero, zero, wp.sign(memory[2]))
+    before = wp.where(memory[HEADING] == zero, zero, wp.sign(memory[HEADING]))
     turned = before * (x - memory[0]) < zero
     return wp.where(before == zero, wp.where(x < zero, -one, one), wp.where(turned, -before, before)), turned
+
+
+@wp.func
+def pinching4_loss(first: int, reach: Any, spent: Any, counts: bool, is_exhausted: bool, c: Any):
+    """Loss or growth by its coefficients, from the first of them on."""
+    lost = c[first + 1] * power_of(reach, c[first + 3])
+    more = c[first + 2] * power_of(spent, c[first + 4])
+    lost = wp.min(wp.where(counts, lost + more, lost), c[first])
+    return wp.where(is_exhausted, c[first], lost)
 
 
 def _pinching4(damage: str | None) -> Spring:
     """Return the law without damage, or with damage by "energy" or by "cycle"."""
     DAMAGES, BY_CYCLES, name = damage is not None, damage == "cycle", f"pinching4_{damage}_damage"
+    M = 16 if BY_CYCLES else 15 if DAMAGES else 9
 
-    def step(x: Any, memory: Any, c: Any):
-        """Where a step to a drift leads: (force, slope, state, whether the turn renews the loss of stiffness)."""
-        zero, one = type(x)(0.0), type(x)(1.0)
+    def losses(memory: Any, c: Any):
+        """Loss of stiffness, growth of the drift aimed at and loss of strength as of the last step."""
+        zero, one = type(memory[0])(0.0), type(memory[0])(1.0)
+        stored = type(memory[0])(0.5) * memory[1] * memory[1] / (one - memory[STIFFNESS_LOSS])
+        above, below = one + memory[5], one + memory[6]
+        farthest = wp.max(above, below)
+        spent = wp.max(memory[ENERGY] - stored, zero) * c[28]
+        counts = memory[ENERGY] > stored
+        if BY_CYCLES:
+            spent = memory[CYCLES] / (type(memory[0])(4.0) * farthest)
+            counts = True
+        is_exhausted = memory[ENERGY] * c[28] >= one
+        strong, _slope, _end = pinching4_backbone(above, c)
+        weak, _steep, _there = pinching4_backbone(below, c)
+        secant = (one - memory[STRENGTH_LOSS]) * wp.max(strong / above, weak / below)
+        softer = pinching4_loss(12, farthest * c[27], spent, counts, is_exhausted, c)
+        softer = wp.min(softer, wp.max(one - secant, zero))  # unloading is no softer than the secant
+        growth = pinching4_loss(17, farthest * c[27], spent, counts, is_exhausted, c)
+        weaker = pinching4_loss(22, farthest * c[27], spent, counts, is_exhausted, c)
+        stands = wp.abs(memory[0]) * c[27] >= one  # beyond the last corner damage waits
+        softer = wp.where(stands, memory[LOSSES], softer)
+        growth = wp.where(stands, memory[LOSSES + 1], growth)
+        return softer, growth, wp.where(stands, memory[LOSSES + 2], weaker)
+
+    losses = device_functions(name, losses)["losses"]
+
+    def decides(drift: Any, memory: Any, c: Any):
+        moved = drift * c[0] - memory[0]
+        to_end = memory[END] - drift * c[0]
+        return moved != type(drift)(0.0) and moved * to_end <= type(drift)(0.0)
+
+    decides = device_functions(name, decides)["decides"]
+
+    def follow(drift: Any, memory: Any, c: Any):
+        """Memory after a step to a drift, and the slope there."""
+        zero, one = type(drift)(0.0), type(drift)(1.0)
+        x = drift * c[0]
         way, turned = pinching4_heading(x, memory)
         is_up = way > zero
         here = way * x
-        was_on_path = wp.abs(memory[2]) > type(x)(1.5)
+        was_on_path = wp.abs(memory[HEADING]) > type(x)(ON_PATH)
         ahead = one + wp.where(is_up, memory[5], memory[6])
-        aim, stiffness, strength = ahead, one, one
+        left = wp.where(is_up, memory[6], memory[5])
+        aim = wp.where(turned, ahead, wp.abs(memory[HEADING]))
+        # A turn from the backbone is a new demand on the side that the storey leaves.
+        demand = wp.max(left, -way * memory[0] - one)
+        stiffness, strength = one, one
         if DAMAGES:
-            aim = wp.where(turned, ahead * (one + memory[11]), memory[7])
+            softer, growth, weaker = memory[LOSSES], memory[LOSSES + 1], memory[LOSSES + 2]
+            stands = wp.abs(x) * c[27] >= one
+            if turned or stands:
+                softer, growth, weaker = losses(memory, c)
+            aim = wp.where(turned, ahead * (one + growth), aim)
+            demand = wp.max(demand, (one + left) * (one + growth) - one)
+        demand = wp.where(turned and not was_on_path, demand, left)
         on_backbone = here > aim or not (turned or was_on_path)
         renews = turned and not (was_on_path and on_backbone)
         if DAMAGES:
-            stiffness = one - wp.where(renews, memory[10], memory[8])
-            strength = one - wp.where(renews, memory[12], memory[9])
-        target, _slope = pinching4_backbone(aim, c)
-        x0 = way * wp.where(turned, memory[0], memory[3])
-        f0 = way * wp.where(turned, memory[1], memory[4])
+            stiffness_loss = wp.where(renews, softer, memory[STIFFNESS_LOSS])
+            strength_loss = wp.where(renews, weaker, memory[STRENGTH_LOSS])
+            stiffness, strength = one - stiffness_loss, one - strength_loss
+        target, _slope, _end = pinching4_backbone(aim, c)
+        x_turn = wp.where(turned, memory[0], memory[3])
+        f_turn = wp.where(turned, memory[1], memory[4])
+        x0, f0 = way * x_turn, way * f_turn
         low = strength * wp.where(ahead > one + c[2] + c[3], c[11], c[10])
-        end = strength * target
-        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, end, low, stiffness, is_up, c)
+        top = strength * target
+        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, top, low, stiffness, is_up, c)
         is_first = here < x1
         is_last = here >= x2
         xa = wp.where(is_first, x0, wp.where(is_last, x2, x1))
         fa = wp.where(is_first, f0, wp.where(is_last, f2, f1))
-        length = wp.where(is_last, aim, wp.where(is_first, x1, x2)) - xa
-        slope = (wp.where(is_last, end, wp.where(is_first, f1, f2)) - fa) / wp.where(length == zero, one, length)
+        end = wp.where(is_last, aim, wp.where(is_first, x1, x2))
+        length = end - xa
+        slope = (wp.where(is_last, top, wp.where(is_first, f1, f2)) - fa) / wp.where(length == zero, one, length)
         force = fa + (here - xa) * slope
-        full, steep = pinching4_backbone(here, c)
+        full, steep, corner = pinching4_backbone(here, c)
         force = wp.where(on_backbone, strength * full, force)
         slope = wp.where(on_backbone, strength * steep, slope)
-        # Whatever the path, no step is stiffer than the first one.
+        end = wp.where(on_backbone, corner, end)
+        # Whatever the path, no step is stiffer than the first one: one that lags goes that way until it has caught up.
         steepest = way * memory[1] + (here - way * memory[0])
-        slope = wp.where(force > steepest, one, slope)
+        lags = force > steepest
+        behind = (force - steepest) / wp.where(slope < one, one - slope, one)
+        end = wp.where(lags and slope < one, wp.min(end, here + behind), end)
+        slope = wp.where(lags, one, slope)
         force = wp.min(force, steepest)
-        state = wp.where(on_backbone, way, way + way)
-        is_elastic = memory[2] == zero and here <= type(x)(ELASTIC)
-        return way * force, slope, wp.where(is_elastic, zero, state), renews
+        is_elastic = memory[HEADING] == zero and here <= type(x)(ELASTIC)
+        if DAMAGES:
+            # A part ends where damage begins to wait: just before it, whatever the rounding.
+            last = (one - type(x)(SLACK)) / c[27]
+            end = wp.where(here < last, wp.min(end, last), wp.where(stands, end, here))
+        after = type(memory)()
+        after[0] = x
+        after[1] = way * force
+        after[HEADING] = wp.where(is_elastic, zero, way * wp.where(on_backbone, type(x)(ON_BACKBONE), aim))
+        after[3] = x_turn
+        after[4] = f_turn
+        after[5] = wp.where(is_up, memory[5], demand)
+        after[6] = wp.where(is_up, demand, memory[6])
+        # Who glides keeps these two: rounding must not tell the ways apart.
+        is_new = decides(drift, memory, c)
+        after[SLOPE] = wp.where(is_new, wp.min(slope, one), memory[SLOPE])
+        after[END] = wp.where(is_new, wp.where(is_elastic, x, way * end), memory[END])
+        if DAMAGES:
+            waits = stands and memory[HEADING] != zero
+            after[STIFFNESS_LOSS] = stiffness_loss
+            after[STRENGTH_LOSS] = strength_loss
+            after[LOSSES] = wp.where(waits, softer, memory[LOSSES])
+            after[LOSSES + 1] = wp.where(waits, growth, memory[LOSSES + 1])
+            after[LOSSES + 2] = wp.where(waits, weaker, memory[LOSSES + 2])
+            after[ENERGY] = memory[ENERGY] + type(x)(0.5) * (memory[1] + after[1]) * (x - memory[0])
+            if BY_CYCLES:
+                farther = wp.max(one + after[5], one + after[6]) / wp.max(one + memory[5], one + memory[6])
+                after[CYCLES] = memory[CYCLES] * farther + wp.abs(x - memory[0])
+        return after, slope
+
+    follow = device_functions(name, follow)["follow"]
 
     def force(drift: Any, memory: Any, c: Any):
-        now, _slope, _state, _renews = step(drift * c[0], memory, c)
-        return c[1] * now
+        after, _slope = follow(drift, memory, c)
+        return c[1] * after[1]
 
     def held(drift: Any, memory: Any, c: Any):
         return c[1] * memory[1]
 
     def evolve(drift: Any, memory: Any, c: Any):
-        zero, one = type(drift)(0.0), type(drift)(1.0)
-        x = drift * c[0]
-        now, _slope, state, renews = step(x, memory, c)
-        way, turned = pinching4_heading(x, memory)
-        is_up = way > zero
+        after, _slope = follow(drift, memory, c)
+        return after
+
+    def glide(drift: Any, memory: Any, c: Any):
         after = type(memory)()
-        after[0] = x
-        after[1] = now
-        after[2] = state
-        after[3] = wp.where(turned, memory[0], memory[3])
-        after[4] = wp.where(turned, memory[1], memory[4])
-        # A turn from the backbone is a new demand on the side that the storey leaves.
-        left = wp.where(is_up, memory[6], memory[5])
-        demand = wp.max(left, -way * memory[0] - one)
+        for m in range(M):
+            after[m] = memory[m]
+        moved = drift * c[0] - memory[0]
+        after[0] = drift * c[0]
+        after[1] = memory[1] + memory[SLOPE] * moved
         if DAMAGES:
-            demand = wp.max(demand, (one + left) * (one + memory[11]) - one)
-        demand = wp.where(turned and wp.abs(memory[2]) < type(drift)(1.5), demand, left)
-        after[5] = wp.where(is_up, memory[5], demand)
-        after[6] = wp.where(is_up, demand, memory[6])
-        if DAMAGES:
-            after[7] = wp.where(turned, (one + wp.where(is_up, memory[5], memory[6])) * (one + memory[11]), memory[7])
-            after[8] = wp.where(renews, memory[10], memory[8])
-            after[9] = wp.where(renews, memory[12], memory[9])
-            after[13] = memory[13] + type(drift)(0.5) * (memory[1] + now) * (x - memory[0])
-            stored = type(drift)(0.5) * now * now / (one - after[8])
-            above, below = one + after[5], one + after[6]
-            farthest = wp.max(above, below)
-            spent = wp.max(after[13] - stored, zero) * c[28]
-            counts = after[13] > stored
+            after[ENERGY] = memory[ENERGY] + type(drift)(0.5) * (memory[1] + after[1]) * moved
             if BY_CYCLES:
-                after[14] = memory[14] + wp.abs(x - memory[0]) / (type(drift)(4.0) * farthest)
-                spent = after[14]
-                counts = True
-            is_exhausted = after[13] * c[28] >= one
-            reach = farthest * c[27]
-            strong, _slope = pinching4_backbone(above, c)
-            weak, _steep = pinching4_backbone(below, c)
-            secant = (one - after[9]) * wp.max(strong / above, weak / below)
-            stands = wp.abs(x) * c[27] >= one  # beyond the last corner damage waits
-            for kind in range(3):
-                limit = c[12 + 5 * kind]
-                lost = c[13 + 5 * kind] * power_of(reach, c[15 + 5 * kind])
-                more = c[14 + 5 * kind] * power_of(spent, c[16 + 5 * kind])
-                lost = wp.min(wp.where(counts, lost + more, lost), limit)
-                lost = wp.where(is_exhausted, limit, lost)
-                if kind == 0:
-                    lost = wp.min(lost, wp.max(one - secant, zero))  # unloading is no softer than the secant
-                after[10 + kind] = wp.where(stands, memory[10 + kind], lost)
+                after[CYCLES] = memory[CYCLES] + wp.abs(moved)
         return after
 
     def recoverable(drift: Any, memory: Any, c: Any):
@@ -216,14 +204,15 @@ def _pinching4(damage: str | None) -> Spring:
         zero, one = type(drift)(0.0), type(drift)(1.0)
         way = wp.where(memory[1] > zero, -one, one)
         is_up = way > zero
-        unloads = way * memory[2] > type(drift)(1.5)
+        unloads = way * memory[HEADING] > type(drift)(ON_PATH)
         ahead = one + wp.where(is_up, memory[5], memory[6])
         aim, stiffness, strength = ahead, one, one
         if DAMAGES:
-            aim = wp.where(unloads, memory[7], ahead * (one + memory[11]))
-            stiffness = one - wp.where(unloads, memory[8], memory[10])
-            strength = one - wp.where(unloads, memory[9], memory[12])
-        target, _slope = pinching4_backbone(aim, c)
+            softer, growth, weaker = losses(memory, c)
+            aim = wp.where(unloads, way * memory[HEADING], ahead * (one + growth))
+            stiffness = one - wp.where(unloads, memory[STIFFNESS_LOSS], softer)
+            strength = one - wp.where(unloads, memory[STRENGTH_LOSS], weaker)
+        target, _slope, _end = pinching4_backbone(aim, c)
         here, end = way * memory[0], strength * target
         x0 = wp.where(unloads, way * memory[3], here)
         f0 = way * wp.where(unloads, memory[4], memory[1])
@@ -233,17 +222,15 @@ def _pinching4(damage: str | None) -> Spring:
         return c[1] / c[0] * (energy + pinching4_release(here, x2, f2, aim, end))
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
-        _now, slope, _state, _renews = step(drift * c[0], before, c)
+        _after, slope = follow(drift, before, c)
         return c[0] * c[1] * slope
 
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
-        return evolve(drift, memory, c)
+        after, _slope = follow(drift, memory, c)
+        return after
 
-    step = device_functions(name, step)["step"]
-    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance)
-    evolve = functions["evolve"]
-    memory = 15 if BY_CYCLES else 14 if DAMAGES else 7
-    return Spring(coefficients=29 if DAMAGES else 12, memory=memory, **functions)
+    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance, glide)
+    return Spring(coefficients=29 if DAMAGES else 12, memory=M, decides=decides, **functions)
 
 
 PINCHING4 = _pinching4(None)
