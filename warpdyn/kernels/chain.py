@@ -96,7 +96,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     # A last stage that stands where the step ends follows the law there once and for all.
     MAPS_IN_STAGE = IS_MAPPING and method.ends_in_stage and not (ADAPTIVE or IS_RATE)
     # Few storeys turn in a step: where none of a row does, all go on along their lines.
-    GLIDES = spring.decides is not None and not ADAPTIVE
+    GLIDES = spring.decides is not None and not (ADAPTIVE or IS_RATE)
     ALL_EVOLVE, LAST_STAGE = not GLIDES, wp.constant(STAGES - 1)
     MAPS_AT_END, IS_STIFF = IS_MAPPING and not (ADAPTIVE or MAPS_IN_STAGE), IS_STIFF and not ADAPTIVE
     STIFF_BY_VELOCITY, STIFF_BY_MEMORY = (

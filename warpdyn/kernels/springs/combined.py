@@ -28,6 +28,11 @@ def is_kept_over(drift: Any, increment: Any, memory: Any, c: Any):
 
 
 @wp.func
+def decides_nothing(driver: Any, memory: Any, c: Any):
+    return bool(False)
+
+
+@wp.func
 def never_settles(driver: Any, memory: Any, c: Any):
     return type(driver)(0.0)
 
@@ -38,13 +43,15 @@ ABSENT = {
     "held": None,  # the force
     "recoverable": None,
     "evolve": is_kept,
+    "glide": None,  # what it evolves to
+    "decides": decides_nothing,
     "rate": stands_still,
     "relaxation": never_settles,
     "relaxation_along": never_settles,
     "advance": is_kept_over,
     "tangent": None,
 }
-OF_MEMORY = ("evolve", "rate", "advance")
+OF_MEMORY = ("evolve", "glide", "rate", "advance")
 
 
 def _function_name(row: str) -> str:
@@ -65,7 +72,10 @@ def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients:
         pair = getattr(one, field), getattr(other, field)
         functions[field] = None
         if pair != (None, None):
-            instead = (one.force, other.force) if field == "held" else (absent, absent)
+            instead = {
+                "held": (one.force, other.force),
+                "glide": (one.evolve or is_kept, other.evolve or is_kept),
+            }.get(field, (absent, absent))
             of_one, of_other = (part or other_part for part, other_part in zip(pair, instead, strict=True))
             functions[field] = _device_function(f"{name}_{field}", combine(field, of_one, of_other))
     settling = [spring.settles_by_velocity for spring in (one, other) if spring.relaxation is not None]
@@ -122,6 +132,11 @@ def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> 
             first = of_one(drift, increment, before, after, c)
             return first + of_other(drift, increment, memory_of(before), memory_of(after), c_of(c))
 
+        def either(driver: Any, memory: Any, c: Any):
+            return of_one(driver, memory, c) or of_other(driver, memory_of(memory), c_of(c))
+
+        if field == "decides":
+            return either
         if field in OF_MEMORY:
             return advanced if field == "advance" else moved
         if field == "tangent":
