@@ -89,7 +89,8 @@ def _law(name: str, POWERS: bool) -> Spring:
             force = f_before + stiffness * (x - x_before)
             if not DECIDES:
                 # What rounding alone takes past no force crosses it in the next step.
-                force = wp.where(f_before <= zero and seen > zero, wp.min(force, zero), force)
+                nears = not on_backbone and f_before <= zero and seen > zero
+                force = wp.where(nears, wp.min(force, zero), force)
             if DECIDES:
                 if moving and not on_backbone and f_before <= zero and force >= zero and seen > zero:
                     spent = wp.max(energy - energy_before, zero)
