@@ -13,7 +13,8 @@ Coefficients: 1 / yield drift, yield force, the initial slope, height at 0 and s
 the third, x at cracking; Takeda's a, and how far beyond the cracking point a peak that has not cracked can be: 0, or
 less where the storey yields as it cracks.
 The memory: x and f of the last step, how far beyond the cracking points the peaks of the positive and of the negative
-side are, and where the line that loading follows has f = 0.
+side are, between which x the storey stays on the line that it is on, where the line that loading follows has f = 0, and
+the slope of the line that it is on. A line that only one way leads along ends, behind the storey, at its last step.
 """
 
 from typing import Any
@@ -25,6 +26,9 @@ from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 
 LEAST_WAY = wp.constant(wp.float64(1e-9))  # to the point aimed at: a turn that rounding puts upon it divides by it
+# Before a force of 0 rules are asked again: the sign, which they go by, must not be that of what gliding rounded.
+LEAST_FORCE = wp.constant(wp.float64(1e-3))
+FARTHEST = wp.constant(wp.float64(1e30))
 
 
 @wp.func
@@ -60,6 +64,12 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
 
     unloading = device_functions(name, unloading)["unloading"]
 
+    def decides(drift: Any, memory: Any, c: Any):
+        x = drift * c[0]
+        return x < memory[4] or x > memory[5]
+
+    decides = device_functions(name, decides)["decides"]
+
     def follow(drift: Any, memory: Any, c: Any):
         """Return the memory at a drift, and the slope of f over x there."""
         zero = type(drift)(0.0)
@@ -76,7 +86,7 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
         is_loading = force > zero
         slope = unloading(wp.where(is_loading, ahead, behind), wp.where(is_loading, behind, ahead), c)
         crossing = last - force / slope
-        origin = wp.where(is_loading, direction * memory[4], crossing)
+        origin = wp.where(is_loading, direction * memory[6], crossing)
         target = c[7] + ahead
         if IS_TAKEDA:
             is_first = ahead <= c[9] and c[7] + behind > one
@@ -110,7 +120,40 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
         after[1] = direction * reached
         after[2] = wp.where(is_positive, farthest, memory[2])
         after[3] = wp.where(is_positive, memory[3], farthest)
-        after[4] = wp.where(is_unloading, memory[4], direction * origin)
+        after[6] = wp.where(is_unloading, memory[6], direction * origin)
+        # The line from here on: its slope, and between which drifts the storey stays on it.
+        apart = line - straight
+        nearing = stiff - line_slope
+        meets = not follows_line and nearing > zero
+        far = wp.where(meets, wp.min(at + apart / wp.where(meets, nearing, one), target), target)
+        if IS_TAKEDA:
+            far = wp.where(is_first, wp.min(far, c[7]), far)  # beyond cracking, gliding takes drifts for peaks
+        far = wp.where(reached > zero, far, at)  # a line met before its force is 0 is left again
+        glides_by = wp.where(follows_line, line_slope, stiff)
+        # Back along the line of unloading, if reloading is no stiffer, and no farther than the peak that is known.
+        reach = c[7] + behind
+        returns = slope * (reach + direction * memory[6]) >= backbone(reach, c)
+        if IS_TAKEDA:
+            returns = returns and not (behind <= c[9] and target > one)
+        near = wp.where(is_unloading and returns, wp.max(last, -reach), at)
+        crossing_ahead = wp.min(crossing - type(drift)(LEAST_FORCE) / slope, c[7] + ahead)
+        far = wp.where(is_unloading, crossing_ahead, far)
+        far = wp.where(at >= -reach, far, at)  # where no peak has been yet gliding would put one
+        glides_by = wp.where(is_unloading, slope, glides_by)
+        is_hard = at >= one
+        far = wp.where(is_beyond, wp.where(is_hard, type(drift)(FARTHEST), one), far)
+        glides_by = wp.where(is_beyond, wp.where(is_hard, c[6], c[4]), glides_by)
+        is_elastic = wp.max(after[2], after[3]) <= zero and at < c[7]
+        far = wp.where(is_elastic, c[7], far)
+        near = wp.where(is_elastic, -c[7], near)
+        glides_by = wp.where(is_elastic, c[2], glides_by)
+        after[4] = wp.where(is_positive, near, -far)
+        after[5] = wp.where(is_positive, far, -near)
+        after[7] = glides_by
+        if not decides(drift, memory, c):
+            after[4] = wp.where(memory[4] == memory[0], x, memory[4])
+            after[5] = wp.where(memory[5] == memory[0], x, memory[5])
+            after[7] = memory[7]
         return after, tangent
 
     follow = device_functions(name, follow)["follow"]
@@ -126,6 +169,20 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
         after, _slope = follow(drift, memory, c)
         return after
 
+    def glide(drift: Any, memory: Any, c: Any):
+        x = drift * c[0]
+        after = type(memory)()
+        after[0] = x
+        after[1] = memory[1] + memory[7] * (x - memory[0])
+        # Only on the backbone is it a new peak.
+        after[2] = wp.max(memory[2], x - c[7])
+        after[3] = wp.max(memory[3], -x - c[7])
+        after[4] = wp.where(memory[4] == memory[0], x, memory[4])
+        after[5] = wp.where(memory[5] == memory[0], x, memory[5])
+        after[6] = memory[6]
+        after[7] = memory[7]
+        return after
+
     def recoverable(drift: Any, memory: Any, c: Any):
         is_positive = memory[1] > type(drift)(0.0)
         side = wp.where(is_positive, memory[2], memory[3])
@@ -139,9 +196,9 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance)
+    functions = device_functions(name, force, held, evolve, glide, recoverable, tangent, advance)
     evolve = functions["evolve"]
-    return Spring(coefficients=10 if IS_TAKEDA else 8, memory=5, **functions)
+    return Spring(coefficients=10 if IS_TAKEDA else 8, memory=8, gliding=6, decides=decides, **functions)
 
 
 PEAK_ORIENTED = _peak_oriented("peak_oriented", False)
