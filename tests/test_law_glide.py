@@ -1,0 +1,118 @@
+"""Storey laws that go on along a line: where nothing is decided, by that line as by all of their rules."""
+
+import functools
+
+import numpy as np
+import pytest
+import warp as wp
+from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
+from test_combinations import springs_of_laws
+
+from warpdyn.kernels.plan import DTYPES
+from warpdyn.kernels.springs import SPRINGS
+from warpdyn.laws import LAWS
+
+STOREYS = 200
+ROWS = [name for name, spring in SPRINGS.items() if spring.decides is not None]
+# Of the yield force. A step rounds forces on lines that begin up to a hundred yield drifts away; over thousands of
+# steps a line adds up what it rounds.
+STEP = {"float64": 1e-12, "float32": 1e-4}
+PATH = {"float64": 1e-10, "float32": 1e-2}
+# Storeys, in single precision or exhausted, whose rounding a jump of the law may show: damage that runs away aims at
+# drifts of 1e14 yield drifts and more, and a low power of energy lifts what rounding leaves of it.
+STRAYING = STOREYS // 50
+
+
+@functools.cache
+def walking_kernel(row: str, dtype_name: str) -> wp.Kernel:
+    """Return a kernel that takes storeys along drifts by their rules, and by lines where nothing is decided."""
+    spring, dtype = SPRINGS[row], DTYPES[dtype_name]
+    evolve, glide, decides, held, C = spring.evolve, spring.glide, spring.decides, spring.held, spring.coefficients
+    GLIDING = spring.gliding or spring.memory
+    coefficient_vector = wp.types.vector(length=C, dtype=dtype)
+    memory_vector = wp.types.vector(length=spring.memory, dtype=dtype)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def walk(coefficients: wp.array2d(dtype=dtype), drift: wp.array2d(dtype=dtype), result: wp.array3d(dtype=dtype)):
+        storey = wp.tid()
+        c = coefficient_vector()
+        for q in range(C):
+            c[q] = coefficients[q, storey]
+        by_rules = memory_vector()
+        by_lines = memory_vector()
+        for step in range(drift.shape[0]):
+            now = drift[step, storey]
+            result[0, step, storey] = wp.where(decides(now, by_rules, c), dtype(1.0), dtype(0.0))
+            result[1, step, storey] = held(now, glide(now, by_rules, c), c)
+            by_rules = evolve(now, by_rules, c)
+            result[2, step, storey] = held(now, by_rules, c)
+            if decides(now, by_lines, c):
+                by_lines = evolve(now, by_lines, c)
+            else:
+                glided = glide(now, by_lines, c)
+                for m in range(GLIDING):
+                    by_lines[m] = glided[m]
+            result[3, step, storey] = held(now, by_lines, c)
+
+    return walk
+
+
+def swinging(rng: np.random.Generator) -> np.ndarray:
+    """Return drifts [m] of storeys that swing ever wider in two modes about a drift that they go to, [step, storey]."""
+    time = np.linspace(0, 1, 3000)[:, None]
+    amplitude = 10 ** rng.uniform(-0.5, 1.1, STOREYS)
+    slow, fast, phase = rng.uniform(8, 12, STOREYS), rng.uniform(40, 60, STOREYS), rng.uniform(0, 6, STOREYS)
+    share, middle = rng.uniform(0, 0.3, STOREYS), rng.normal(size=STOREYS)
+    swings = np.sin(2 * np.pi * slow * time) + share * np.sin(2 * np.pi * fast * time + phase)
+    return YIELD_DRIFT * (amplitude * swings * time + middle * time)
+
+
+PATHS = {
+    "random": lambda rng: random_paths(STOREYS, 40, 100, rng)[:-1],  # not to 0, where lines may end
+    "random, long steps": lambda rng: random_paths(STOREYS, 200, 7, rng)[:-1],
+    "swinging": swinging,
+}
+
+
+def drawn_coefficients(row: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return coefficients of a row, [coefficient, storey], and which storeys energy may exhaust: half, if any."""
+    law, _values = springs_of_laws()[row]
+    names = LAWS[law].parameters
+    lasting = {name: 10.0 for name in names if name.endswith("_deterioration_drift")}
+    lasting |= {name: 0.01 for name in names if name.startswith("damage_by_")}
+    # By a power below 1 damage would make much of what rounding leaves of no energy.
+    lasting |= {name: 1.0 for name in names if name.endswith("_use_exponent")}
+    lasting |= {"ultimate_drift": 0.0} if "ultimate_drift" in names else {}
+    parts = []
+    for fixed in ({}, {}, lasting, lasting):
+        building = drawn_building(law, STOREYS // 4, rng, **fixed)
+        parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
+        parts.append(np.concatenate(np.broadcast_arrays(*LAWS[law].coefficients(parameters, row))))
+    return np.concatenate(parts, axis=1), (np.arange(STOREYS) < STOREYS // 2) & bool(lasting)
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("row", ROWS)
+def test_lines_are_the_rules_where_nothing_is_decided(row, path, dtype):
+    rng = np.random.default_rng(ROWS.index(row))
+    coefficients, exhausts = drawn_coefficients(row, rng)
+    drift = PATHS[path](rng)
+    arrays = [wp.array(part.astype(dtype), dtype=DTYPES[dtype], device="cpu") for part in (coefficients, drift)]
+    result = wp.full((4, *drift.shape), np.nan, dtype=DTYPES[dtype], device="cpu")
+    wp.launch(walking_kernel(row, dtype), dim=STOREYS, inputs=[*arrays, result], device="cpu")
+    decides, line, rules, walked = result.numpy()
+    assert np.isfinite(result.numpy()).all()
+    assert set(np.unique(decides)) == {0, 1}
+    decides = decides == 1
+    # Lines are worth having, bear force, and end somewhere else than rules lead.
+    assert decides.mean() < 0.4
+    assert (~decides & (np.abs(rules) > 0.01 * YIELD_FORCE)).mean() > 0.1
+    missed = np.abs(line - rules) / YIELD_FORCE
+    assert (missed[decides] > 0.01).any()
+    assert missed[~decides].max() < STEP[dtype]
+    # A path by rules where something is decided, and by lines between them, is the path by rules alone.
+    astray = np.abs(walked - rules).max(axis=0) > PATH[dtype] * YIELD_FORCE
+    assert astray.sum() <= STRAYING
+    if dtype == "float64":
+        assert not astray[~exhausts].any()
