@@ -47,6 +47,9 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         exponent = one
         if POWERS:
             exponent = c[EXPONENT]
+        # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
+        unloading = type(drift)(UNLOADING)
+        on_backbone = type(drift)(ON_BACKBONE)
         to_pinch = type(drift)(TO_PINCH)
         to_last = type(drift)(TO_LAST)
         to_farthest = type(drift)(TO_FARTHEST)
@@ -78,7 +81,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         fails = wp.abs(way) == type(drift)(FAILED)
         branch = wp.abs(way)
         if way <= -to_pinch and not fails:
-            branch = type(drift)(UNLOADING)
+            branch = unloading
             other_x_last = -x_before
             other_f_last = -f_before
             other_farthest = wp.max(other_farthest, other_x_last)
@@ -89,7 +92,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         # Where the line of a branch begins, and where the storey begins to load along it.
         x_from = x_before
         f_from = f_before
-        starts = moving and branch == type(drift)(UNLOADING) and f_before <= zero and unloaded >= zero
+        starts = moving and branch == unloading and f_before <= zero and unloaded >= zero
         if starts:
             spent = wp.max(energy - energy_before, zero)
             fails = fails or spent > c[7] - energy or spent > c[8] - energy or spent > c[11] - energy
@@ -116,8 +119,8 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                 f_pinch = c[12] * f_farthest * (x_pinch - x_from) / (farthest - x_from)
                 branch = wp.where(x_from < x_pinch, to_pinch, branch)
         if branch == type(drift)(ELASTIC) and x > one:
-            branch = type(drift)(ON_BACKBONE)
-        if branch == type(drift)(UNLOADING) and f_before > zero and x > x_last:
+            branch = on_backbone
+        if branch == unloading and f_before > zero and x > x_last:
             branch = to_farthest
             x_from = x_last
             f_from = f_last
@@ -139,7 +142,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             x_from = x_last
             f_from = f_last
         if branch == to_farthest and x > farthest:
-            branch = type(drift)(ON_BACKBONE)
+            branch = on_backbone
         x_to = wp.where(branch == to_last, x_last, farthest)
         f_to = wp.where(branch == to_last, f_last, f_farthest)
         if PINCHES:
@@ -147,18 +150,18 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             f_to = wp.where(branch == to_pinch, f_pinch, f_to)
         tangent = (f_to - f_from) / wp.max(x_to - x_from, type(drift)(SMALLEST))
         force = f_to - tangent * (x_to - x)
-        if branch == type(drift)(ON_BACKBONE):
+        if branch == on_backbone:
             force, tangent = on_lines(x, intercept, slope, capping, c[3], c[5])
         steepest = f_loading + (x - x_loading)
         if force > steepest:
             force = steepest
             tangent = one
-        if branch <= type(drift)(UNLOADING):
+        if branch <= unloading:
             force = wp.where(branch == type(drift)(ELASTIC), x, unloaded)
             tangent = stiffness
         if not moving:
             force = f_before
-        fails = fails or (moving and x >= c[6]) or (branch == type(drift)(ON_BACKBONE) and force <= zero)
+        fails = fails or (moving and x >= c[6]) or (branch == on_backbone and force <= zero)
         if fails:
             branch = type(drift)(FAILED)
             force = zero
@@ -169,7 +172,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         after[2] = stiffness_loss
         after[3] = energy + type(drift)(0.5) * (force + f_before) * (x - x_before)
         after[4] = energy_before
-        after[BRANCH] = wp.where(branch <= type(drift)(UNLOADING), branch, side * branch)
+        after[BRANCH] = wp.where(branch <= unloading, branch, side * branch)
         after[SIDES] = wp.where(up, strength_loss, memory[SIDES])
         after[SIDES + 1] = wp.where(up, capping_loss, memory[SIDES + 1])
         after[SIDES + 2] = kept(wp.where(up, farthest, other_farthest))
