@@ -1,4 +1,4 @@
-"""The main job, run once by the README's own command and read by several tests."""
+"""The main job, run once by the README's own command and read by several tests; kernels without optimisation."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ import re
 import resource
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import warp as wp
 
 ROOT = Path(__file__).parents[1]
 
@@ -44,3 +46,27 @@ def main_job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     done = run_study(readme_commands()[0], out)
     assert done.returncode == 0, done.stderr
     return out, done.stdout
+
+
+def _forget_kernels() -> None:
+    """Let every kernel be built anew."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith("warpdyn.kernels."):
+            for each, factory in vars(module).items():
+                if each.endswith("_kernel") and hasattr(factory, "cache_clear"):
+                    factory.cache_clear()
+
+
+@pytest.fixture
+def unoptimised() -> Iterator[None]:
+    """Compile a test's kernels without optimisation, in half the time; those of other tests are as shipped.
+
+    For what combines parts and compares runs with each other. A value that is read where it was not set, which an
+    optimiser may happen to put right, shows here.
+    """
+    shipped = wp.config.optimization_level
+    _forget_kernels()
+    wp.config.optimization_level = 0
+    yield
+    wp.config.optimization_level = shipped
+    _forget_kernels()

@@ -110,6 +110,7 @@ KERNELS = [
 ]
 
 
+@pytest.mark.usefixtures("unoptimised")  # one run is held to another
 @pytest.mark.filterwarnings("ignore:a tail of")
 @pytest.mark.parametrize(("structure", "method", "dtype", "spectrum"), KERNELS)
 def test_every_kernel_runs_as_under_the_same_records(structure, method, dtype, spectrum):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
-from test_combinations import springs_of_laws
+from combination_cases import springs_of_laws
 
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.kernels.springs import SPRINGS

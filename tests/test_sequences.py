@@ -78,6 +78,7 @@ CASES += [
 ]
 
 
+@pytest.mark.usefixtures("unoptimised")  # one run is held to another
 @pytest.mark.filterwarnings("ignore:a tail of:UserWarning", "ignore:.*energy balance:UserWarning")
 @pytest.mark.parametrize(("law", "method", "dtype", "rtol"), CASES)
 def test_events_in_turn_are_one_run_under_the_joined_motions(law, method, dtype, rtol):

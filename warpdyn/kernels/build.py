@@ -28,8 +28,8 @@ FAMILIES = {
 # A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; a few elastic
 # storeys share the loop among two samples, and where a chain needs more registers than there are, threads share it.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
-# Longer ones than 8 storeys gain by unrolling up to 15. Laws whose storeys glide have their rules twice in every stage of
-# every storey: beyond 5 storeys they run half to three quarters as fast rolled, and compile in 2 seconds in place of 20.
+# Longer ones than 8 storeys gain by unrolling up to 15. A law whose storeys glide has its rules twice in every stage of
+# every storey: beyond 5 storeys it runs half to three quarters as fast rolled, and compiles in 2 seconds instead of 20.
 LONG_CHAIN, CPU_LONG_UNROLL, GLIDING_CHAIN = 8, 15, 5
 GPU_LANES, GPU_LANES_OF_FEW_STOREYS, FEW_STOREYS, GPU_UNROLL = 1, 2, 3, 64
 # Registers of a thread, by what compiled kernels of 1 to 60 storeys took; those beside the storeys' own, by dtype; and

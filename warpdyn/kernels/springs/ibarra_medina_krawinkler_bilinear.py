@@ -54,6 +54,8 @@ def _law(name: str, POWERS: bool) -> Spring:
             zero = type(drift)(0.0)
             one = type(drift)(1.0)
             two = type(drift)(2.0)
+            # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
+            all_of_it = type(drift)(ALL)
             residual = c[5]
             exponent = one
             if POWERS:
@@ -108,7 +110,7 @@ def _law(name: str, POWERS: bool) -> Spring:
                     strength_loss = one - strength
                     if cap_force <= residual:
                         strength = residual
-                        strength_loss = type(drift)(ALL)
+                        strength_loss = all_of_it
                         slope = zero
                         capping = residual
                     # The hardening line starts from where the storey comes to the residual force, if that is above it.
@@ -135,9 +137,9 @@ def _law(name: str, POWERS: bool) -> Spring:
             if loses or fails:
                 force = zero
                 tangent = zero
-                slope_loss = type(drift)(ALL)
+                slope_loss = all_of_it
             if fails:
-                other_slope_loss = type(drift)(ALL)
+                other_slope_loss = all_of_it
             if is_at_residual or slope_loss > one or other_slope_loss > one:
                 seen = two
             elif on_backbone:

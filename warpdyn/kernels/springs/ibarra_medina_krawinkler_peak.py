@@ -44,6 +44,8 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
 
     def decides(drift: Any, memory: Any, c: Any):
         zero = type(drift)(0.0)
+        elastic, unloading, failed = type(drift)(ELASTIC), type(drift)(UNLOADING), type(drift)(FAILED)
+        to_pinch, to_last, to_farthest = type(drift)(TO_PINCH), type(drift)(TO_LAST), type(drift)(TO_FARTHEST)
         u = drift * c[0]
         up = u > memory[0]
         side = wp.where(up, type(drift)(1.0), -type(drift)(1.0))
@@ -53,14 +55,14 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         x_last = recalled(wp.where(up, memory[SIDES + 3], memory[SIDES + 8]))
         branch = wp.abs(way)
         crosses = f_before <= zero and f_before + (type(drift)(1.0) - memory[2]) * (x - side * memory[0]) >= zero
-        passes = branch == type(drift)(ELASTIC) and x > type(drift)(1.0)
-        passes = passes or (branch == type(drift)(UNLOADING) and (crosses or (f_before > zero and x > x_last)))
-        passes = passes or (way == type(drift)(TO_LAST) and x > x_last)
+        passes = branch == elastic and x > type(drift)(1.0)
+        passes = passes or (branch == unloading and (crosses or (f_before > zero and x > x_last)))
+        passes = passes or (way == to_last and x > x_last)
         farthest = recalled(wp.where(up, memory[SIDES + 2], memory[SIDES + 7]))
-        passes = passes or (way == type(drift)(TO_FARTHEST) and x > farthest)
+        passes = passes or (way == to_farthest and x > farthest)
         if PINCHES:
-            passes = passes or (way == type(drift)(TO_PINCH) and x > memory[PINCH])
-        turns = way <= -type(drift)(TO_PINCH) and way > -type(drift)(FAILED)
+            passes = passes or (way == to_pinch and x > memory[PINCH])
+        turns = way <= -to_pinch and way > -failed
         return u != memory[0] and (turns or passes)
 
     def following(DECIDES: bool) -> Callable:
@@ -72,6 +74,11 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             exponent = one
             if POWERS:
                 exponent = c[EXPONENT]
+            # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
+            elastic = type(drift)(ELASTIC)
+            unloading = type(drift)(UNLOADING)
+            on_backbone = type(drift)(ON_BACKBONE)
+            failed = type(drift)(FAILED)
             to_pinch = type(drift)(TO_PINCH)
             to_last = type(drift)(TO_LAST)
             to_farthest = type(drift)(TO_FARTHEST)
@@ -100,11 +107,11 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             energy = memory[3]
             energy_before = memory[4]
             way = side * memory[BRANCH]
-            fails = wp.abs(way) == type(drift)(FAILED)
+            fails = wp.abs(way) == failed
             branch = wp.abs(way)
             if DECIDES:
                 if way <= -to_pinch and not fails:
-                    branch = type(drift)(UNLOADING)
+                    branch = unloading
                     other_x_last = -x_before
                     other_f_last = -f_before
                     other_farthest = wp.max(other_farthest, other_x_last)
@@ -119,7 +126,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             x_from = x_before
             f_from = f_before
             if DECIDES:
-                starts = moving and branch == type(drift)(UNLOADING) and f_before <= zero and unloaded >= zero
+                starts = moving and branch == unloading and f_before <= zero and unloaded >= zero
                 if starts:
                     spent = wp.max(energy - energy_before, zero)
                     fails = fails or spent > c[7] - energy or spent > c[8] - energy or spent > c[11] - energy
@@ -146,9 +153,9 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                         x_pinch = c[13] * (farthest - f_farthest / stiffness)
                         f_pinch = c[12] * f_farthest * (x_pinch - x_from) / (farthest - x_from)
                         branch = wp.where(x_from < x_pinch, to_pinch, branch)
-                if branch == type(drift)(ELASTIC) and x > one:
-                    branch = type(drift)(ON_BACKBONE)
-                if branch == type(drift)(UNLOADING) and f_before > zero and x > x_last:
+                if branch == elastic and x > one:
+                    branch = on_backbone
+                if branch == unloading and f_before > zero and x > x_last:
                     branch = to_farthest
                     x_from = x_last
                     f_from = f_last
@@ -170,7 +177,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                     x_from = x_last
                     f_from = f_last
                 if branch == to_farthest and x > farthest:
-                    branch = type(drift)(ON_BACKBONE)
+                    branch = on_backbone
             x_to = wp.where(branch == to_last, x_last, farthest)
             f_to = wp.where(branch == to_last, f_last, f_farthest)
             if PINCHES:
@@ -178,20 +185,20 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                 f_to = wp.where(branch == to_pinch, f_pinch, f_to)
             tangent = (f_to - f_from) / wp.max(x_to - x_from, type(drift)(SMALLEST))
             force = f_to - tangent * (x_to - x)
-            if branch == type(drift)(ON_BACKBONE):
+            if branch == on_backbone:
                 force, tangent = on_lines(x, intercept, slope, capping, c[3], c[5])
             steepest = f_loading + (x - x_loading)
             if force > steepest:
                 force = steepest
                 tangent = one
-            if branch <= type(drift)(UNLOADING):
-                force = wp.where(branch == type(drift)(ELASTIC), x, unloaded)
+            if branch <= unloading:
+                force = wp.where(branch == elastic, x, unloaded)
                 tangent = stiffness
             if not moving:
                 force = f_before
-            fails = fails or (moving and x >= c[6]) or (branch == type(drift)(ON_BACKBONE) and force <= zero)
+            fails = fails or (moving and x >= c[6]) or (branch == on_backbone and force <= zero)
             if fails:
-                branch = type(drift)(FAILED)
+                branch = failed
                 force = zero
                 tangent = zero
             after = type(memory)()
@@ -200,7 +207,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             after[2] = stiffness_loss
             after[3] = energy + type(drift)(0.5) * (force + f_before) * (x - x_before)
             after[4] = energy_before
-            after[BRANCH] = wp.where(branch <= type(drift)(UNLOADING), branch, side * branch)
+            after[BRANCH] = wp.where(branch <= unloading, branch, side * branch)
             after[SIDES] = wp.where(up, strength_loss, memory[SIDES])
             after[SIDES + 1] = wp.where(up, capping_loss, memory[SIDES + 1])
             after[SIDES + 2] = kept(wp.where(up, farthest, other_farthest))
