@@ -5,8 +5,8 @@ import functools
 import numpy as np
 import pytest
 import warp as wp
-from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 from combination_cases import springs_of_laws
+from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.kernels.springs import SPRINGS
