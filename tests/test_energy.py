@@ -119,6 +119,27 @@ def test_elastic_chain(damping, load):
         assert np.abs(run.hysteretic_energy).max() < 5e6 * step**4
 
 
+def test_energies_of_velocity_verlet_where_the_motion_jumps_from_step_to_step():
+    noise = wd.GroundMotion(3 * np.random.default_rng(1).normal(size=1001) * np.hanning(1001), 0.01)
+    building = wd.ShearBuilding(MASS, STIFFNESS, 3.0, damping="rayleigh", damping_ratio=RATIO)
+    damping, fine = damping_matrix("rayleigh"), 0.0005
+    time = fine * np.arange(20001)
+    force = -np.outer(np.interp(time, 0.01 * np.arange(1001), noise.acceleration), MASS)
+    velocity = piecewise_linear_response(MASS, damping, chain_matrix(STIFFNESS), force, fine)[1]
+    given = simpson((force * velocity).sum(axis=1), dx=fine)
+    lost = simpson(np.einsum("ti,ij,tj->t", velocity, damping, velocity), dx=fine)
+    errors = []
+    for step in (0.01, 0.005, 0.0025):
+        scene = wd.Scene(building, noise, record=("energy",), tail=0.0)
+        found = wd.simulate(scene, method="velocity_verlet", step=step, dtype="float64", device="cpu")
+        errors.append(np.array([found.input_energy.item() / given - 1, found.viscous_energy.item() / lost - 1]))
+        assert abs(found.energy_balance_error.item()) < 1.5 * np.abs(errors[-1]).max()
+    assert np.abs(errors[0]).max() < 0.2  # a step of 0.45 rad of the third mode
+    # Second order: a quarter with every half of the step, about.
+    assert np.abs(errors[1]).max() < np.abs(errors[0]).max() / 3
+    assert np.abs(errors[2]).max() < np.abs(errors[1]).max() / 3
+
+
 @pytest.mark.parametrize("load", ["base", "force", "harmonic", "free"])
 def test_dense(load):
     damping = damping_matrix("storey") + np.diag([0, 500.0, 0])

@@ -115,6 +115,17 @@ def test_what_falls_over_is_a_collapse_and_its_energy_closes(method):
     assert abs(fallen.energy_balance_error.item()) < 1e-4
 
 
+@pytest.mark.parametrize("method", ["rk4", "newmark_average"])
+def test_what_still_falls_when_the_run_ends_is_a_collapse(method):
+    building = oscillator("bilinear", yield_force=YIELD_FORCE, hardening_ratio=0.0)
+    velocity, _ = threshold(0.0)
+    for factor, status in ((0.95, OK), (1.2, COLLAPSED)):
+        scene = wd.Scene(building, wd.FreeVibration(2.0, velocity=factor * velocity), record=("drift",))
+        found = wd.simulate(scene, method=method, step=0.005, dtype="float64", device="cpu")
+        assert found.status.item() == status
+        assert found.peak_storey_drift_ratio.max() < 20  # far from where a fall is followed no further
+
+
 @pytest.mark.parametrize("method", ["central_difference", "rk4"])
 def test_a_blow_up_is_no_collapse(method):
     # A step of 3.5 rad, beyond any explicit method's limit, past what holds such runs back.

@@ -31,6 +31,7 @@ from warpdyn.kernels.recorders import (
     has_overturned,
     keep_force,
     keep_state,
+    keeps_falling,
     weight_in_mean,
     worst_storey,
 )
@@ -93,6 +94,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     STAGES, KEEPS_SLOPES, ADAPTIVE = method.stages, method.keeps_slopes, method.adaptive
     # What goes on from an event before has velocities half a step behind already.
     HALVES_FIRST_STEP = method.halfway and not RESUMES
+    # The last stage of a method that ends there sees a velocity that is not the motion's: its energies are sums by the
+    # trapezoidal rule over accepted states, which close as its displacements do.
+    TRAPEZOIDAL = ENERGY and method.ends_in_stage and not ADAPTIVE
     # A last stage that stands where the step ends follows the law there once and for all.
     MAPS_IN_STAGE = IS_MAPPING and method.ends_in_stage and not (ADAPTIVE or IS_RATE)
     # Few storeys turn in a step: where none of a row does, all go on along their lines.
@@ -107,7 +111,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     # What stands still feels the same acceleration again, unless it is forced.
     GATED = ACCELERATION and (IS_HARMONIC or IS_FORCE_HISTORY)
     # A sample alone in its thread, of which no forces are kept, needs no look at the forces of its last state.
-    HOLDS_STEP = LANES == 1 and not (IS_SPLIT or ADAPTIVE or P_DELTA or ACCELERATION or SHEAR or HISTORY)
+    LOOKS_BACK = ACCELERATION or SHEAR or HISTORY or (ENERGY and method.ends_in_stage)
+    HOLDS_STEP = LANES == 1 and not (IS_SPLIT or ADAPTIVE or P_DELTA or LOOKS_BACK)
     LAST_LOOK = wp.constant(0 if HOLDS_STEP else 1)
     FROM_STATE, TAKES_MEMORY = not KEEPS_SLOPES, IS_RATE or (IS_MAPPING and ADAPTIVE)
     weight, reach, node = method.weight, method.reach, method.node
@@ -178,6 +183,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         worst_ratio = row()
         worst_time = row()
         ratio_now = row()
+        h_last = row()  # step to the state that is seen, and the base's acceleration at its end
+        base_last = row()
         reached_drift = row()
         reached_force = row()
         peak_acceleration = matrix()
@@ -704,7 +711,11 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                 if IS_BASE:
                                     ai -= base[j]
                                 if ENERGY:
-                                    absorbed[i, j] += h[j] * weight[stage] * restoring * rate
+                                    if TRAPEZOIDAL:
+                                        if stage == 0:
+                                            absorbed[i, j] += dtype(0.5) * (h_last[j] + h[j]) * restoring * rate
+                                    else:
+                                        absorbed[i, j] += h[j] * weight[stage] * restoring * rate
                                     momentum_of_floor = mass[i, j] * vi
                                     momentum[j] += momentum_of_floor
                                     if IS_HARMONIC:
@@ -806,15 +817,30 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         if ENERGY:
                             for j in range(LANES):
                                 if IS_BASE:
-                                    power_in[j] -= base[j] * momentum[j]
-                                work_in[j] += weight[stage] * power_in[j]
-                                work_viscous[j] += weight[stage] * power_viscous[j]
+                                    if TRAPEZOIDAL:
+                                        # A motion may end one step with one value and start the next with another.
+                                        if stage == 0:
+                                            impulse = dtype(0.5) * (h_last[j] * base_last[j] + h[j] * base[j])
+                                            energy_in[j] -= impulse * momentum[j]
+                                    else:
+                                        power_in[j] -= base[j] * momentum[j]
+                                if TRAPEZOIDAL:
+                                    if stage == 0:
+                                        energy_in[j] += dtype(0.5) * (h_last[j] + h[j]) * power_in[j]
+                                        energy_viscous[j] += dtype(0.5) * (h_last[j] + h[j]) * power_viscous[j]
+                                else:
+                                    work_in[j] += weight[stage] * power_in[j]
+                                    work_viscous[j] += weight[stage] * power_viscous[j]
                     if ENERGY:
                         for j in range(LANES):
-                            energy_in[j] += h[j] * work_in[j]
-                            energy_viscous[j] += h[j] * work_viscous[j]
-                            work_in[j] = dtype(0.0)
-                            work_viscous[j] = dtype(0.0)
+                            if TRAPEZOIDAL:
+                                h_last[j] = h[j]
+                                base_last[j] = a_step[j] + da[j]
+                            else:
+                                energy_in[j] += h[j] * work_in[j]
+                                energy_viscous[j] += h[j] * work_viscous[j]
+                                work_in[j] = dtype(0.0)
+                                work_viscous[j] = dtype(0.0)
                     if ADAPTIVE:
                         for j in range(LANES):
                             excess[j] = dtype(0.0)
@@ -1057,13 +1083,16 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         overturning = weight_over_height[i, j] * drift
                         lifted[j] += dtype(0.5) * overturning * drift
                         ratio = wp.abs(drift) * inverse_height[i, j]
+                        rate = v[i, j]
+                        if i > 0:
+                            rate -= v[i - 1, j]
+                        elif IS_SPLIT:
+                            rate -= foot_v[j]
+                        outward = overturning - held_of(drift, memory, c)
+                        if DRIFT:
+                            if keeps_falling(outward, drift, rate, peak_drift[i, j]):
+                                fallen[j] = larger(fallen[j], fell)
                         if ratio > blown_up:
-                            rate = v[i, j]
-                            if i > 0:
-                                rate -= v[i - 1, j]
-                            elif IS_SPLIT:
-                                rate -= foot_v[j]
-                            outward = overturning - held_of(drift, memory, c)
                             overturned = has_overturned(outward, drift, rate, step[j], ratio, blown_up)
                             fallen[j] = larger(fallen[j], wp.where(overturned, fell, burst))
                     if ENERGY:

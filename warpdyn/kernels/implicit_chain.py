@@ -21,6 +21,7 @@ from warpdyn.kernels.recorders import (
     has_overturned,
     keep_force,
     keep_state,
+    keeps_falling,
     weight_in_mean,
     worst_storey,
 )
@@ -633,11 +634,14 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                     overturning = weight_over_height[i, j] * drift
                     lifted[j] += half * overturning * drift
                     ratio = wp.abs(drift) * inverse_height[i, j]
+                    rate = v[i, j]
+                    if i > 0:
+                        rate -= v[i - 1, j]
+                    outward = overturning - held_of(drift, memory, c)
+                    if DRIFT:
+                        if keeps_falling(outward, drift, rate, peak_drift[i, j]):
+                            fallen[j] = wp.max(fallen[j], fell)
                     if ratio > blown_up:
-                        rate = v[i, j]
-                        if i > 0:
-                            rate -= v[i - 1, j]
-                        outward = overturning - held_of(drift, memory, c)
                         overturned = has_overturned(outward, drift, rate, step[j], ratio, blown_up)
                         fallen[j] = wp.max(fallen[j], wp.where(overturned, fell, burst))
                 if ENERGY:

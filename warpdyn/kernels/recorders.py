@@ -88,6 +88,13 @@ def has_overturned(outward: Any, drift: Any, rate: Any, step: Any, ratio: Any, l
 
 
 @wp.func
+def keeps_falling(outward: Any, drift: Any, rate: Any, peak: Any):
+    """Return whether a storey goes farther out than it ever was, pushed by more than holds it: it will not stop."""
+    zero = type(drift)(0.0)
+    return outward * drift > zero and rate * drift > zero and wp.abs(drift) >= peak
+
+
+@wp.func
 def worst_storey(output: Any, structures: Any, sample: int, structure: int, storeys: int):
     """Keep the storey of the largest drift ratio; return that ratio."""
     largest = output.peak_storey_drift[0, sample] * structures.inverse_height[0, structure]
