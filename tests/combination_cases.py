@@ -2,10 +2,11 @@
 
 A new row of a table is in them. What one case is:
 
-- Chains of two storeys under every law x method, and dense systems of one and three degrees of freedom under every
-  method x dtype. Damping, load, dtype and what is recorded are taken in turn, so that every law and every method meets
-  every one of them, and they each other.
+- Chains of two storeys under every law x source of methods, and dense systems of one and three degrees of freedom under
+  every source x dtype. Damping, load, dtype and what is recorded are taken in turn, so that every law and every source
+  meets every one of them, and they each other; so are the methods of a source, which differ by constants alone.
 - Chains of one storey and of five under every damping x law with the other tables' rows in turn.
+- `pytest -m thorough` adds what is left of law x method x dtype.
 
 What is recorded is one of the rows of RECORDED: every recorder, one recorder alone, every recorder beside whole
 histories or beside one alone.
@@ -20,11 +21,12 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
+from method_sources import by_source, shown, source_of
 
 import warpdyn as wd
 from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.plan import DTYPES, Plan, keeps_slopes
+from warpdyn.kernels.plan import DTYPES, Plan
 from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
 from warpdyn.methods import METHODS, fitting_methods
@@ -87,22 +89,7 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
 # in kernels of an explicit and an implicit method, of all sources that a method can have in turn, and in five storeys.
 FEW = [name for name, spring in SPRINGS.items() if spring.memory <= 1]
 MANY = [name for name in SPRINGS if name not in FEW]
-FRICTION = {"devices": ("friction_damper",), "slip_force": 200.0, "brace_stiffness": 4e5}
-STOP = {"clearance": 0.001, "contact_stiffness": 4e5, "restitution": 0.7}
-DAMPER = {"damper_coefficient": 500.0, "velocity_exponent": 0.5}
-# Rows of SPRINGS made of several, and viscous dampers: laws of the storeys and devices that lead to them.
-COMBINED = {
-    "bouc_wen_1+slip": {"law": ("bouc_wen",) * 2, **FRICTION},
-    "bilinear|bouc_wen_1+gap": {"law": ("lead_rubber_bearing", "bouc_wen"), "devices": ("gap",), **STOP},
-    "bouc_wen|takeda|elastic+slip": {"law": ("bouc_wen", "takeda", "elastic"), "exponent": 1.5, **FRICTION},
-    "bilinear|menegotto_pinto+slip+gap": {
-        "law": ("bilinear", "menegotto_pinto"), **FRICTION, **STOP, "devices": ("friction_damper", "gap")
-    },
-    "elastic": {"law": ("elastic",) * 2, "devices": ("viscous_damper",), **DAMPER},
-    "bilinear+slip": {
-        "law": ("bilinear",) * 3, **FRICTION, **DAMPER, "devices": ("viscous_damper", "friction_damper")
-    },
-}  # fmt: skip
+SOURCES = list(by_source([*fitting_methods("bouc_wen"), *METHODS]))  # those that fit every law first
 
 
 def springs_of_laws():
@@ -150,39 +137,44 @@ def load_in_turn(turn, turn_of_noise):
     return in_turn(NOISE, turn_of_noise) if kind == "noise" else kind
 
 
-def source_of(method):
-    """Return what decides on a kernel's source: methods that have it in common differ by constants alone."""
-    row = METHODS[method]
-    if row.kind != "explicit":
-        return row.kind, getattr(row, "beta", 0) > 0, getattr(row, "force_lag", 0) > 0
-    return row.kind, keeps_slopes(row), row.is_adaptive, row.is_nystroem, row.starts_halfway
-
-
 def methods_for(spring, law, law_at):
-    """Return the methods that a law meets: all that fit, or an explicit and an implicit one, their sources in turn."""
-    fitting = fitting_methods(law)
+    """Return the methods that a law meets: one of every source, or an explicit and an implicit one, in turn."""
+    alike = by_source(fitting_methods(law))
     if spring in FEW:
-        return fitting
-    alike = {source_of(name): [] for name in fitting}
-    for name in fitting:
-        alike[source_of(name)].append(name)
+        # Those that need damping last: the law that has none meets one that does not.
+        return [in_turn(sorted(names, key=GROWING.__contains__), law_at) for names in alike.values()]
     kinds = ([names for source, names in alike.items() if source[0] == kind] for kind in ("explicit", "implicit"))
     return [in_turn(in_turn(sources, law_at), law_at // len(sources)) for sources in kinds]
 
 
+def chain_case(spring, method, dtype, turn, turn_of_load, turn_of_noise):
+    damping = in_turn(USUAL_DAMPING, turn)
+    if damping == "none" and method in GROWING:
+        damping = "storey"
+    return "chain", 2, damping, spring, load_in_turn(turn_of_load, turn_of_noise), method, dtype
+
+
 def chain_cases():
-    """Return laws x methods with one damping, load and dtype each."""
+    """Return laws x sources of methods with one damping, load and dtype each."""
     cases = []
     for law_at, (spring, (law, _)) in enumerate(springs_of_laws().items()):
         for at, method in enumerate(methods_for(spring, law, law_at)):
-            method_at = list(METHODS).index(method)
-            damping = in_turn(USUAL_DAMPING, method_at + law_at)
-            if damping == "none" and method in GROWING:
-                damping = "storey"
-            load = load_in_turn(method_at + 2 * law_at, method_at)
-            dtype = in_turn(DTYPES, (method_at // 2 if spring in FEW else at) + law_at)
-            cases.append(("chain", 2, damping, spring, load, method, dtype))
+            source_at = SOURCES.index(source_of(method))
+            dtype = in_turn(DTYPES, (source_at // 2 if spring in FEW else at) + law_at)
+            cases.append(chain_case(spring, method, dtype, source_at + law_at, source_at + 3 * law_at, source_at))
     return cases
+
+
+def remaining_cases(met):
+    """Return every law with every method that fits it in every dtype, but for those met."""
+    met = {(spring, method, dtype) for *_, spring, _, method, dtype in met}
+    return [
+        chain_case(spring, method, dtype, law_at + method_at + dtype_at, 2 * law_at + method_at, method_at)
+        for law_at, (spring, (law, _)) in enumerate(springs_of_laws().items())
+        for method_at, method in enumerate(fitting_methods(law))
+        for dtype_at, dtype in enumerate(DTYPES)
+        if (spring, method, dtype) not in met
+    ]
 
 
 # These amplify what is not damped at any step, and are flagged for it.
@@ -198,6 +190,7 @@ def stable(damping):
 
 
 FULL = chain_cases()
+REMAINING = remaining_cases(FULL)
 RECORDED = (("all",), ("all", "histories"), ("alone",), ("all", "alone"))
 IN_TURN = [
     ("chain", dofs, damping, spring, load_in_turn(i + j, i), in_turn(stable(damping), 5 * i + j + dofs), dtype)
@@ -205,11 +198,27 @@ IN_TURN = [
     for (i, damping), (j, spring) in product(enumerate(KERNEL_DAMPING), enumerate(SPRINGS))
     if (spring in FEW if dofs == 1 else i == j % len(KERNEL_DAMPING))
 ]
+SHOWN = shown(METHODS)
+METHODS_IN_TURN = sorted(METHODS, key=lambda method: method not in SHOWN)
 DENSE = [
     ("dense", (1, 3)[turn // 2 % 2], "matrix", "elastic", load_in_turn(turn + turn // 4, turn), method, dtype)
-    for turn, (method, dtype) in enumerate(product(METHODS, DTYPES))
+    for turn, (method, dtype) in enumerate(product(METHODS_IN_TURN, DTYPES))
 ]
-CASES = FULL + IN_TURN + DENSE
+# Rows of SPRINGS that a law leads to share their source but for a few terms: in five storeys one of them is shown.
+ROW_OF_LAW = {law: spring for spring, (law, _) in springs_of_laws().items()}
+CASES = FULL + REMAINING + IN_TURN + DENSE
+
+
+def is_default(case):
+    """Return whether a case is one of those run by default; `pytest -m thorough` runs the others."""
+    family, dofs, damping, spring, _, method, _ = case
+    if family == "dense":
+        return method in SHOWN
+    if dofs == 1:
+        return (KERNEL_DAMPING.index(damping) + FEW.index(spring)) % 2 == 0
+    return case not in REMAINING if dofs == 2 else spring in FEW or spring in ROW_OF_LAW.values()
+
+
 SM90 = [
     (
         "chain",
@@ -225,14 +234,24 @@ SM90 = [
 ] + [("dense", 3, "matrix", "elastic", load_in_turn(i, i), m, in_turn(DTYPES, i // 4)) for i, m in enumerate(METHODS)]
 
 
+def is_default_on_sm90(case):
+    """Return whether a case is run by default: one method a source, of laws of few values every other load."""
+    family, _, _, spring, load, method, _ = case
+    if family == "dense":
+        return method in SHOWN
+    kind = "noise" if load in NOISE else load
+    return spring in MANY or (FEW.index(spring) + LOAD_KINDS.index(kind)) % 2 == 0
+
+
 def recorded_in(case):
     """Return what a case's kernels record, a row of RECORDED in turn."""
     _, dofs, damping, spring, _, method, _ = case
-    law_at, method_at = list(SPRINGS).index(spring), list(METHODS).index(method)
-    if case in FULL and spring in MANY:
+    law_at = list(SPRINGS).index(spring)
+    if case in REMAINING or (case in FULL and spring in MANY):
         return ("alone",)
     if case in FULL:
-        turn = method_at + method_at // len(RECORDED) + 3 * law_at
+        method_at = SOURCES.index(source_of(method))
+        turn = method_at + method_at // len(RECORDED) + 3 * law_at + law_at // 3
     elif case in DENSE:
         turn = DENSE.index(case) + DENSE.index(case) // len(RECORDED)
     else:
@@ -260,7 +279,7 @@ def sm90_plan(case):
 
 def is_rolled(case):
     """Return whether a case's loops are left rolled, which compiles in a fraction of the time."""
-    return case in FULL or case[3] in MANY
+    return case[:2] == ("chain", 2) or case[3] in MANY
 
 
 def plans_of(case, is_gpu=False):
@@ -279,14 +298,3 @@ def plans_of(case, is_gpu=False):
 def launches_of(case):
     """Return the plans that a case launches, in their order."""
     return [plan for name, plan in plans_of(case).items() if name in recorded_in(case)]
-
-
-def combined_structure(row, damping):
-    """Return a building of a row of COMBINED."""
-    given = COMBINED[row]
-    taken = {name for law in given["law"] for name in LAWS[law].parameters} | set(DAMPING[damping])
-    values = {name: VALUES[name] for name in taken if name in VALUES}
-    return wd.ShearBuilding(np.full(len(given["law"]), 1e3), 4e5, 3.0, damping=damping, **values | given)
-
-
-SOME = ("rk4", "nystroem4", "velocity_verlet", "dormand_prince54", "central_difference", "newmark_average", "hht_alpha")

@@ -21,6 +21,8 @@ from warpdyn.prepare import lay_out
 from warpdyn.results import columns_of
 from warpdyn.scatter import SAMPLING
 
+pytestmark = pytest.mark.usefixtures("unoptimised_file")  # runs are held to each other
+
 TWO = ("cpu", "cpu")  # stand for two GPUs: the division does not know what its devices are
 
 
@@ -280,7 +282,9 @@ for memory in (int(sys.argv[4]), None):
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="this system does not tell a process's peak")
-@pytest.mark.parametrize(("design", "structures"), [("individual", 400_000), ("stripes", 3000)])
+@pytest.mark.parametrize(
+    ("design", "structures"), [("individual", 400_000), pytest.param("stripes", 3000, marks=pytest.mark.thorough)]
+)
 def test_memory_stays_below_its_limit(design, structures, tmp_path):
     limit = 120 * 10**6
 

@@ -11,24 +11,24 @@ import pytest
 from combination_cases import (
     CASES,
     CHOOSY,
-    COMBINED,
     DENSE,
     FEW,
     FULL,
-    GROWING,
     IN_TURN,
     KERNEL_DAMPING,
     LOAD_KINDS,
     MANY,
     NOISE,
     RECORDED,
+    REMAINING,
     SAMPLES,
+    SHOWN,
     SM90,
-    SOME,
-    STABLE,
+    SOURCES,
     USUAL_DAMPING,
-    combined_structure,
     in_turn,
+    is_default,
+    is_default_on_sm90,
     is_rolled,
     launches_of,
     load_in_turn,
@@ -38,9 +38,10 @@ from combination_cases import (
     recorded_in,
     recorder_alone,
     sm90_plan,
-    source_of,
     springs_of_laws,
 )
+from combined_rows import COMBINED, SOME, combined_structure
+from method_sources import source_of, thorough_unless
 
 import warpdyn as wd
 from warpdyn.kernels import build
@@ -48,7 +49,7 @@ from warpdyn.kernels.devices import CpuQueue
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.kernels.springs import SPRINGS
-from warpdyn.methods import METHODS
+from warpdyn.methods import METHODS, fitting_methods
 from warpdyn.recorders import DIVERGED, HISTORY, RECORDERS
 
 pytestmark = pytest.mark.usefixtures("unoptimised")
@@ -83,41 +84,53 @@ def test_every_row_is_among_the_cases():
     assert set(springs_of_laws()) == set(SPRINGS)
     for load in LOADS:
         make_excitation(load, 2)
+    default = [case for case in CASES if is_default(case)]
+    # Every law with every method that fits it in every dtype, by `pytest -m thorough`, and no case twice.
+    fitting = {(spring, name) for spring, (law, _) in springs_of_laws().items() for name in fitting_methods(law)}
+    product_of_all = {(*pair, dtype) for pair, dtype in product(fitting, DTYPES)}
+    assert {(case[3], *case[5:]) for case in FULL + REMAINING} == product_of_all
+    assert len(FULL + REMAINING) == len(product_of_all)
+    assert {case[5:] for case in DENSE} == set(product(METHODS, DTYPES))
+    assert {case[5] for case in default if case[0] == "chain"} == set(METHODS)
     for family in ("chain", "dense"):
         assert set(RECORDERS[family]) == {
-            recorder_alone(*case) for case in CASES if case[0] == family and "alone" in recorded_in(case)
+            recorder_alone(*case) for case in default if case[0] == family and "alone" in recorded_in(case)
         }
-    on_gpu = [sm90_plan(case) for case in SM90]
-    tables = {"law": SPRINGS, "load": LOADS, "method": METHODS, "dtype": DTYPES}
+    on_gpu = [sm90_plan(case) for case in SM90 if is_default_on_sm90(case)]
+    assert {source_of(plan.method) for plan in on_gpu} == set(SOURCES)
+    assert {case[5] for case in SM90} == set(METHODS)
+    tables = {"law": SPRINGS, "load": LOADS, "dtype": DTYPES}
     for column, table in tables.items():
         assert set(table) <= {getattr(plan, column) for plan in on_gpu}, column
     assert set(LOADS) <= {case[4] for case in FULL}
-    # By pairs: (law, method), (damping, method) and so on, all there are.
+    # By pairs: (law, source of a method), (damping, source) and so on, all there are.
     names = ("damping", "law", "load", "method", "dtype", "recorded")
     chains = [dict(zip(names, (*case[2:], recorded_in(case)), strict=True)) for case in FULL]
-    sources = {source_of(method) for method in STABLE}
-    met = {(case["law"], source_of(case["method"])) for case in chains if case["law"] in MANY}
+    chains = [case | {"method": source_of(case["method"])} for case in chains]
+    choosy = {source_of(method) for method in CHOOSY}
+    met = {(case["law"], case["method"]) for case in chains if case["law"] in MANY}
     assert {(law, source[0]) for law, source in met} >= set(product(MANY, ("explicit", "implicit")))
-    assert {source for _, source in met} >= sources
+    assert {source for _, source in met} >= set(SOURCES) - choosy
     assert set(product(MANY, DTYPES)) <= {(case["law"], case["dtype"]) for case in chains}
     chains = [case for case in chains if case["law"] in FEW]
     chains = [case | {"load": "noise" if case["load"] in NOISE else case["load"]} for case in chains]
-    tables |= {"law": FEW, "damping": USUAL_DAMPING, "load": LOAD_KINDS, "recorded": RECORDED}
+    tables |= {"method": SOURCES, "law": FEW, "damping": USUAL_DAMPING, "load": LOAD_KINDS, "recorded": RECORDED}
     for one, other in combinations(tables, 2):
         met = {(case[one], case[other]) for case in chains}
         due = set(product(tables[one], tables[other]))
-        growing = {("none", name) for name in GROWING} | {(name, "none") for name in GROWING}
-        missing = {pair for pair in due - met - growing if not set(pair) & CHOOSY}
+        missing = {pair for pair in due - met if not set(pair) & choosy}
         assert not missing, (one, other, missing)
-    dense = {(case[5], *recorded_in(case)) for case in DENSE} | {(case[6], *recorded_in(case)) for case in DENSE}
+    dense = {(part, *recorded_in(case)) for case in default if case[0] == "dense" for part in case[5:]}
     assert all((dtype, *recorded) in dense for dtype, recorded in product(DTYPES, RECORDED))
+    alone = [case for case in default if case[1] == 1 and case[0] == "chain"]
+    assert {part for case in alone for part in case[2:4]} == set(KERNEL_DAMPING) | set(FEW)
     of_few = {(part, recorded_in(case)) for case in IN_TURN for part in (*case[2:4], case[6])}
     assert of_few >= set(product([*KERNEL_DAMPING, *FEW, *DTYPES], RECORDED))
     # A dense method meets two rows, one of each dtype, and one of them compares.
-    assert all(any(len(recorded) > 1 for name, *recorded in dense if name == method) for method in METHODS)
+    assert all(any(len(recorded) > 1 for name, *recorded in dense if name == method) for method in SHOWN)
 
 
-@pytest.mark.parametrize("case", CASES, ids=name_of)
+@pytest.mark.parametrize("case", [thorough_unless(is_default(case), case, id=name_of(case)) for case in CASES])
 def test_combination(case, launched, monkeypatch):
     family, dofs, damping, spring, load, method, dtype = case
     if is_rolled(case):
@@ -176,13 +189,19 @@ def test_combination(case, launched, monkeypatch):
 
 
 DEVICES = [
-    (row, in_turn(USUAL_DAMPING, i + j // 2), load_in_turn(i + j, j), method, in_turn(DTYPES, i + j))
+    (row, in_turn(USUAL_DAMPING, i + j // 2), load_in_turn(i + j, j), method, in_turn(DTYPES, (i + j) // 2))
     for (i, row), (j, method) in product(enumerate(COMBINED), enumerate(SOME))
     if (i + j) % 2 == 0
 ]
 
 
-@pytest.mark.parametrize("case", DEVICES, ids=name_of)
+def is_shown(case):
+    """Return whether a case has the explicit or the implicit method that is its row's turn."""
+    alike = [each for each in DEVICES if each[0] == case[0] and source_of(each[3])[0] == source_of(case[3])[0]]
+    return case == in_turn(alike, list(COMBINED).index(case[0]) // 2)
+
+
+@pytest.mark.parametrize("case", [thorough_unless(is_shown(case), case, id=name_of(case)) for case in DEVICES])
 def test_devices(case, launched):
     row, damping, load, method, dtype = case
     structure = combined_structure(row, damping)

@@ -6,14 +6,15 @@ from dataclasses import replace
 import pytest
 import warp as wp
 from combination_cases import (
-    COMBINED,
     MANY,
     SM90,
-    SOME,
+    is_default_on_sm90,
     name_of,
     sm90_plan,
 )
+from combined_rows import COMBINED, SOME
 from cubin import usage
+from method_sources import thorough_unless
 
 from warpdyn.kernels import build
 from warpdyn.kernels.plan import Plan
@@ -37,7 +38,7 @@ def test_sm90_of_devices(row, method, tmp_path):
     assert taken.registers <= 255
 
 
-@pytest.mark.parametrize("case", SM90, ids=name_of)
+@pytest.mark.parametrize("case", [thorough_unless(is_default_on_sm90(case), case, id=name_of(case)) for case in SM90])
 def test_sm90(case, tmp_path):
     taken = compiled(sm90_plan(case), tmp_path)
     # The library's sine needs some for angles that none of ours is, full matrices under noise a few values more than a

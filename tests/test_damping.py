@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from combination_cases import source_of
+from method_sources import shown, thorough_unless
 from opensees import chain_drifts
 
 import warpdyn as wd
@@ -10,8 +10,7 @@ from warpdyn.methods import METHODS, fitting_methods
 
 MASS, STIFFNESS, RATIO = np.array([2.0e5, 1.5e5, 1.0e5]), np.array([9.0e7, 7.0e7, 4.0e7]), 0.05
 TANGENT = fitting_methods("bouc_wen", "rayleigh_tangent")
-# Of each source the method of the highest order: those that share it differ by constants alone.
-SOURCES = list({source_of(name): name for name in sorted(TANGENT, key=lambda name: METHODS[name].order)}.values())
+OTHERS = [name for name in TANGENT if name not in shown(TANGENT)]
 
 
 def building(damping, law="elastic", **parameters):
@@ -38,7 +37,14 @@ def test_modes_decay_as_they_should(damping, mode, method):
     np.testing.assert_allclose(last, expected, rtol=1e-3 if method == "newmark_average" else 1e-8)
 
 
-@pytest.mark.parametrize(("law", "methods"), [("bilinear", TANGENT), ("bouc_wen", SOURCES)])
+@pytest.mark.parametrize(
+    ("law", "methods"),
+    [
+        thorough_unless(methods != OTHERS, law, methods)
+        for law in ("bilinear", "bouc_wen")
+        for methods in (shown(TANGENT), OTHERS)
+    ],
+)
 def test_tangent_rayleigh_against_opensees(law, methods):
     strength = np.array([9.0e5, 7.0e5, 4.0e5])
     yielding = building("rayleigh_tangent", law, yield_force=strength, hardening_ratio=0.03)

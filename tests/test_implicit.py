@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from method_sources import one_a_source, shown, thorough_unless
 from three_storeys import (
     AMPLITUDE,
     DAMPING_MATRIX,
@@ -88,10 +89,15 @@ CASES = [
     ("generalised_alpha", "bilinear", "modal", "force"),
     ("wilson_theta", "bilinear", "none", "force"),
 ]
+# Run by default: one method of each source with each law, and every damping with each law.
+SHOWN = [case for case in CASES[: 2 * len(IMPLICIT)] if case[0] in shown(IMPLICIT)] + CASES[2 * len(IMPLICIT) + 1 :]
+SHOWN.append(("newmark_linear", "bilinear", "rayleigh", "base"))
 
 
 @pytest.mark.filterwarnings("ignore:the energy balance")  # the step is long on purpose
-@pytest.mark.parametrize(("method", "law", "damping", "load"), CASES)
+@pytest.mark.parametrize(
+    ("method", "law", "damping", "load"), [thorough_unless(case in SHOWN, *case) for case in CASES]
+)
 def test_chains_and_their_recorders_against_full_matrices(method, law, damping, load):
     step = 0.0125
     excitation, loads = loading(load, step)
@@ -140,7 +146,7 @@ def test_chains_and_their_recorders_against_full_matrices(method, law, damping, 
     check("hysteretic_energy", work - stored, supplied)
 
 
-@every_method
+@pytest.mark.parametrize("method", one_a_source(IMPLICIT))
 def test_order(method):
     """Smooth load, and a base motion that is cut off: what follows it is free vibration, and must not cost an order."""
     viscous, stiffness = DAMPING_MATRIX["rayleigh"], chain_matrix(STIFFNESS)

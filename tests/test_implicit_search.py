@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from method_sources import one_a_source
 from scipy.integrate import solve_ivp
 from three_storeys import (
     AMPLITUDE,
@@ -29,7 +30,7 @@ every_method = pytest.mark.parametrize("method", IMPLICIT)
 DEMANDS = [name for recorder in RECORDERS["chain"].values() for name in recorder if name != "residual_drift"]
 
 
-@every_method
+@pytest.mark.parametrize("method", one_a_source(IMPLICIT))
 def test_bouc_wen_against_scipy(method):
     beta, gamma, exponent = 0.6, 0.3, 1.5
     # The storeys push along for half a second and back.
@@ -193,6 +194,7 @@ def test_energy_balance_closes_at_order_2(method):
         assert errors[0] / errors[1] > (8 if method == "wilson_theta" else 14)
 
 
+@pytest.mark.usefixtures("unoptimised")  # one run is held to another
 @pytest.mark.parametrize(("law", "damping"), [("elastic", "rayleigh"), ("bilinear", "modal"), ("bouc_wen", "modal")])
 def test_float32_follows_float64(law, damping):
     motion = wd.GroundMotion(np.sin(np.arange(300) * 0.3) + np.sin(np.arange(300) * 0.05), 0.02)
@@ -206,6 +208,7 @@ def test_float32_follows_float64(law, damping):
         np.testing.assert_allclose(single.peak_storey_drift, double.peak_storey_drift, rtol=0, atol=1e-4 * scale)
 
 
+@pytest.mark.usefixtures("unoptimised")  # one run is held to another
 @pytest.mark.parametrize(("law", "damping"), [("elastic", "storey"), ("bilinear", "rayleigh"), ("bouc_wen", "modal")])
 def test_samples_of_a_launch_do_not_see_each_other(law, damping):
     # Runs of different lengths, some over before others yield, some with a load that ends in a jump.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from method_sources import shown, thorough_unless
 from seed_problem import AMPLITUDE, DAMPING, MASS, STIFFNESS
 
 import warpdyn as wd
@@ -25,8 +26,15 @@ def moved(scene, step, every=1, **settings):
     return time, histories["displacement"][0]
 
 
-@pytest.mark.parametrize("structure", [CHAIN, DENSE], ids=["chain", "dense"])
-@pytest.mark.parametrize("name", [name for name, method in METHODS.items() if method.kind != "exact"])
+@pytest.mark.parametrize(
+    ("name", "structure"),
+    [
+        thorough_unless(structure is DENSE or name in shown(METHODS), name, structure, id=f"{name}-{family}")
+        for name, method in METHODS.items()
+        for family, structure in (("chain", CHAIN), ("dense", DENSE))
+        if method.kind != "exact"
+    ],
+)
 def test_measured_order(name, structure):
     method, errors = METHODS[name], []
     scene = wd.Scene(structure, wd.HarmonicForce(AMPLITUDE, 10.0, DURATION), record=())

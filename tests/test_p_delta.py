@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from method_sources import one_a_source
 from scipy.integrate import solve_ivp
 
 import warpdyn as wd
@@ -165,7 +166,7 @@ def by_scipy():
     return shaken_by_scipy()
 
 
-@pytest.mark.parametrize("method", fitting_methods("bouc_wen"))
+@pytest.mark.parametrize("method", one_a_source(fitting_methods("bouc_wen")))
 def test_methods_agree_with_scipy(method, by_scipy):
     found = run(storeys(**BOUC_WEN), SHAKE, method, step=SHAKE.step if method == "dormand_prince54" else 5e-4)
     drifts = np.diff(found.displacement.values[0], axis=1, prepend=0.0)
@@ -180,7 +181,7 @@ def test_methods_agree_with_scipy(method, by_scipy):
 @pytest.mark.parametrize(
     ("damping", "parameters"),
     [
-        ("none", {}),
+        pytest.param("none", {}, marks=pytest.mark.thorough),
         ("storey", {"damping_coefficient": DAMPERS}),
         ("rayleigh", {"damping_ratio": 0.05}),
         ("modal", {"damping_ratio": 0.05}),
@@ -213,6 +214,7 @@ def test_elastic_storeys_are_exact(damping, parameters):
     )  # at the short step; the exact method sums powers up at its own
 
 
+@pytest.mark.usefixtures("unoptimised")  # one run is held to another
 def test_no_load_is_no_p_delta():
     plain, loaded = (wd.ShearBuilding(**STOREYS, **BOUC_WEN, **load) for load in ({}, {"gravity_load": 0.0}))
     one, other = (run(building, SHAKE) for building in (plain, loaded))

@@ -15,11 +15,11 @@ CASES = [
     (10, "float32", "bouc_wen_1", "rayleigh", EVERY),
     (20, "float32", "elastic", "storey", DRIFT),
     (20, "float32", "bilinear", "rayleigh", EVERY),
-    (20, "float32", "bouc_wen_1", "rayleigh", DRIFT),
+    pytest.param(20, "float32", "bouc_wen_1", "rayleigh", DRIFT, marks=pytest.mark.thorough),
     (20, "float32", "bouc_wen_1", "rayleigh", EVERY),
     (60, "float32", "bouc_wen_1", "rayleigh", EVERY),
     (5, "float64", "bouc_wen_1", "storey", DRIFT),
-    (8, "float64", "bouc_wen_1", "rayleigh", EVERY),
+    pytest.param(8, "float64", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
     (20, "float64", "bouc_wen_1", "rayleigh", EVERY),
 ]
 

@@ -57,9 +57,9 @@ def joined(*motions, tail):
     return wd.GroundMotion(np.concatenate(parts[:-1]), STEP)
 
 
-def both(building, method, dtype, tail=TAIL, motions=(MAIN, AFTER), **settings):
+def both(building, method, dtype, tail=TAIL, motions=(MAIN, AFTER)):
     """Return a sequence of motions, and one run under the motions joined together, of one sample each."""
-    settings = {"step": 0.005, "method": method, "dtype": dtype, "device": "cpu"} | settings
+    settings = {"step": 0.005, "method": method, "dtype": dtype, "device": "cpu"}
     events = wd.Sequence({f"event {number}": motion for number, motion in enumerate(motions)})
     runs = (
         wd.simulate(wd.Scene(building, load, tail=tail), **settings) for load in (events, joined(*motions, tail=tail))
@@ -68,11 +68,14 @@ def both(building, method, dtype, tail=TAIL, motions=(MAIN, AFTER), **settings):
 
 
 # What it rounds to, amplified by a yielding building; implicit methods solve anew for the acceleration at the start.
-CASES = [(law, "rk4", "float64", 1e-12) for law in ("bilinear", "bouc_wen", "pinching4")]
-CASES += [(law, "newmark_average", "float64", 1e-9) for law in ("bilinear", "bouc_wen", "pinching4")]
+CASES = [(law, "rk4", "float64", 1e-12) for law in ("bouc_wen", "pinching4")]
+CASES += [(law, "newmark_average", "float64", 1e-9) for law in ("bilinear", "pinching4")]
 CASES += [
+    pytest.param("bilinear", "rk4", "float64", 1e-12, marks=pytest.mark.thorough),
+    pytest.param("bouc_wen", "newmark_average", "float64", 1e-9, marks=pytest.mark.thorough),
     ("ibarra_medina_krawinkler_peak_oriented", "rk4", "float32", 1e-5),
-    ("bouc_wen", "dormand_prince5", "float64", 1e-12),
+    ("bouc_wen", "kutta3", "float64", 1e-12),
+    pytest.param("bouc_wen", "dormand_prince5", "float64", 1e-12, marks=pytest.mark.thorough),
     ("bilinear", "dormand_prince54", "float64", 1e-4),  # its steps begin anew with each event
     ("bilinear", "central_difference_lagged", "float64", 1e-12),
 ]
@@ -106,7 +109,9 @@ def test_energy_closes_in_every_event(method):
     # The second event starts with what is stored and moves, under gravity that has pushed already: it gives back what
     # is told here to be far more than the balance may be off. (Hysteretic energies are held to one run's above.)
     building = make_building(gravity_load=[1e4, 5e3])
-    events, _ = both(building, method, "float64", motions=(MAIN, LATER), step=0.0025)
+    load = wd.Sequence({"event 0": MAIN, "event 1": LATER})
+    settings = {"step": 0.0025, "method": method, "dtype": "float64", "device": "cpu"}
+    events = wd.simulate(wd.Scene(building, load, tail=TAIL), **settings).isel(sample=0)
     assert (np.abs(events["energy_balance_error"]) < 2e-3).all()
     assert (events["hysteretic_energy"].sum("storey") > 0.02 * events["input_energy"]).all()
     changed = events["input_energy"] - events["viscous_energy"] - events["hysteretic_energy"].sum("storey")
@@ -149,6 +154,7 @@ def test_each_event_is_as_in_opensees(law):
         assert np.abs(part[-1]).max() > 0.05 * theirs.max()
 
 
+@pytest.mark.usefixtures("unoptimised")
 def test_an_elastic_building_at_rest_forgets_the_mainshock():
     building = make_building("elastic", damping_coefficient=8e3)
     settings = {"step": 0.005, "dtype": "float64", "device": "cpu"}

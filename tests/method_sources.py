@@ -1,0 +1,40 @@
+"""Which methods share the source of their kernels, so that the default run need not meet each of them everywhere."""
+
+from collections.abc import Iterable
+
+import pytest
+
+from warpdyn.kernels.plan import keeps_slopes
+from warpdyn.methods import METHODS
+
+
+def source_of(method):
+    """Return what decides on a kernel's source: methods that have it in common differ by constants alone."""
+    row = METHODS[method]
+    if row.kind != "explicit":
+        return row.kind, getattr(row, "beta", 0) > 0, getattr(row, "force_lag", 0) > 0
+    return row.kind, keeps_slopes(row), row.is_adaptive, row.is_nystroem, row.starts_halfway
+
+
+def by_source(methods: Iterable[str]) -> dict[tuple, list[str]]:
+    """Return methods by their source, in their order."""
+    alike = {}
+    for method in methods:
+        alike.setdefault(source_of(method), []).append(method)
+    return alike
+
+
+def shown(methods: Iterable[str]) -> list[str]:
+    """Return one method of each source: RK4, which is simulate's default, and otherwise the first."""
+    return ["rk4" if "rk4" in names else names[0] for names in by_source(methods).values()]
+
+
+def thorough_unless(kept: bool, *values, **options):
+    """Return a case that is run by default if it is to be kept, and by `pytest -m thorough` otherwise."""
+    return pytest.param(*values, marks=() if kept else pytest.mark.thorough, **options)
+
+
+def one_a_source(methods: Iterable[str]) -> list:
+    """Return methods as cases: one of each source, and the others as thorough ones."""
+    methods = list(methods)
+    return [thorough_unless(method in shown(methods), method) for method in methods]
