@@ -69,8 +69,17 @@ STRUCTURES = {
         "damping_ratio is 1; it must be",
         "at least 0 and below 1",
     ),
+    "three damping ratios": (
+        lambda: building(damping_ratio=[0.05] * 3),
+        "damping_ratio must be one value for the building, got 3",
+    ),
     "two damping ratios": (lambda: building(damping_ratio=[0.05, 0.04]), "damping_ratio must be one value", "got 2"),
-    "unequal lengths": (lambda: building(mass=[1e3] * 3), "has 2 values, but the building has 3 storeys"),
+    "unequal lengths": (lambda: building(mass=[1e3] * 3), "stiffness has 2 values and mass has 3: lists of"),
+    "unequal laws": (lambda: building(law=["bilinear"] * 3), "mass has 2 values and law has 3: lists of"),
+    "too few laws": (
+        lambda: building(mass=[1e3] * 3, law=["bilinear", "bouc_wen"]),
+        "law has 2 values and mass has 3: lists of",
+    ),
     "table for a row": (lambda: building(mass=np.ones((2, 2))), "mass must be one value or one a storey", "(2, 2)"),
     "words for numbers": (lambda: building(mass="heavy"), "mass must be numbers", "heavy"),
     "too many storeys": (
