@@ -69,6 +69,7 @@ STRUCTURES = {
         "damping_ratio is 1; it must be",
         "at least 0 and below 1",
     ),
+    "damping in percent": (lambda: building(damping_ratio=5), "damping_ratio is 5; it must be", "below 1; 5 % is 0.05"),
     "three damping ratios": (
         lambda: building(damping_ratio=[0.05] * 3),
         "damping_ratio must be one value for the building, got 3",

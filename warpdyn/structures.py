@@ -22,7 +22,7 @@ __all__ = ["LinearSystem", "ShearBuilding"]
 
 MAXIMUM_STOREYS = 60
 
-DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_open=True)
+DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_open=True, often_in_percent=True)
 # Each kind of damping with the parameters it takes: one value a storey, or one for the building.
 DAMPING = {
     "none": {},
