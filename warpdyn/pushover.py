@@ -7,7 +7,7 @@ import warp as wp
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.checks import finite_numbers
+from warpdyn.checks import check_kind, finite_numbers
 from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.storey_path import storey_path_kernel
 from warpdyn.kernels.storey_step import storey_step_kernel
@@ -47,6 +47,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     Raises:
         ValueError: If a drift is not finite or the shape is another.
     """
+    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding)
     path = finite_numbers("drift", drift)
     if path.ndim == 1:
         path = np.repeat(path[:, None], building.storeys, axis=1)
@@ -87,6 +88,7 @@ def pushover(
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
         RuntimeError: If a step finds no balance.
     """
+    check_kind("pushover", "a ShearBuilding", building, ShearBuilding)
     path = finite_numbers("roof_displacement", roof_displacement)
     if path.ndim != 1 or not path.size:
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
