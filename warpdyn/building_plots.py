@@ -91,6 +91,7 @@ def pushover(dataset: xr.Dataset) -> Figure:
 
     Raises:
         ValueError: If the dataset has no base shears.
+        TypeError: If `dataset` is no Dataset.
     """
     check_dataset(
         "plots.pushover",

@@ -56,6 +56,7 @@ def fragility(
         ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
             an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
             step; if limits are not positive, finite and increasing; if bootstrap, confidence or seed is out of range.
+        TypeError: If `dataset` is no Dataset.
     """
     check_dataset("fragility", dataset, advice="give what simulate() returned")
     names, limit = _checked_limits(limits)

@@ -43,6 +43,7 @@ def fragility_curves(dataset: xr.Dataset) -> Figure:
 
     Raises:
         ValueError: If the dataset lacks the curves.
+        TypeError: If `dataset` is no Dataset.
     """
     check_dataset("plots.fragility_curves", dataset, "fragility_curve", "confidence", advice=_MERGED)
     figure = new_figure()
@@ -87,6 +88,7 @@ def drift_over_height(dataset: xr.Dataset, levels: int = 5) -> Figure:
 
     Raises:
         ValueError: If the dataset has no drifts or no levels.
+        TypeError: If `dataset` is no Dataset.
     """
     check_dataset(
         "plots.drift_over_height",
@@ -136,6 +138,7 @@ def drift_against_intensity(dataset: xr.Dataset) -> Figure:
 
     Raises:
         ValueError: If the dataset has no drifts or no levels.
+        TypeError: If `dataset` is no Dataset.
     """
     check_dataset(
         "plots.drift_against_intensity",
@@ -180,6 +183,7 @@ def response_spectra(dataset: xr.Dataset) -> Figure:
 
     Raises:
         ValueError: If the dataset has no spectra.
+        TypeError: If `dataset` is no Dataset.
     """
     check_dataset(
         "plots.response_spectra",
@@ -217,6 +221,7 @@ def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
 
     Raises:
         ValueError: If the dataset has no storey forces along a path.
+        TypeError: If `dataset` is no Dataset.
     """
     advice = "run simulate(..., histories=Histories(...)) of a ShearBuilding"
     check_dataset("plots.hysteresis", dataset, advice=advice)

@@ -46,6 +46,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
 
     Raises:
         ValueError: If a drift is not finite or the shape is another.
+        TypeError: If `building` is no ShearBuilding.
     """
     check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding)
     path = finite_numbers("drift", drift)
@@ -87,6 +88,7 @@ def pushover(
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
         RuntimeError: If a step finds no balance.
+        TypeError: If `building` is no ShearBuilding.
     """
     check_kind("pushover", "a ShearBuilding", building, ShearBuilding)
     path = finite_numbers("roof_displacement", roof_displacement)

@@ -23,6 +23,7 @@ def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
 
     Raises:
         ValueError: If the run is not of a Sequence, or has no such event.
+        TypeError: If `run` is no Dataset.
     """
     check_dataset("of_event", run, advice="give what simulate() returned of a Sequence")
     if "event" not in run.dims or "im_level_design" not in run.coords:
@@ -52,6 +53,7 @@ def of_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
 
     Raises:
         ValueError: If there is no such archetype.
+        TypeError: If `run` is no Dataset.
     """
     check_dataset("of_archetype", run, advice="give what simulate_portfolio() returned")
     names = archetypes_of(run).tolist()
@@ -77,6 +79,7 @@ def of_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
 
     Raises:
         ValueError: If the run has no such storeys.
+        TypeError: If `run` is no Dataset.
     """
     check_dataset("of_storeys", run, advice="give what simulate() returned")
     storeys = run.sizes.get("storey", 0)

@@ -82,6 +82,7 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
 
     Raises:
         OSError: If the file cannot be written; what stood there before is untouched.
+        TypeError: If `dataset` is no Dataset.
     """
     check_kind("write", "a Dataset", dataset, xr.Dataset)
     path = check_writable(path)
