@@ -3,10 +3,14 @@
 Records and their files are in test_records.py, files that cannot be written in test_store.py.
 """
 
+import functools
+
 import numpy as np
 import pytest
+import xarray as xr
 
 import warpdyn as wd
+from warpdyn import plots
 from warpdyn.kernels import build, devices
 
 WAVE = wd.GroundMotion(np.sin(np.arange(50) * 0.3), 0.02, name="wave")
@@ -69,8 +73,18 @@ STRUCTURES = {
         "damping_ratio is 1; it must be",
         "at least 0 and below 1",
     ),
+    "damping in percent": (lambda: building(damping_ratio=5), "damping_ratio is 5; it must be", "below 1; 5 % is 0.05"),
+    "three damping ratios": (
+        lambda: building(damping_ratio=[0.05] * 3),
+        "damping_ratio must be one value for the building, got 3",
+    ),
     "two damping ratios": (lambda: building(damping_ratio=[0.05, 0.04]), "damping_ratio must be one value", "got 2"),
-    "unequal lengths": (lambda: building(mass=[1e3] * 3), "has 2 values, but the building has 3 storeys"),
+    "unequal lengths": (lambda: building(mass=[1e3] * 3), "stiffness has 2 values and mass has 3: lists of"),
+    "unequal laws": (lambda: building(law=["bilinear"] * 3), "mass has 2 values and law has 3: lists of"),
+    "too few laws": (
+        lambda: building(mass=[1e3] * 3, law=["bilinear", "bouc_wen"]),
+        "law has 2 values and mass has 3: lists of",
+    ),
     "table for a row": (lambda: building(mass=np.ones((2, 2))), "mass must be one value or one a storey", "(2, 2)"),
     "words for numbers": (lambda: building(mass="heavy"), "mass must be numbers", "heavy"),
     "too many storeys": (
@@ -285,6 +299,54 @@ WRONG_TYPES = {
     "scatter": (lambda: scene(scatter={"mass": "much"}), "scatter['mass'] must be a Factor", "or a number", "much"),
     "distribution": (lambda: wd.Factor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),
 }
+LIMITS = {"slight": 0.01}
+NO_BUILDING = {
+    "pushover": (lambda given: wd.pushover(given, [0.1]), "pushover() takes a ShearBuilding"),
+    "storey_hysteresis": (
+        lambda given: wd.storey_hysteresis(given, [0.1]),
+        "storey_hysteresis() takes a ShearBuilding",
+    ),
+    "plots.building": (plots.building, "plots.building() takes a ShearBuilding"),
+    "plan": (lambda given: wd.plan(given, 0.01), "plan() takes a Scene"),
+    "simulate_portfolio": (
+        lambda given: wd.simulate_portfolio(given, WAVE),
+        "simulate_portfolio() takes a Portfolio",
+    ),
+}
+NO_DATASET = {
+    "modal_table": (wd.modal_table, "; give building.modal()"),
+    "write": (lambda given: wd.write(given, "run.nc"), ""),
+    "summary": (wd.summary, "; give what simulate() returned"),
+    "fragility": (lambda given: wd.fragility(given, LIMITS), "; give what simulate() returned"),
+    "damage_shares": (
+        lambda given: wd.damage_shares(given, {"A": LIMITS}),
+        "; give what simulate_portfolio() returned",
+    ),
+    "of_event": (lambda given: wd.of_event(given, "mainshock"), "; give what simulate() returned of a Sequence"),
+    "of_archetype": (lambda given: wd.of_archetype(given, "A"), "; give what simulate_portfolio() returned"),
+    "of_storeys": (lambda given: wd.of_storeys(given, 1, 2), "; give what simulate() returned"),
+    "plots.fragility_curves": (plots.fragility_curves, "; draw run.merge(fragility(run, limits)"),
+    "plots.drift_over_height": (plots.drift_over_height, "; draw a run"),
+    "plots.drift_against_intensity": (plots.drift_against_intensity, "; draw a run"),
+    "plots.response_spectra": (plots.response_spectra, "; draw what response_spectra("),
+    "plots.hysteresis": (plots.hysteresis, "; run simulate("),
+    "plots.pushover": (plots.pushover, "; draw what pushover("),
+}
+for name, (call, told) in NO_BUILDING.items():
+    for given in (None, system()):
+        told_of = f"{told}, got {type(given).__name__}"
+        WRONG_TYPES[f"{name} of {type(given).__name__}"] = (functools.partial(call, given), told_of)
+for name, (call, told) in NO_DATASET.items():
+    for given in (None, building()):
+        told_of = f"{name}() takes a Dataset, got {type(given).__name__}{told}"
+        WRONG_TYPES[f"{name} of {type(given).__name__}"] = (functools.partial(call, given), told_of)
+OTHER_DATASETS = {
+    "table of a pushover": (
+        lambda: wd.modal_table(xr.Dataset({"period": 1.0})),
+        "the dataset has no effective_mass_ratio: give building.modal()",
+    ),
+    "summary of modes": (lambda: wd.summary(building().modal()), "has no status, integration_step: give what simulate"),
+}
 
 
 def test_what_is_changed_below_is_accepted_as_it_stands():
@@ -296,7 +358,7 @@ def test_what_is_changed_below_is_accepted_as_it_stands():
 
 CASES = [
     pytest.param(kind, *case[:1], case[1:], id=name)
-    for kind, table in ((ValueError, STRUCTURES | SCENES | RUNS), (TypeError, WRONG_TYPES))
+    for kind, table in ((ValueError, STRUCTURES | SCENES | RUNS | OTHER_DATASETS), (TypeError, WRONG_TYPES))
     for name, case in table.items()
 ]
 

@@ -301,7 +301,11 @@ PENDULUM = {"law": "friction_pendulum", "friction_coefficient": 0.1, "weight": 1
         ({"law": ("bilinear", "bouc_wen"), "hardening_ratio": 0.1}, ["yield_force is missing at storey 1", "bilinear"]),
         ({"law": ("elastic", "bouc_wen"), **BOUC_WEN, "gamma": 0.9}, ["gamma", "storey 2", "<= beta"]),
         ({"law": ("elastic", "plastic")}, ["storey law 'plastic'", "bilinear"]),
-        ({"law": ("elastic",) * 3}, ["mass has 2 values", "3 storeys"]),
+        (
+            PENDULUM | {"radius": 2.0, "friction_coefficient": 5},
+            ["friction_coefficient is 5 at", "below 1; 5 % is 0.05"],
+        ),
+        ({"law": ("elastic",) * 3}, ["mass has 2 values and law has 3"]),
         (MIXED | {"damping": "rayleigh"}, ["damping_ratio (viscous damping ratio) is missing"]),
         (MIXED | {"devices": ("gap",), "contact_stiffness": 1.0}, ["clearance (", ") is missing"]),
         (MIXED | {"yield_force": [np.nan, 1.0]}, ["yield_force is nan at storey 1; it must be finite and above 0"]),

@@ -206,6 +206,7 @@ def test_isolators_have_the_defaults_of_their_law():
     ("parameters", "words"),
     [
         ({"mass_ratio": 0.0}, ["mass_ratio", "above 0"]),
+        ({"mass_ratio": 5}, ["mass_ratio is 5; it must be finite and above 0 and at most 1; 5 % is 0.05"]),
         ({"mass_ratio": 0.1, "frequency_ratio": 0.0}, ["frequency_ratio", "above 0"]),
         ({"mass_ratio": 0.1, "damping_ratio": -0.1}, ["damping_ratio", "at least 0"]),
     ],

@@ -1,6 +1,7 @@
 """Reading of recorded motions: what the files say comes back, and what is wrong with them is said."""
 
 import importlib.util
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +75,31 @@ def test_at2_round_trip(tmp_path_factory, record):
     assert motion.step == step
 
 
+WHOLE = NEW + "NPTS= 3, DT= .01 SEC\n .1E-01 -.2E+00\n .5E-03"
+
+
+@pytest.mark.parametrize("lost", range(6))
+def test_at2_cut_within_its_last_value(tmp_path, lost):
+    """Whatever is left of the last value is a number of its own, or none."""
+    content = WHOLE[: len(WHOLE) - lost]
+    if lost == 0:
+        with warnings.catch_warnings(action="error"):
+            assert read_at2(write(tmp_path, content)).acceleration[-1] == GRAVITY * 0.5e-3
+        return
+    told = "truncated within its last value" if lost in (1, 4) else "is not a finite number"
+    with pytest.raises(ValueError, match=rf"record\.AT2.*{told}"):
+        read_at2(write(tmp_path, content))
+
+
+@pytest.mark.parametrize("values", ["0.1 -0.25 0.", "1 2 3"])
+def test_at2_that_may_be_cut(tmp_path, values):
+    content = NEW + "NPTS= 3, DT= .01 SEC\n" + values
+    with pytest.warns(UserWarning, match=r"record\.AT2: no newline ends the file, so its last value, '.*', may be"):
+        read_at2(write(tmp_path, content))
+    with warnings.catch_warnings(action="error"):
+        read_at2(write(tmp_path, content + "\n"))
+
+
 @pytest.mark.parametrize(
     ("unit", "factor"),
     [
@@ -136,8 +162,8 @@ def test_bad_at2(tmp_path, content, message):
 def test_missing_file(tmp_path, read):
     with pytest.raises(FileNotFoundError, match=r"gone\.AT2: no such file"):
         read(tmp_path / "gone.AT2")
-    with pytest.raises(FileNotFoundError, match="no such file"):
-        read(tmp_path)  # a folder
+    with pytest.raises(IsADirectoryError, match="is a directory, not a file; read_directory reads"):
+        read(tmp_path)
 
 
 # Directories

@@ -10,7 +10,8 @@ from matplotlib import ticker
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from warpdyn.plot_style import COLOURS, new_figure, require
+from warpdyn.checks import check_dataset, check_kind
+from warpdyn.plot_style import COLOURS, new_figure
 from warpdyn.structures import ShearBuilding
 
 MOST_LABELS = 10  # storeys that are labelled; of taller buildings some
@@ -21,7 +22,11 @@ def building(building: ShearBuilding) -> Figure:
 
     Args:
         building: The building.
+
+    Raises:
+        TypeError: If it is something else.
     """
+    check_kind("plots.building", "a ShearBuilding", building, ShearBuilding)
     values, storeys = building.parameters, building.storeys
     level = np.append(0.0, np.cumsum(values["height"]))
     width = 0.6 * max(level[-1], 3 * level[1])  # no narrower than it takes to write beside it
@@ -86,8 +91,15 @@ def pushover(dataset: xr.Dataset) -> Figure:
 
     Raises:
         ValueError: If the dataset has no base shears.
+        TypeError: If `dataset` is no Dataset.
     """
-    require(dataset, "roof_displacement", "base_shear", remedy="draw what pushover(building, ...) returned")
+    check_dataset(
+        "plots.pushover",
+        dataset,
+        "roof_displacement",
+        "base_shear",
+        advice="draw what pushover(building, ...) returned",
+    )
     roof, shear = 1000 * dataset["roof_displacement"].values, dataset["base_shear"].values / 1e6
     drift = 1000 * dataset["storey_drift"].values
     figure = new_figure(8.4, 4.2)

@@ -157,6 +157,11 @@ class CalibratedChain:
         cls, storeys: int, chain: Mapping[str, ArrayLike], law: str, damping: str, parameters: Mapping[str, ArrayLike]
     ) -> Self:
         """Build the chain with what the law takes of it; parameters of the caller's own come first."""
+        if isinstance(law, list | tuple):
+            raise ValueError(
+                f"law must be one name here, as 'bilinear', got {law!r}: build the ShearBuilding directly where "
+                "storeys differ in their laws"
+            )
         one_of("storey law", law, LAWS)
         taken = {"mass", "stiffness", "height", *LAWS[law].parameters}
         values = {name: value for name, value in chain.items() if name in taken} | dict(parameters)

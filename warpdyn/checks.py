@@ -7,9 +7,33 @@ from collections.abc import Collection
 from numbers import Integral, Real
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike
 
 LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
+
+
+def check_kind(function: str, what: str, value: object, kind: type, advice: str = "") -> None:
+    """Raise a TypeError unless what a function was given is of the kind it takes.
+
+    Args:
+        function: The public function.
+        what: What it takes, such as "a ShearBuilding".
+        value: What it was given.
+        kind: The class of what it takes.
+        advice: What to give instead.
+    """
+    if not isinstance(value, kind):
+        hint = f"; {advice}" if advice else ""
+        raise TypeError(f"{function}() takes {what}, got {type(value).__name__}{hint}")
+
+
+def check_dataset(function: str, dataset: object, *names: str, advice: str) -> None:
+    """Raise an error that gives advice unless a function was given a dataset with these variables or attributes."""
+    check_kind(function, "a Dataset", dataset, xr.Dataset, advice)
+    missing = [name for name in names if name not in dataset and name not in dataset.attrs]
+    if missing:
+        raise ValueError(f"the dataset has no {', '.join(missing)}: {advice}")
 
 
 def one_of(what: str, name: object, allowed: Collection[str]) -> None:

@@ -9,7 +9,7 @@ from numbers import Integral
 import numpy as np
 import xarray as xr
 
-from warpdyn.checks import real_number
+from warpdyn.checks import check_dataset, real_number
 from warpdyn.motions import IN_G
 from warpdyn.recorders import COLLAPSED, DIVERGED, OK, STRIPED
 from warpdyn.selections import archetypes_of
@@ -49,6 +49,7 @@ def damage_shares(
             not increase, events are not one a motion, or more than 1 % of the buildings, event by event, failed; where
             they are more than 1 % of an archetype in an event, a warning names both.
     """
+    check_dataset("damage_shares", run, advice="give what simulate_portfolio() returned")
     names = archetypes_of(run)
     states, table = _checked_limits(names, limits)
     record, event_names = _events_of(run, events)

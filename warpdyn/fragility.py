@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.checks import real_numbers, whole_number
+from warpdyn.checks import check_dataset, real_numbers, whole_number
 from warpdyn.lognormal_fit import FIT_MEANINGS, FITTED, check_confidence, clopper_pearson, fit_stripes, probability
 from warpdyn.motions import IN_G
 from warpdyn.stripe_counts import StripeCounts, count_stripes
@@ -56,7 +56,9 @@ def fragility(
         ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
             an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
             step; if limits are not positive, finite and increasing; if bootstrap, confidence or seed is out of range.
+        TypeError: If `dataset` is no Dataset.
     """
+    check_dataset("fragility", dataset, advice="give what simulate() returned")
     names, limit = _checked_limits(limits)
     bootstrap = whole_number("bootstrap", bootstrap, 1)
     seed = whole_number("seed", seed, 0)

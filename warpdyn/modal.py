@@ -6,6 +6,8 @@ import numpy as np
 import xarray as xr
 from scipy.linalg import eigh
 
+from warpdyn.checks import check_dataset
+
 
 def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None) -> xr.Dataset:
     """Periods, shapes and participation of the undamped modes, from the lowest frequency up.
@@ -69,7 +71,11 @@ def modal_table(modes: xr.Dataset) -> str:
 
     Args:
         modes: What `modal()` of a structure returned, or its first modes.
+
+    Raises:
+        ValueError, TypeError: If it is something else.
     """
+    check_dataset("modal_table", modes, "period", "effective_mass_ratio", advice="give building.modal()")
     head = ("mode", "period [s]", "frequency [Hz]", "participation", "effective mass [t]", "share", "sum of shares")
     ratio = 100 * modes["effective_mass_ratio"].values
     columns = zip(

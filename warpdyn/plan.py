@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.stats import binom
 
-from warpdyn.checks import one_of, real_number, whole_number
+from warpdyn.checks import check_kind, one_of, real_number, whole_number
 from warpdyn.ensemble import Ensemble
 from warpdyn.error_estimate import compare
 from warpdyn.guard import guard, integrate_guarded
@@ -103,8 +103,7 @@ def plan(
     Raises:
         ValueError: If an argument is out of its range, or no candidate reaches the target.
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(f"plan() takes a Scene, got {type(scene).__name__}")
+    check_kind("plan", "a Scene", scene, Scene)
     check_error(error)
     if isinstance(scene.excitation, Sequence):
         raise ValueError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 
 # Okabe and Ito's colours: told apart with any colour vision, from the lightest damage state to the heaviest.
@@ -13,13 +12,6 @@ COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#0
 def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
     """Return an empty figure of this size [inch]."""
     return Figure(figsize=(width, height), layout="constrained")
-
-
-def require(dataset: xr.Dataset, *names: str, remedy: str) -> None:
-    """Raise a ValueError that says what to draw instead, unless the dataset has these variables or attributes."""
-    missing = [name for name in names if name not in dataset and name not in dataset.attrs]
-    if missing:
-        raise ValueError(f"the dataset has no {', '.join(missing)}: {remedy}")
 
 
 def storey_panels(drift: np.ndarray, force: np.ndarray) -> Figure:

@@ -11,8 +11,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from warpdyn.building_plots import building, pushover
+from warpdyn.checks import check_dataset
 from warpdyn.motions import STANDARD_GRAVITY
-from warpdyn.plot_style import COLOURS, new_figure, require, storey_panels
+from warpdyn.plot_style import COLOURS, new_figure, storey_panels
 from warpdyn.recorders import STRIPED
 
 __all__ = [
@@ -42,8 +43,9 @@ def fragility_curves(dataset: xr.Dataset) -> Figure:
 
     Raises:
         ValueError: If the dataset lacks the curves.
+        TypeError: If `dataset` is no Dataset.
     """
-    require(dataset, "fragility_curve", "confidence", remedy=_MERGED)
+    check_dataset("plots.fragility_curves", dataset, "fragility_curve", "confidence", advice=_MERGED)
     figure = new_figure()
     axes = figure.subplots()
     intensity = dataset["intensity"].values
@@ -86,8 +88,15 @@ def drift_over_height(dataset: xr.Dataset, levels: int = 5) -> Figure:
 
     Raises:
         ValueError: If the dataset has no drifts or no levels.
+        TypeError: If `dataset` is no Dataset.
     """
-    require(dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding on stripes")
+    check_dataset(
+        "plots.drift_over_height",
+        dataset,
+        "peak_storey_drift_ratio",
+        "im_level",
+        advice="draw a run of a ShearBuilding on stripes",
+    )
     if dataset["im_level"].attrs.get("design") != STRIPED:
         raise ValueError("the run is not on stripes: drift_over_height draws one curve a stripe")
     valid = _valid(dataset)
@@ -129,8 +138,15 @@ def drift_against_intensity(dataset: xr.Dataset) -> Figure:
 
     Raises:
         ValueError: If the dataset has no drifts or no levels.
+        TypeError: If `dataset` is no Dataset.
     """
-    require(dataset, "peak_storey_drift_ratio", "im_level", remedy="draw a run of a ShearBuilding under ground motions")
+    check_dataset(
+        "plots.drift_against_intensity",
+        dataset,
+        "peak_storey_drift_ratio",
+        "im_level",
+        advice="draw a run of a ShearBuilding under ground motions",
+    )
     valid = _valid(dataset)
     level = valid["im_level"].values
     drift = 100 * valid["peak_storey_drift_ratio"].max("storey").values
@@ -167,8 +183,14 @@ def response_spectra(dataset: xr.Dataset) -> Figure:
 
     Raises:
         ValueError: If the dataset has no spectra.
+        TypeError: If `dataset` is no Dataset.
     """
-    require(dataset, "pseudo_spectral_acceleration", remedy="draw what response_spectra(motions, periods) returned")
+    check_dataset(
+        "plots.response_spectra",
+        dataset,
+        "pseudo_spectral_acceleration",
+        advice="draw what response_spectra(motions, periods) returned",
+    )
     spectra = dataset["pseudo_spectral_acceleration"].transpose("damping_ratio", "motion", "period") / STANDARD_GRAVITY
     period, panels = dataset["period"].values, dataset.sizes["damping_ratio"]
     figure = new_figure(6.4 if panels == 1 else 1.0 + 3.4 * panels, 4.6)
@@ -199,12 +221,13 @@ def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
 
     Raises:
         ValueError: If the dataset has no storey forces along a path.
+        TypeError: If `dataset` is no Dataset.
     """
+    advice = "run simulate(..., histories=Histories(...)) of a ShearBuilding"
+    check_dataset("plots.hysteresis", dataset, advice=advice)
     if "storey_drift" in dataset:
         return storey_panels(dataset["storey_drift"].values, dataset["storey_force"].values)
-    require(
-        dataset, "displacement", "storey_force", remedy="run simulate(..., histories=Histories(...)) of a ShearBuilding"
-    )
+    check_dataset("plots.hysteresis", dataset, "displacement", "storey_force", advice=advice)
     chosen = dataset.isel(history=history)
     figure = storey_panels(np.diff(chosen["displacement"].values, axis=1, prepend=0.0), chosen["storey_force"].values)
     at = dataset.isel(sample=int(chosen["history_sample"]))

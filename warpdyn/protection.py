@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.checks import one_of, real_number
-from warpdyn.laws import LAWS
+from warpdyn.laws import LAWS, Parameter
 from warpdyn.laws.of_storeys import missing_at
 from warpdyn.motions import STANDARD_GRAVITY
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
 CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at the end of its capacity
+MASS_RATIO = Parameter(
+    "1", "mass of the damper over that of the first mode", low=0.0, low_open=True, high=1.0, often_in_percent=True
+)
 DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
 
 
@@ -86,7 +89,7 @@ class ProtectedChain:
         over the damper's own). Rayleigh damping stays that of the building without it, as in `on_isolators`.
 
         Args:
-            mass_ratio: Mass of the damper over that of the first mode, whose shape is 1 at the roof.
+            mass_ratio: Mass of the damper over that of the first mode, whose shape is 1 at the roof; at most 1.
             frequency_ratio: Its own frequency over the building's first one.
             damping_ratio: Its own damping ratio.
             displacement_capacity: Displacement from the roof that it has room for [m]; its storey counts as ten times
@@ -95,7 +98,10 @@ class ProtectedChain:
         Raises:
             ValueError: If a value is out of bounds, or the damping is modal, of mass or of tangents.
         """
-        ratio = real_number("mass_ratio", mass_ratio, above=0)
+        ratio = real_number("mass_ratio", mass_ratio)
+        problem = MASS_RATIO.first_violation("mass_ratio", np.array(ratio), ())
+        if problem:
+            raise ValueError(problem)
         if frequency_ratio is None:
             frequency_ratio = 1 / (1 + ratio)
         if damping_ratio is None:

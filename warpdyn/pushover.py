@@ -7,7 +7,7 @@ import warp as wp
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.checks import finite_numbers
+from warpdyn.checks import check_kind, finite_numbers
 from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.storey_path import storey_path_kernel
 from warpdyn.kernels.storey_step import storey_step_kernel
@@ -46,7 +46,9 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
 
     Raises:
         ValueError: If a drift is not finite or the shape is another.
+        TypeError: If `building` is no ShearBuilding.
     """
+    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding)
     path = finite_numbers("drift", drift)
     if path.ndim == 1:
         path = np.repeat(path[:, None], building.storeys, axis=1)
@@ -86,7 +88,9 @@ def pushover(
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
         RuntimeError: If a step finds no balance.
+        TypeError: If `building` is no ShearBuilding.
     """
+    check_kind("pushover", "a ShearBuilding", building, ShearBuilding)
     path = finite_numbers("roof_displacement", roof_displacement)
     if path.ndim != 1 or not path.size:
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.motions import STANDARD_GRAVITY, GroundMotion
+from warpdyn.record_text import check_last_value, lines_of, number, text_of
 
 # Factor from each unit to m/s2. Case does not matter, and "CM/SEC^2" is read as "cm/s2".
 UNITS = {"m/s2": 1.0, "m s-2": 1.0, "cm/s2": 0.01, "cm s-2": 0.01, "gal": 0.01, "g": STANDARD_GRAVITY}
@@ -21,7 +22,6 @@ _ALLOWED_UNITS = ", ".join(repr(unit) for unit in UNITS)
 # but a lost or a doubled sample moves others by half a step or more. 2 % of a step tells the two apart.
 TIME_TOLERANCE = 0.02
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
 _AT2_UNITS = re.compile(r"UNITS\s+OF\s+(\S+)", re.IGNORECASE)
 _AT2_SIZES = (
     re.compile(r"NPTS\s*=\s*(?P<count>[^\s,]+)\s*,?\s*DT\s*=\s*(?P<step>[^\s,]+)", re.IGNORECASE),
@@ -42,11 +42,13 @@ def read_at2(path: str | Path) -> GroundMotion:
         The motion [m/s2].
 
     Raises:
-        FileNotFoundError: If there is no such file.
+        FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
         ValueError: If the file is empty, the header does not name a known unit, a number of values and a step, a value
-            is not a finite number, or there are fewer or more values than the header says.
+            is not a finite number, there are fewer or more values than the header says, or the last one is cut. Where
+            no newline ends the file and its values have no common format, a warning says that this cannot be told.
     """
-    lines = _lines(path)
+    text = text_of(path)
+    lines = lines_of(text)
     if len(lines) < 4:
         raise ValueError(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(lines)}")
     unit = _AT2_UNITS.search(lines[2])
@@ -59,15 +61,15 @@ def read_at2(path: str | Path) -> GroundMotion:
     if not re.fullmatch(r"[+-]?\d+", sizes["count"]) or int(sizes["count"]) < 2:
         raise ValueError(f"{path}:4: NPTS must be a whole number of at least 2, got {sizes['count']!r}")
     count = int(sizes["count"])
-    step = _checked_step(_number(sizes["step"], f"{path}:4"), f"{path}:4: DT")
+    step = _checked_step(number(sizes["step"], f"{path}:4"), f"{path}:4: DT")
 
-    values: list[float] = []
-    for i, line in enumerate(lines[4:], start=5):
-        values.extend(_number(token, f"{path}:{i}") for token in line.split())
+    tokens = [(token, i) for i, line in enumerate(lines[4:], start=5) for token in line.split()]
+    values = [number(token, f"{path}:{i}") for token, i in tokens]
     if len(values) < count:
         raise ValueError(f"{path}: truncated: holds {len(values)} of the {count} values that its header announces")
     if len(values) > count:
         raise ValueError(f"{path}: holds {len(values)} values, more than the {count} that its header announces")
+    check_last_value(text, [token for token, _ in tokens], path)
     return GroundMotion(factor * np.array(values), step, Path(path).stem, str(path))
 
 
@@ -85,7 +87,7 @@ def read_text(path: str | Path, *, unit: str, step: float | None = None) -> Grou
         The motion [m/s2].
 
     Raises:
-        FileNotFoundError: If there is no such file.
+        FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
         ValueError: If the unit is unknown, the file is empty, a value is not a finite number, the columns are not one
             or two, there are fewer than two samples, or the step is missing, not positive or not that of the times.
     """
@@ -93,12 +95,12 @@ def read_text(path: str | Path, *, unit: str, step: float | None = None) -> Grou
     if step is not None:
         step = _checked_step(step, "step")
     rows: list[list[float]] = []
-    for i, line in enumerate(_lines(path), start=1):
+    for i, line in enumerate(lines_of(text_of(path)), start=1):
         text = line.strip()
         if not text or text[0] in "#%":
             continue
         tokens = text.split(",") if "," in text else text.split()
-        rows.append([_number(token.strip(), f"{path}:{i}") for token in tokens])
+        rows.append([number(token.strip(), f"{path}:{i}") for token in tokens])
         if len(tokens) > 2 or len(tokens) != len(rows[0]):
             raise ValueError(
                 f"{path}:{i}: {len(tokens)} columns; all lines must have 1 (acceleration) or 2 (time first)"
@@ -252,23 +254,6 @@ def _columns(table) -> dict[str, np.ndarray]:
         names = re.findall(r"V(\w+)\n", table.attrs[f"{field}_kind"].decode("ascii"))
         columns |= {name: rows[field][:, i] for i, name in enumerate(names)}
     return columns
-
-
-def _lines(path: str | Path) -> list[str]:
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
-    if not text.strip():
-        raise ValueError(f"{path}: the file is empty")
-    return text.rstrip().split("\n")  # str.splitlines would also split at form feeds
-
-
-def _number(token: str, place: str) -> float:
-    # The pattern keeps out what float() takes but no record means: "nan", "inf", "1_000".
-    value = float(re.sub("[dD]", "E", token)) if _NUMBER.fullmatch(token) else np.nan
-    if not np.isfinite(value):
-        raise ValueError(f"{place}: {token!r} is not a finite number")
-    return value
 
 
 def _factor(unit: str, place: str) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+from warpdyn.checks import check_dataset
 from warpdyn.ensemble import Each, Ensemble, Terms
 from warpdyn.kernels.arguments import output_dtype
 from warpdyn.methods import METHODS
@@ -250,7 +251,11 @@ def summary(run: xr.Dataset) -> str:
 
     Args:
         run: What `simulate` returned.
+
+    Raises:
+        ValueError, TypeError: If it is something else.
     """
+    check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
     if "event" in run.dims:
         names = run["event"].values.tolist()
         return "\n".join(f"{name}\n{summary(of_event(run, name))}" for name in names)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warpdyn.checks import whole_number
+from warpdyn.checks import check_dataset, whole_number
 from warpdyn.motions import IN_G
 
 OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # drift ratio of all storeys
@@ -23,7 +23,9 @@ def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
 
     Raises:
         ValueError: If the run is not of a Sequence, or has no such event.
+        TypeError: If `run` is no Dataset.
     """
+    check_dataset("of_event", run, advice="give what simulate() returned of a Sequence")
     if "event" not in run.dims or "im_level_design" not in run.coords:
         raise ValueError("the dataset has no events: it is not what simulate() returned of a Sequence")
     names = run["event"].values.tolist()
@@ -51,7 +53,9 @@ def of_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
 
     Raises:
         ValueError: If there is no such archetype.
+        TypeError: If `run` is no Dataset.
     """
+    check_dataset("of_archetype", run, advice="give what simulate_portfolio() returned")
     names = archetypes_of(run).tolist()
     if name not in names:
         raise ValueError(f"no archetype {name!r} in the run; it has {', '.join(names)}")
@@ -75,7 +79,9 @@ def of_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
 
     Raises:
         ValueError: If the run has no such storeys.
+        TypeError: If `run` is no Dataset.
     """
+    check_dataset("of_storeys", run, advice="give what simulate() returned")
     storeys = run.sizes.get("storey", 0)
     first, last = whole_number("first", first, 1), whole_number("last", last, 1)
     if not first <= last <= storeys:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from warpdyn.checks import whole_number
+from warpdyn.checks import check_kind, whole_number
 from warpdyn.designs import Cloud, Individual, Stripes
 from warpdyn.motions import GroundMotion
 from warpdyn.portfolio import Portfolio
@@ -74,8 +74,7 @@ def simulate_portfolio(
         OSError: If the file cannot be written.
     """
     started = time.perf_counter()
-    if not isinstance(portfolio, Portfolio):
-        raise TypeError(f"simulate_portfolio() takes a Portfolio, got {type(portfolio).__name__}")
+    check_kind("simulate_portfolio", "a Portfolio", portfolio, Portfolio)
     seed = whole_number("seed", seed, 0)
     for name, reason in NOT_TAKEN.items():
         if name in settings:

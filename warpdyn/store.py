@@ -20,6 +20,8 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
+from warpdyn.checks import check_kind
+
 # Samples in a chunk of the file: some hundred kilobytes of each variable, so that a block's last, half-filled chunks
 # cost little.
 CHUNK = 2**14
@@ -80,7 +82,9 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
 
     Raises:
         OSError: If the file cannot be written; what stood there before is untouched.
+        TypeError: If `dataset` is no Dataset.
     """
+    check_kind("write", "a Dataset", dataset, xr.Dataset)
     path = check_writable(path)
     temporary = _temporary(path)
     encoding = _encoding(dataset, dataset.sizes["sample"]) if dataset.sizes.get("sample", 0) > CHUNK else {}

@@ -22,7 +22,7 @@ __all__ = ["LinearSystem", "ShearBuilding"]
 
 MAXIMUM_STOREYS = 60
 
-DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_open=True)
+DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_open=True, often_in_percent=True)
 # Each kind of damping with the parameters it takes: one value a storey, or one for the building.
 DAMPING = {
     "none": {},
@@ -146,9 +146,11 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             if arrays[name].ndim > 1:
                 raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
         several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
-        self.storeys = max(several, *(array.size for array in arrays.values()))
+        lengths = {"law": several} | {n: array.size for n, array in arrays.items() if n not in BUILDING_PARAMETERS}
+        longest = max(lengths, key=lengths.get)
+        self.storeys = lengths[longest]
         if several not in (1, self.storeys):
-            raise ValueError(f"law names {several} storeys, but the building has {self.storeys}")
+            raise ValueError(_unequal("law", several, longest, self.storeys))
         if not 1 <= self.storeys <= MAXIMUM_STOREYS:
             raise ValueError(f"a shear building has 1 to {MAXIMUM_STOREYS} storeys, got {self.storeys}")
         for name, array in arrays.items():
@@ -158,7 +160,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
                     raise ValueError(f"{name} must be one value for the building, got {array.size}")
                 arrays[name] = array.reshape(())
             elif array.ndim and array.size != self.storeys:
-                raise ValueError(f"{name} has {array.size} values, but the building has {self.storeys} storeys")
+                raise ValueError(_unequal(name, array.size, longest, self.storeys))
             else:
                 arrays[name] = np.array(np.broadcast_to(array, self.storeys))
                 if several > 1:
@@ -236,6 +238,11 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
 
     def __repr__(self) -> str:
         return f"ShearBuilding({self.storeys} storeys, law={self.law!r}, damping={self.damping!r})"
+
+
+def _unequal(name: str, values: int, other: str, others: int) -> str:
+    """Return a sentence on two parameters whose values are not of as many storeys."""
+    return f"{name} has {values} values and {other} has {others}: lists of one value a storey must be of one length"
 
 
 def _checked_laws(law: str | Sequence[str]) -> tuple[str, ...]:

@@ -53,7 +53,9 @@ LEAD_RUBBER_BEARING = Law(
 # OpenSees: singleFPBearing with Coulomb friction mu, Reff and kInit, under a weight that stays as it is.
 FRICTION_PENDULUM = Law(
     {
-        "friction_coefficient": Parameter("1", "friction coefficient of the sliding surface", low=0.0),
+        "friction_coefficient": Parameter(
+            "1", "friction coefficient of the sliding surface", low=0.0, high=1.0, high_open=True, often_in_percent=True
+        ),
         "radius": Parameter("m", "effective radius of the sliding surface", low=0.0, low_open=True),
         "weight": Parameter("N", "weight that the sliding bearings carry", low=0.0, low_open=True),
     },

@@ -22,6 +22,7 @@ class Parameter:
         low_open: Whether the lower bound itself is refused.
         high_open: Whether the upper bound itself is refused.
         default: Value where the scene names none; None where it must.
+        often_in_percent: Whether others give it in percent, so that a value above the upper bound may be meant so.
     """
 
     units: str
@@ -31,6 +32,7 @@ class Parameter:
     low_open: bool = False
     high_open: bool = False
     default: float | None = None
+    often_in_percent: bool = False
 
     def violations(self, values: np.ndarray) -> np.ndarray:
         """Return where values are not finite or out of bounds, as a mask of their shape."""
@@ -58,7 +60,10 @@ class Parameter:
         place = np.argwhere(bad)[0]
         index = place if structures is None else [structures[place[0]], *place[1:]]
         where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
-        return f"{name} is {values[tuple(place)]:g}{' at ' if where else ''}{where}; it must be {self.allowed}"
+        value = values[tuple(place)]
+        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # no draw is meant so
+        meant = f"; {value:g} % is {value / 100:g}" if is_percent else ""
+        return f"{name} is {value:g}{' at ' if where else ''}{where}; it must be {self.allowed}{meant}"
 
     @property
     def allowed(self) -> str:

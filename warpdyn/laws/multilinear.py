@@ -51,6 +51,10 @@ def _problem(p: Values, corners: int) -> str | None:
         problem = first_bad(further <= ductility, names[0], further, "above", ductility, f"that of corner {corner - 1}")
         if problem:
             return problem
+        # The line after the last corner may not fall (hardening_ratio), so that none before it can.
+        problem = first_bad(stronger < force, names[1], stronger, "at least", force, f"that of corner {corner - 1}")
+        if problem:
+            return problem
         slope = _slopes(p, corners)[corner - 2]
         straight = force + slope * (further - ductility)
         reason = f"which lies on the line that leads to corner {corner - 1}"

@@ -1,0 +1,64 @@
+"""Text of record files: its lines, its numbers, and whether the last of them is whole."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
+
+
+def text_of(path: str | Path) -> str:
+    """Return the text of a file, or raise an error that says why there is none."""
+    if Path(path).is_dir():
+        raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    text = Path(path).read_text(encoding="utf-8-sig", errors="replace")
+    if not text.strip():
+        raise ValueError(f"{path}: the file is empty")
+    return text
+
+
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text, without blank ones at its end."""
+    return text.rstrip().split("\n")  # str.splitlines would also split at form feeds
+
+
+def number(token: str, place: str) -> float:
+    """Return a number, or raise a ValueError that names its place."""
+    # The pattern keeps out what float() takes but no record means: "nan", "inf", "1_000".
+    value = float(re.sub("[dD]", "E", token)) if _NUMBER.fullmatch(token) else np.nan
+    if not np.isfinite(value):
+        raise ValueError(f"{place}: {token!r} is not a finite number")
+    return value
+
+
+def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None:
+    """Raise a ValueError if the last value of a file is cut; warn if it cannot be told.
+
+    A value that white space follows is whole. Of the last one of a file without a newline at its end, the places after
+    the decimal point, exponent included, must be as many as those of all others; where these differ, it cannot be told.
+
+    Args:
+        text: The file's text.
+        values: Its values as they stand there.
+        path: The file.
+    """
+    if text[-1].isspace():
+        return
+    *others, last = (len(value.partition(".")[2]) for value in values)
+    if len(set(others)) == 1 and others[0] > 0:
+        if last < others[0]:
+            raise ValueError(
+                f"{path}: truncated within its last value, {values[-1]!r}: the others have {others[0]} characters "
+                "after the decimal point, and no newline ends the file"
+            )
+        return
+    warnings.warn(
+        f"{path}: no newline ends the file, so its last value, {values[-1]!r}, may be truncated", stacklevel=3
+    )
