@@ -57,7 +57,8 @@ def _forget_kernels() -> None:
                     factory.cache_clear()
 
 
-def _unoptimised() -> Iterator[None]:
+@pytest.fixture
+def unoptimised() -> Iterator[None]:
     """Compile a test's kernels without optimisation, in half the time; those of other tests are as shipped.
 
     For what combines parts and compares runs with each other. A value that is read where it was not set, which an
@@ -69,7 +70,3 @@ def _unoptimised() -> Iterator[None]:
     yield
     wp.config.optimization_level = shipped
     _forget_kernels()
-
-
-unoptimised = pytest.fixture(_unoptimised)
-unoptimised_file = pytest.fixture(_unoptimised, scope="module")  # for all tests of a file, which may share kernels

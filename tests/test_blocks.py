@@ -21,8 +21,6 @@ from warpdyn.prepare import lay_out
 from warpdyn.results import columns_of
 from warpdyn.scatter import SAMPLING
 
-pytestmark = pytest.mark.usefixtures("unoptimised_file")  # runs are held to each other
-
 TWO = ("cpu", "cpu")  # stand for two GPUs: the division does not know what its devices are
 
 

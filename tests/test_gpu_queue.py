@@ -20,8 +20,6 @@ import warpdyn as wd
 from warpdyn import blocks
 from warpdyn.kernels import arguments, build, devices
 
-pytestmark = pytest.mark.usefixtures("unoptimised_file")  # runs are held to each other
-
 
 class Event:
     def __init__(self, device=None, enable_timing=False):

@@ -16,8 +16,6 @@ from warpdyn.portfolio_groups import ROUND_STEP, groups_of, scenes_of
 from warpdyn.portfolio_results import _common_attributes
 from warpdyn.timeline import STEPS_PER_PERIOD
 
-pytestmark = pytest.mark.usefixtures("unoptimised_file")  # runs are held to each other
-
 module = importlib.import_module("warpdyn.simulate_portfolio")  # whose name is that of its function, too
 
 STRIPES = wd.Stripes(MOTIONS, [0.1, 0.4], wd.PeakGroundAcceleration())

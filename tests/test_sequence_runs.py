@@ -10,8 +10,6 @@ from test_sequences import AFTER, LATER, MAIN, joined, make_building, make_motio
 import warpdyn as wd
 from warpdyn.recorders import COLLAPSED, OK
 
-pytestmark = pytest.mark.usefixtures("unoptimised_file")  # runs are held to each other
-
 LEVELS, PEAK = [1.0, 2.0], wd.PeakGroundAcceleration()
 STRIPED = wd.Sequence(
     {

@@ -82,9 +82,6 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     P_DELTA = plan.p_delta
     RATIO = TIME or RESIDUAL or P_DELTA
     RESUMES, STATE = plan.resumes, "state" in plan.recorders
-    # Drifts at rest that a storey starts from may be beyond its yield.
-    STARTS_AWAY = IS_MAPPING and plan.load == "free_vibration" and not RESUMES
-    SEES_START = ENERGY or STARTS_AWAY
     matrix = wp.types.matrix(shape=(N, LANES), dtype=dtype)
     square = wp.types.matrix(shape=(N * N if MODAL_DAMPING else 1, LANES), dtype=dtype)
     table = wp.types.matrix(shape=(N * C, LANES), dtype=dtype)
@@ -273,7 +270,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         v[i, j] = structures.initial_velocity[g, s]
                         for m in range(M):
                             z[i * M + m, j] = structures.initial_memory[g * M + m, s]
-                            zs[i * M + m, j] = z[i * M + m, j]
+                            if TAKES_MEMORY:
+                                zs[i * M + m, j] = z[i * M + m, j]
                 if HAS_PADS:
                     if g >= STOREYS:
                         for q in range(C):  # a law without coefficients may divide by zero
@@ -286,7 +284,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
             for j in range(LANES):
                 us[i, j] = u[i, j]
                 vs[i, j] = v[i, j]
-                if SEES_START:
+                if ENERGY:
                     if lowest + i < STOREYS:
                         drift = u[i, j]
                         if i > 0:
@@ -300,17 +298,10 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         if RESUMES:
                             for m in range(M):
                                 memory[m] = z[i * M + m, j]
-                        if STARTS_AWAY:
-                            memory = evolve(drift, memory, c)
-                            for m in range(M):
-                                z[i * M + m, j] = memory[m]
-                                if TAKES_MEMORY:
-                                    zs[i * M + m, j] = memory[m]
-                        if ENERGY:
-                            absorbed[i, j] = recoverable_of(drift, memory, c)
-                            initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
-                            if P_DELTA:
-                                initial_energy[j] -= dtype(0.5) * weight_over_height[i, j] * drift * drift
+                        absorbed[i, j] = recoverable_of(drift, memory, c)
+                        initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+                        if P_DELTA:
+                            initial_energy[j] -= dtype(0.5) * weight_over_height[i, j] * drift * drift
         if SPLIT_ENERGY:
             for j in range(LANES):
                 initial_energy[j] = together(initial_energy[j], SECTIONS)

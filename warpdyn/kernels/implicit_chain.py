@@ -63,8 +63,6 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
         for name in ("drift", "time_of_peak", "acceleration", "base_shear", "residual", "energy", "history")
     )
     P_DELTA = plan.p_delta
-    # Drifts at rest that a storey starts from may be beyond its yield.
-    STARTS_AWAY = spring.evolve is not None and plan.load == "free_vibration" and not plan.resumes
     RATIO, SEES_LAST = TIME or RESIDUAL or P_DELTA, ENERGY or P_DELTA
     RESUMES, STATE = plan.resumes, "state" in plan.recorders
     # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
@@ -268,10 +266,6 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
                 drift = u[i, j]
                 if i > 0:
                     drift -= u[i - 1, j]
-                if STARTS_AWAY:
-                    memory = advance(drift, drift, memory, c)
-                    for m in range(M):
-                        z[i * M + m, j] = memory[m]
                 if DRIFT:
                     peak_drift[i, j] = wp.abs(drift)
                 if TIME:
