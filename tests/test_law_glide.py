@@ -71,6 +71,7 @@ PATHS = {
     "random": lambda rng: random_paths(STOREYS, 40, 100, rng)[:-1],  # not to 0, where lines may end
     "random, long steps": lambda rng: random_paths(STOREYS, 200, 7, rng)[:-1],
     "swinging": swinging,
+    "standing": lambda rng: np.repeat(random_paths(STOREYS, 40, 50, rng)[:-1], 2, axis=0),
 }
 
 

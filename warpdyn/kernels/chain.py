@@ -98,7 +98,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     MAPS_IN_STAGE = IS_MAPPING and method.ends_in_stage and not (ADAPTIVE or IS_RATE)
     # Few storeys turn in a step: where none of a row does, all go on along their lines.
     GLIDES = spring.decides is not None and not (ADAPTIVE or IS_RATE)
-    ALL_EVOLVE, LAST_STAGE = not GLIDES, wp.constant(STAGES - 1)
+    LAST_STAGE = wp.constant(STAGES - 1)
     MAPS_AT_END, IS_STIFF = IS_MAPPING and not (ADAPTIVE or MAPS_IN_STAGE), IS_STIFF and not ADAPTIVE
     STIFF_BY_VELOCITY, STIFF_BY_MEMORY = (
         IS_STIFF and spring.settles_by_velocity,
@@ -184,6 +184,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
         base_last = row()
         reached_drift = row()
         reached_force = row()
+        decided = indices()  # 1 where a storey decides something on its way
         peak_acceleration = matrix()
         peak_shear = row()
         energy_in = row()
@@ -524,6 +525,8 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                         for down in range(N):
                             i = N - 1 - down
                             if GLIDES:
+                                # All glide, and those that decide something are gone through again: what becomes of a
+                                # sample depends on no other one, to the last bit.
                                 is_last = stage == LAST_STAGE
                                 if stage > 0:
                                     deciding = int(0)
@@ -542,8 +545,14 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                         memory = memory_vector()
                                         for m in range(M):
                                             memory[m] = z[i * M + m, j]
-                                        if decides(reached_drift[j], memory, c):
-                                            deciding += 1
+                                        decided[j] = wp.where(decides(reached_drift[j], memory, c), 1, 0)
+                                        deciding += decided[j]
+                                        after = glide(reached_drift[j], memory, c)
+                                        reached_force[j] = held_of(reached_drift[j], after, c)
+                                        if MAPS_IN_STAGE:
+                                            if is_last:
+                                                for m in range(GLIDING):
+                                                    z[i * M + m, j] = wp.where(decided[j] > 0, memory[m], after[m])
                                     if deciding > 0:
                                         for j in range(LANES):
                                             c = coefficient_vector()
@@ -552,27 +561,13 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                             memory = memory_vector()
                                             for m in range(M):
                                                 memory[m] = z[i * M + m, j]
-                                            memory = evolve(reached_drift[j], memory, c)
-                                            reached_force[j] = held_of(reached_drift[j], memory, c)
+                                            after = evolve(reached_drift[j], memory, c)
+                                            force_then = held_of(reached_drift[j], after, c)
+                                            reached_force[j] = wp.where(decided[j] > 0, force_then, reached_force[j])
                                             if MAPS_IN_STAGE:
                                                 if is_last:
                                                     for m in range(M):
-                                                        z[i * M + m, j] = memory[m]
-                                    # Not `else`: constants that both ways name first would be constants no more.
-                                    if deciding == 0:
-                                        for j in range(LANES):
-                                            c = coefficient_vector()
-                                            for q in range(C):
-                                                c[q] = coefficients[i * C + q, j]
-                                            memory = memory_vector()
-                                            for m in range(M):
-                                                memory[m] = z[i * M + m, j]
-                                            memory = glide(reached_drift[j], memory, c)
-                                            reached_force[j] = held_of(reached_drift[j], memory, c)
-                                            if MAPS_IN_STAGE:
-                                                if is_last:
-                                                    for m in range(GLIDING):
-                                                        z[i * M + m, j] = memory[m]
+                                                        z[i * M + m, j] = wp.where(decided[j] > 0, after[m], memory[m])
                             for j in range(LANES):
                                 ui = us[i, j]
                                 vi = vs[i, j]
@@ -934,17 +929,26 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                             if HAS_PADS:
                                 if lowest + i >= STOREYS:
                                     reached_drift[j] = dtype(0.0)
+                            c = coefficient_vector()
+                            for q in range(C):
+                                c[q] = coefficients[i * C + q, j]
+                            memory = memory_vector(z[i * M, j])
+                            for m in range(1, M):
+                                memory[m] = z[i * M + m, j]
                             if GLIDES:
-                                c = coefficient_vector()
-                                for q in range(C):
-                                    c[q] = coefficients[i * C + q, j]
-                                memory = memory_vector()
+                                decided[j] = wp.where(decides(reached_drift[j], memory, c), 1, 0)
+                                deciding += decided[j]
+                                after = glide(reached_drift[j], memory, c)
+                                for m in range(GLIDING):
+                                    z[i * M + m, j] = wp.where(decided[j] > 0, memory[m], after[m])
+                            else:
+                                memory = evolve(reached_drift[j], memory, c)
                                 for m in range(M):
-                                    memory[m] = z[i * M + m, j]
-                                if decides(reached_drift[j], memory, c):
-                                    deciding += 1
+                                    z[i * M + m, j] = memory[m]
+                                    if TAKES_MEMORY:
+                                        zs[i * M + m, j] = memory[m]
                         if GLIDES:
-                            if deciding == 0:
+                            if deciding > 0:
                                 for j in range(LANES):
                                     c = coefficient_vector()
                                     for q in range(C):
@@ -952,22 +956,9 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     memory = memory_vector()
                                     for m in range(M):
                                         memory[m] = z[i * M + m, j]
-                                    memory = glide(reached_drift[j], memory, c)
-                                    for m in range(GLIDING):
-                                        z[i * M + m, j] = memory[m]
-                        if ALL_EVOLVE or deciding > 0:
-                            for j in range(LANES):
-                                c = coefficient_vector()
-                                for q in range(C):
-                                    c[q] = coefficients[i * C + q, j]
-                                memory = memory_vector(z[i * M, j])
-                                for m in range(1, M):
-                                    memory[m] = z[i * M + m, j]
-                                memory = evolve(reached_drift[j], memory, c)
-                                for m in range(M):
-                                    z[i * M + m, j] = memory[m]
-                                    if TAKES_MEMORY:
-                                        zs[i * M + m, j] = memory[m]
+                                    after = evolve(reached_drift[j], memory, c)
+                                    for m in range(M):
+                                        z[i * M + m, j] = wp.where(decided[j] > 0, after[m], memory[m])
                 if ENERGY:
                     for j in range(LANES):
                         put_in = energy_in[j]

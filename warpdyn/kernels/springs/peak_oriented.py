@@ -154,6 +154,8 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
             after[4] = wp.where(memory[4] == memory[0], x, memory[4])
             after[5] = wp.where(memory[5] == memory[0], x, memory[5])
             after[7] = memory[7]
+        for m in range(8):
+            after[m] = wp.where(x == memory[0], memory[m], after[m])
         return after, tangent
 
     follow = device_functions(name, follow)["follow"]
@@ -175,8 +177,8 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
         after[0] = x
         after[1] = memory[1] + memory[7] * (x - memory[0])
         # Only on the backbone is it a new peak.
-        after[2] = wp.max(memory[2], x - c[7])
-        after[3] = wp.max(memory[3], -x - c[7])
+        after[2] = wp.where(x > memory[0], wp.max(memory[2], x - c[7]), memory[2])
+        after[3] = wp.where(x < memory[0], wp.max(memory[3], -x - c[7]), memory[3])
         after[4] = wp.where(memory[4] == memory[0], x, memory[4])
         after[5] = wp.where(memory[5] == memory[0], x, memory[5])
         after[6] = memory[6]
