@@ -65,13 +65,16 @@ def test_peers_that_are_there_agree(result: tuple[xr.Dataset, Path, str]) -> Non
         assert row["peak_drift_difference"].item() < 2e-5  # float32 over 200 steps of 4 stages. Seen: 1e-6
     if importlib.util.find_spec("openseespy"):
         assert (rows_of(dataset, peer="opensees_newmark", part="laws")["status"] == "measured").all()
+        assert set(rows_of(dataset, peer="warpdyn", part="laws")["method"].values) == {"rk4", "velocity_verlet"}
         row = rows_of(dataset, peer="opensees_newmark", part="kernels")
         assert row["status"].values.tolist() == ["measured"]
         assert row["peak_drift_difference"].item() < 0.01  # it integrates z by a method of first order
         assert row["substeps"].item() == 8
     own = rows_of(dataset, peer="warpdyn")
     assert (own["status"] == "measured").all()
-    assert (own["peak_drift_difference"] < 2e-5).all()
+    # Rounding of RK4 in single precision; velocity Verlet's own error, of second order. Seen: 2e-6 and 4e-5.
+    for method, limit in {"rk4": 2e-5, "velocity_verlet": 2e-4}.items():
+        assert (rows_of(dataset, peer="warpdyn", method=method)["peak_drift_difference"] < limit).all()
     assert own["peak_drift_difference"].max() > 0  # float32 beside float64
 
 

@@ -113,7 +113,6 @@ def test_bouc_wen_beyond_its_own_limit_is_run_again_at_shorter_steps():
     assert run["hysteretic_energy"].item() == pytest.approx(40, rel=0.02)  # 10 N over 4 m
 
 
-@pytest.mark.usefixtures("unoptimised")  # runs are held to each other
 def test_what_the_guard_promises_over_random_buildings():
     counts = sweep(storeys=(1, 5), count=40)
     assert counts["buildings"] == 2 * 3 * 2 * 40

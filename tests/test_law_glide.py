@@ -8,7 +8,7 @@ import warp as wp
 from combination_cases import springs_of_laws
 from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
-from warpdyn.kernels.plan import DTYPES
+from warpdyn.kernels.plan import CPU_FLAGS, DTYPES
 from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
 
@@ -27,12 +27,13 @@ STRAYING = STOREYS // 50
 def walking_kernel(row: str, dtype_name: str) -> wp.Kernel:
     """Return a kernel that takes storeys along drifts by their rules, and by lines where nothing is decided."""
     spring, dtype = SPRINGS[row], DTYPES[dtype_name]
+    options = {"cpu_compiler_flags": CPU_FLAGS, "max_unroll": 1}  # products and sums fused, as in whole histories
     evolve, glide, decides, held, C = spring.evolve, spring.glide, spring.decides, spring.held, spring.coefficients
     GLIDING = spring.gliding or spring.memory
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=spring.memory, dtype=dtype)
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module="unique", enable_backward=False, module_options=options)
     def walk(coefficients: wp.array2d(dtype=dtype), drift: wp.array2d(dtype=dtype), result: wp.array3d(dtype=dtype)):
         storey = wp.tid()
         c = coefficient_vector()
@@ -75,8 +76,10 @@ PATHS = {
 }
 
 
-def drawn_coefficients(row: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+@functools.cache
+def drawn_coefficients(row: str) -> tuple[np.ndarray, np.ndarray]:
     """Return coefficients of a row, [coefficient, storey], and which storeys energy may exhaust: half, if any."""
+    rng = np.random.default_rng(ROWS.index(row))
     law, _values = springs_of_laws()[row]
     names = LAWS[law].parameters
     lasting = {name: 10.0 for name in names if name.endswith("_deterioration_drift")}
@@ -96,9 +99,8 @@ def drawn_coefficients(row: str, rng: np.random.Generator) -> tuple[np.ndarray, 
 @pytest.mark.parametrize("path", PATHS)
 @pytest.mark.parametrize("row", ROWS)
 def test_lines_are_the_rules_where_nothing_is_decided(row, path, dtype):
-    rng = np.random.default_rng(ROWS.index(row))
-    coefficients, exhausts = drawn_coefficients(row, rng)
-    drift = PATHS[path](rng)
+    coefficients, exhausts = drawn_coefficients(row)
+    drift = PATHS[path](np.random.default_rng([ROWS.index(row), len(path)]))
     arrays = [wp.array(part.astype(dtype), dtype=DTYPES[dtype], device="cpu") for part in (coefficients, drift)]
     result = wp.full((4, *drift.shape), np.nan, dtype=DTYPES[dtype], device="cpu")
     wp.launch(walking_kernel(row, dtype), dim=STOREYS, inputs=[*arrays, result], device="cpu")

@@ -125,7 +125,6 @@ def carried(the_scene):
     return wd.plan(the_scene, 0.02, method="rk4", dtype="float32", device="cpu").carried
 
 
-@pytest.mark.usefixtures("unoptimised")  # nothing is timed
 def test_a_scene_that_names_less_carries_less():
     values = [f"{part} a sample [values]" for part in ("state", "structure", "method", "recorders")]
     bouc_wen = carried(scene("bouc_wen", record=None))

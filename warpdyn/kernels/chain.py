@@ -499,10 +499,15 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
                                     if TAKES_MEMORY:
                                         if stage > 0:
                                             memory[m] = zs[m, j]
-                                f = force_of(drift, memory, c)
-                                if HOLDS_FORCE:
-                                    if stage == 0:
-                                        f = held_of(drift, memory, c)
+                                if GLIDES:
+                                    after = memory
+                                    if stage > 0:
+                                        after = glide(drift, memory, c)
+                                        if decides(drift, memory, c):
+                                            after = evolve(drift, memory, c)
+                                    f = held_of(drift, after, c)
+                                else:
+                                    f = force_of(drift, memory, c)
                                 if P_DELTA:
                                     f -= weight_over_height[0, j] * drift
                                 if STOREY_DAMPING:
