@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray as xr
 from conftest import ROOT, readme_commands, run_study
 
@@ -37,6 +38,7 @@ def test_every_command_is_known_here() -> None:
     assert scripts == {f"studies/{name}.py" for name in names}
 
 
+@pytest.mark.thorough  # test_seed_frame.py runs the study
 def test_seed_frame_command(tmp_path: Path) -> None:
     (command,) = (c for c in readme_commands() if "seed_frame" in c)
     done = run_study(command, tmp_path)

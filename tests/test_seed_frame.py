@@ -187,6 +187,7 @@ def test_no_scatter_of_damping_and_stiffness_makes_the_published_ratio(result: x
     assert result["stiffness_factor"].std() > 0.03
 
 
+@pytest.mark.thorough  # test_simulate.py shows it of simulate
 def test_the_seed_decides_the_ensemble_and_nothing_else(result: xr.Dataset, tmp_path: Path) -> None:
     for seed, is_same in (("3", True), ("4", False)):
         done = run_study(tmp_path / seed, "--samples", "7", "--seed", seed)
@@ -239,6 +240,7 @@ def test_data_file_says_where_it_comes_from_and_what_is_wrong() -> None:
     assert "do not follow" in frame["note"]
 
 
+@pytest.mark.thorough  # as test_p695_fragility.py shows of its study
 def test_a_folder_that_cannot_be_written_is_said_before_the_run(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("not a folder")
     # The run would stop at a number of samples that is not allowed; it is never reached.
