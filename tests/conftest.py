@@ -1,4 +1,4 @@
-"""The main job, run once by the README's own command and read by several tests; kernels without optimisation."""
+"""The main job, run once by the README's own command and read by several tests; a fixture that compiles quickly."""
 
 from __future__ import annotations
 
