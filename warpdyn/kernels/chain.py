@@ -108,7 +108,7 @@ def chain_kernel(plan: Plan) -> wp.Kernel:
     # What stands still feels the same acceleration again, unless it is forced.
     GATED = ACCELERATION and (IS_HARMONIC or IS_FORCE_HISTORY)
     # A sample alone in its thread, of which no forces are kept, needs no look at the forces of its last state.
-    LOOKS_BACK = ACCELERATION or SHEAR or HISTORY or (ENERGY and method.ends_in_stage)
+    LOOKS_BACK = ACCELERATION or SHEAR or HISTORY or TRAPEZOIDAL
     HOLDS_STEP = LANES == 1 and not (IS_SPLIT or ADAPTIVE or P_DELTA or LOOKS_BACK)
     LAST_LOOK = wp.constant(0 if HOLDS_STEP else 1)
     FROM_STATE, TAKES_MEMORY = not KEEPS_SLOPES, IS_RATE or (IS_MAPPING and ADAPTIVE)

@@ -8,9 +8,20 @@ from typing import Any
 
 import warp as wp
 
+# e^r of |r| <= log(2) / 2, as `sum`.
+_E_TO_R = """float sum = 1.9875691500e-4f;
+sum = sum * r + 1.3981999507e-3f;
+sum = sum * r + 8.3334519073e-3f;
+sum = sum * r + 4.1665795894e-2f;
+sum = sum * r + 1.6666665459e-1f;
+sum = sum * r + 5.0000001201e-1f;
+sum = sum * r * r + r + 1.0f;
+"""
+
 
 # Cephes' expf (Moshier 1989), within an ulp and a half: e^x = 2^k e^r with |r| <= log(2) / 2.
-@wp.func_native("""
+@wp.func_native(
+    """
 #if defined(__CUDA_ARCH__)
 return expf(x);
 #else
@@ -18,18 +29,14 @@ float bounded = x > 88.0f ? 88.0f : x;
 bounded = bounded < -87.0f ? -87.0f : bounded;
 float k = __builtin_rintf(bounded * 1.44269504f);
 float r = bounded - 0.693359375f * k + 2.12194440e-4f * k;
-float sum = 1.9875691500e-4f;
-sum = sum * r + 1.3981999507e-3f;
-sum = sum * r + 8.3334519073e-3f;
-sum = sum * r + 4.1665795894e-2f;
-sum = sum * r + 1.6666665459e-1f;
-sum = sum * r + 5.0000001201e-1f;
-sum = sum * r * r + r + 1.0f;
-float value = sum * __builtin_bit_cast(float, ((int)k + 127) << 23);
+"""
+    + _E_TO_R
+    + """float value = sum * __builtin_bit_cast(float, ((int)k + 127) << 23);
 value = x > 88.0f ? INFINITY : value;
 return x < -87.0f ? 0.0f : value;
 #endif
-""")
+"""
+)
 def exponential(x: wp.float32) -> wp.float32: ...
 
 
@@ -38,23 +45,20 @@ def exponential(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 
 # The same of what falls off: no bound but one.
-@wp.func_native("""
+@wp.func_native(
+    """
 #if defined(__CUDA_ARCH__)
 return expf(-x);
 #else
 float bounded = x > 80.0f ? 80.0f : x;
 float k = __builtin_rintf(bounded * -1.44269504f);
 float r = -bounded - 0.693359375f * k + 2.12194440e-4f * k;
-float sum = 1.9875691500e-4f;
-sum = sum * r + 1.3981999507e-3f;
-sum = sum * r + 8.3334519073e-3f;
-sum = sum * r + 4.1665795894e-2f;
-sum = sum * r + 1.6666665459e-1f;
-sum = sum * r + 5.0000001201e-1f;
-sum = sum * r * r + r + 1.0f;
-return sum * __builtin_bit_cast(float, ((int)k + 127) << 23);
+"""
+    + _E_TO_R
+    + """return sum * __builtin_bit_cast(float, ((int)k + 127) << 23);
 #endif
-""")
+"""
+)
 def decay(x: wp.float32) -> wp.float32:
     """Return e^-x of x no less than 0; beyond 80 it stays 2e-35: products of less may be subnormal, which is slow."""
 

@@ -76,22 +76,27 @@ def balance_error(error: Any, supplied: Any):
 
 
 @wp.func
+def is_pushed_out(outward: Any, drift: Any, rate: Any):
+    """Return whether the net force on a storey and its velocity are outward."""
+    zero = type(drift)(0.0)
+    return outward * drift > zero and rate * drift > zero
+
+
+@wp.func
 def has_overturned(outward: Any, drift: Any, rate: Any, step: Any, ratio: Any, limit: Any):
     """Return whether a storey whose drift ratio has passed a limit was pushed over by gravity, and did not blow up.
 
     Gravity wins slowly: the net force is outward, so is the velocity, and within a step the drift grows by a fraction.
     What a step too long amplifies goes to and fro from step to step, and is far beyond the limit once it is seen.
     """
-    is_pushed = outward * drift > type(drift)(0.0) and rate * drift > type(drift)(0.0)
     is_slow = wp.abs(rate) * step < type(drift)(0.5) * wp.abs(drift) and ratio < type(drift)(2.0) * limit
-    return is_pushed and is_slow
+    return is_pushed_out(outward, drift, rate) and is_slow
 
 
 @wp.func
 def keeps_falling(outward: Any, drift: Any, rate: Any, peak: Any):
     """Return whether a storey goes farther out than it ever was, pushed by more than holds it: it will not stop."""
-    zero = type(drift)(0.0)
-    return outward * drift > zero and rate * drift > zero and wp.abs(drift) >= peak
+    return is_pushed_out(outward, drift, rate) and wp.abs(drift) >= peak
 
 
 @wp.func

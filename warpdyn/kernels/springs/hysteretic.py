@@ -16,7 +16,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
-from warpdyn.kernels.springs.named import device_functions
+from warpdyn.kernels.springs.named import device_functions, kept_force
 from warpdyn.kernels.springs.spring import Spring
 
 FARTHEST = wp.constant(wp.float64(1e16))  # m: damage that runs away stops there
@@ -131,9 +131,6 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         now, _slope, way, _ahead, _released, _glides_by, _end = step(drift, memory, c)
         return c[1] * wp.where(drift * c[0] == memory[0], memory[1], way * now)
 
-    def held(drift: Any, memory: Any, c: Any):
-        return c[1] * memory[1]
-
     def decides(drift: Any, memory: Any, c: Any):
         x = drift * c[0]
         return x < memory[5] or x > memory[6]
@@ -196,9 +193,11 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    functions = device_functions(name, force, held, evolve, glide, recoverable, tangent, advance)
+    functions = device_functions(name, force, evolve, glide, recoverable, tangent, advance)
     evolve = functions["evolve"]
-    return Spring(coefficients=13 if SOFTENS else 12, memory=11, gliding=7, decides=decides, **functions)
+    return Spring(
+        coefficients=13 if SOFTENS else 12, memory=11, gliding=7, decides=decides, held=kept_force, **functions
+    )
 
 
 HYSTERETIC = _hysteretic(False, "hysteretic")

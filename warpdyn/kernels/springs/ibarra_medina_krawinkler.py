@@ -14,7 +14,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
-from warpdyn.kernels.springs.named import device_functions
+from warpdyn.kernels.springs.named import device_functions, kept_force
 from warpdyn.kernels.springs.spring import Spring
 
 SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
@@ -91,9 +91,6 @@ def spring_of(
         after, _ = follow(drift, memory, c)
         return c[1] * after[1]
 
-    def held(drift: Any, memory: Any, c: Any):
-        return c[1] * memory[1]
-
     def evolve(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
         return after
@@ -121,5 +118,7 @@ def spring_of(
         energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[3])
         return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
 
-    functions = device_functions(name, force, held, evolve, glide, advance, tangent, recoverable)
-    return Spring(memory=memory, coefficients=coefficients, gliding=gliding, decides=decides, **functions)
+    functions = device_functions(name, force, evolve, glide, advance, tangent, recoverable)
+    return Spring(
+        memory=memory, coefficients=coefficients, gliding=gliding, decides=decides, held=kept_force, **functions
+    )

@@ -1,8 +1,15 @@
 """Device functions of several rows that are written once."""
 
 from collections.abc import Callable
+from typing import Any
 
 import warp as wp
+
+
+@wp.func
+def kept_force(drift: Any, memory: Any, c: Any):
+    """Return the force of a law whose memory has it second, over the yield force, which is the second coefficient."""
+    return c[1] * memory[1]
 
 
 def device_functions(row: str, *functions: Callable) -> dict[str, wp.Function]:

@@ -22,7 +22,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.kernels.exponentials import exponential, natural_logarithm
-from warpdyn.kernels.springs.named import device_functions
+from warpdyn.kernels.springs.named import device_functions, kept_force
 from warpdyn.kernels.springs.spring import Spring
 
 LEAST_WAY = wp.constant(wp.float64(1e-9))  # to the point aimed at: a turn that rounding puts upon it divides by it
@@ -164,9 +164,6 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
         after, _slope = follow(drift, memory, c)
         return c[1] * after[1]
 
-    def held(drift: Any, memory: Any, c: Any):
-        return c[1] * memory[1]
-
     def evolve(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return after
@@ -198,9 +195,11 @@ def _peak_oriented(name: str, IS_TAKEDA: bool) -> Spring:
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    functions = device_functions(name, force, held, evolve, glide, recoverable, tangent, advance)
+    functions = device_functions(name, force, evolve, glide, recoverable, tangent, advance)
     evolve = functions["evolve"]
-    return Spring(coefficients=10 if IS_TAKEDA else 8, memory=8, gliding=6, decides=decides, **functions)
+    return Spring(
+        coefficients=10 if IS_TAKEDA else 8, memory=8, gliding=6, decides=decides, held=kept_force, **functions
+    )
 
 
 PEAK_ORIENTED = _peak_oriented("peak_oriented", False)

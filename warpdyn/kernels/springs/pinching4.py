@@ -20,7 +20,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.kernels.exponentials import power_of
-from warpdyn.kernels.springs.named import device_functions
+from warpdyn.kernels.springs.named import device_functions, kept_force
 from warpdyn.kernels.springs.pinching4_path import SLACK, pinching4_backbone, pinching4_corners, pinching4_release
 from warpdyn.kernels.springs.spring import Spring
 
@@ -179,9 +179,6 @@ def _pinching4(damage: str | None) -> Spring:
         after, _slope = follow(drift, memory, c)
         return c[1] * after[1]
 
-    def held(drift: Any, memory: Any, c: Any):
-        return c[1] * memory[1]
-
     def evolve(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return after
@@ -229,8 +226,8 @@ def _pinching4(damage: str | None) -> Spring:
         after, _slope = follow(drift, memory, c)
         return after
 
-    functions = device_functions(name, force, held, evolve, recoverable, tangent, advance, glide)
-    return Spring(coefficients=29 if DAMAGES else 12, memory=M, decides=decides, **functions)
+    functions = device_functions(name, force, evolve, recoverable, tangent, advance, glide)
+    return Spring(coefficients=29 if DAMAGES else 12, memory=M, decides=decides, held=kept_force, **functions)
 
 
 PINCHING4 = _pinching4(None)

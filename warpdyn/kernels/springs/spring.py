@@ -25,7 +25,7 @@ class Spring:
             rate has the rate 0, and `evolve` leaves alone what it does not map.
         held: `(drift, memory, coefficients) -> force [N]` where `evolve` or `advance` have just brought the memory to
             this drift: what is kept there need not be worked out again. None where `force` is as quick.
-        glide: `(drift, memory, coefficients) -> memory`, what `evolve` comes to where nothing is `decided`.
+        glide: `(drift, memory, coefficients) -> memory`, what `evolve` comes to where the storey decides nothing.
         gliding: Number of values, the first of the memory, that `glide` may change; None for all.
         decides: `(drift, memory, coefficients) -> bool` whether the storey turns on its way to a drift, or goes on by
             another rule: what takes long, and is seldom. None, with `glide`, where nothing takes long.
