@@ -33,9 +33,9 @@ from accuracy_speed_scenes import Charted, build_scenes
 from command_line import read_arguments, save_figures
 from tqdm import tqdm
 
-from warpdyn import store
-from warpdyn.kernels.devices import checked_devices, device_names
-from warpdyn.methods import METHODS
+from warpdyn.core import netcdf
+from warpdyn.kernels.queues import checked_devices, device_names
+from warpdyn.methods.table import METHODS
 
 DTYPES = ("float32", "float64")
 Points = Mapping[tuple[str, str, float], Point]
@@ -165,9 +165,9 @@ def print_report(result: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, samples=1024, meaning="samples of each ensemble, at least")
-    target = store.check_writable(arguments.out / "accuracy_speed.nc")
+    target = netcdf.check_writable(arguments.out / "accuracy_speed.nc")
     result = build_dataset(build_scenes(), Settings(arguments.samples, arguments.device, arguments.seed))
-    store.write(result, target)
+    netcdf.write(result, target)
     drawn = {
         "accuracy_speed": figures.work_precision(result),
         "accuracy_speed_residual": figures.residual_drift(result),

@@ -10,7 +10,7 @@ from accuracy_speed_points import Settings
 from p695_fragility import DRIFT_LIMITS, build_scene
 
 import warpdyn as wd
-from warpdyn.lognormal_fit import fit_stripes
+from warpdyn.statistics.lognormal_fit import fit_stripes
 
 LEVELS_IN_G = (0.1, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3, 1.9, 2.8, 4.2)
 STRUCTURES = 32

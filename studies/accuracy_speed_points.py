@@ -12,13 +12,13 @@ import numpy as np
 from accuracy_speed_scenes import Charted
 from tqdm import tqdm
 
-from warpdyn.ensemble import Ensemble
-from warpdyn.error_estimate import compare, relative_errors
-from warpdyn.guard import guard, integrate_guarded
+from warpdyn.accuracy.error_estimate import compare, relative_errors
+from warpdyn.accuracy.pilot import CANDIDATES
+from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.run import prepare
+from warpdyn.integration.stability_guard import guard, integrate_guarded
 from warpdyn.kernels.build import load_kernel
-from warpdyn.methods import METHODS, fitting_methods
-from warpdyn.plan import CANDIDATES
-from warpdyn.prepare import prepare
+from warpdyn.methods.table import METHODS, fitting_methods
 
 # Every scene is charted over these, from its own first on [s]; an adaptive method has the tolerance below, too.
 STEPS = tuple(0.08 / 2**k for k in range(9))

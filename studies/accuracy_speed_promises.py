@@ -10,9 +10,9 @@ import xarray as xr
 from accuracy_speed_points import TIMED_RUNS, Point, Settings, every, make_run, statistics, timed
 from accuracy_speed_scenes import Charted
 
-from warpdyn.error_estimate import compare
-from warpdyn.guard import integrate_guarded
-from warpdyn.plan import plan
+from warpdyn.accuracy.error_estimate import compare
+from warpdyn.accuracy.pilot import plan
+from warpdyn.integration.stability_guard import integrate_guarded
 
 TARGETS = (1e-2, 1e-3, 1e-4)
 FACTOR = 2.0  # that estimated errors are to be within

@@ -11,7 +11,7 @@ from p695_fragility import BUILDING
 from p695_fragility import SCATTER as BUILDING_SCATTER
 
 import warpdyn as wd
-from warpdyn.records import far_field
+from warpdyn.ground_motions.records import far_field
 
 # Horizontal pairs of the far-field set: five recorded every 0.01 s and three every 0.02 s.
 PAIRS = ("1", "2", "3", "7", "11", "15", "17", "18")

@@ -30,7 +30,7 @@ from benchmark_scaling import measure_starts, scale_gpus, scale_samples, scale_t
 from command_line import save_figures
 from p695_fragility import build_scene
 
-from warpdyn import store
+from warpdyn.core import netcdf
 
 # Columns of the measurements: what they are in words, their units, and what stands where a row has no value.
 COLUMNS: dict[str, tuple[str, str, Any]] = {
@@ -172,10 +172,10 @@ def main() -> None:
     for device in devices:
         if device not in available:
             parser.error(f"no device {device!r} here; available: {', '.join(available)}")
-    target = store.check_writable(arguments.out / "benchmark.nc")
+    target = netcdf.check_writable(arguments.out / "benchmark.nc")
     build_scene()  # that the main job has no records is said now, not after minutes
     result = build_dataset(devices, cases.QUICK if arguments.quick else cases.FULL)
-    store.write(result, target)
+    netcdf.write(result, target)
     save_figures({"benchmark": draw(result)}, arguments.out)
     print_report(result)
     print(f"wrote {target} and benchmark.png")

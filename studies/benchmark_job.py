@@ -11,7 +11,7 @@ from benchmark_kernels import seconds_in_kernels
 from p695_fragility import DRIFT_LIMITS, build_scene
 
 import warpdyn as wd
-from warpdyn import store
+from warpdyn.core import netcdf
 
 TIMED_RUNS = 2  # after a warm-up; the fastest counts, with all its parts
 PARTS = {
@@ -41,7 +41,7 @@ def _run(scene: wd.Scene, structures: int, device: str | list[str], path: Path) 
     simulated = time.perf_counter()
     curves = wd.fragility(run, DRIFT_LIMITS)
     fitted = time.perf_counter()
-    store.write(run.merge(curves, combine_attrs="no_conflicts"), path)
+    netcdf.write(run.merge(curves, combine_attrs="no_conflicts"), path)
     written = time.perf_counter()
     kernels = seconds_in_kernels(run)
     sampling, integrating = (run.attrs[f"seconds_{part}"] for part in ("sampling", "integrating"))

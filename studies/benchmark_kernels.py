@@ -16,8 +16,8 @@ from benchmark_cases import STEP, build_scene, draw_ensemble, spread_out
 from tqdm import tqdm
 
 import warpdyn as wd
+from warpdyn.integration.run import lay_out
 from warpdyn.kernels.build import load_kernel
-from warpdyn.prepare import lay_out
 
 # The least of several runs counts, after a warm-up: of two at least, and until they have been so long in kernels or
 # taken so long in all [s]. A GPU's clock needs some 0.2 s of work to speed up.

@@ -21,10 +21,10 @@ from matplotlib import ticker
 from matplotlib.figure import Figure
 
 import warpdyn as wd
-from warpdyn import store
-from warpdyn.motions import STANDARD_GRAVITY
-from warpdyn.plot_style import COLOURS, new_figure
-from warpdyn.records import far_field
+from warpdyn.core import netcdf
+from warpdyn.ground_motions.motions import STANDARD_GRAVITY
+from warpdyn.ground_motions.records import far_field
+from warpdyn.plots.style import COLOURS, new_figure
 
 BUILDING = wd.ShearBuilding.from_hazus("C1M", "high", storeys=5, damped_storeys=(1, 5))
 DRIFT_LIMITS = wd.hazus_drift_limits("C1M", "high")
@@ -127,7 +127,7 @@ def print_medians(curves: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, samples=16, meaning="structures a record and stripe")
-    target = store.check_writable(arguments.out / "isolation.nc")
+    target = netcdf.check_writable(arguments.out / "isolation.nc")
     started = time.perf_counter()
     found = [curves_of(name, arguments.samples, arguments.seed, arguments.device) for name in BUILDINGS]
     demands, curves = (
@@ -136,8 +136,8 @@ def main() -> None:
     result = demands.merge(curves, combine_attrs="drop_conflicts")
     result["building"].attrs = {"long_name": "building", "units": "1"}
     title = "Fragility of a five-storey building as it is, on isolators and under a tuned mass damper"
-    result.attrs |= store.trace(title, "simulate, warpdyn.fragility")
-    store.write(result, target)
+    result.attrs |= netcdf.trace(title, "simulate, warpdyn.fragility")
+    netcdf.write(result, target)
     save_figures({"isolation": draw(result)}, arguments.out)
     print_medians(result)
     print(f"\n{time.perf_counter() - started:.1f} s; wrote {target} and isolation.png")

@@ -23,8 +23,8 @@ from matplotlib.figure import Figure
 from peers.storey_laws import LAWS
 
 import warpdyn as wd
-from warpdyn import store
-from warpdyn.plots import COLOURS
+from warpdyn.core import netcdf
+from warpdyn.plots.ensembles import COLOURS
 
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of a storey that yields at 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -108,14 +108,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     arguments = parser.parse_args()
-    target = store.check_writable(arguments.out / "laws.nc")
+    target = netcdf.check_writable(arguments.out / "laws.nc")
     result = take_through(protocol())
     result.attrs |= {
         "Conventions": "CF-1.11",
         "title": "Storey laws under the same cycles",
         "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} studies/laws.py",
     }
-    store.write(result, target)
+    netcdf.write(result, target)
     save_figures({"laws": draw(result)}, arguments.out)
     print(f"{'storey law':<40}{'OpenSees':<17}{'dissipated over Fy dy':>22}{'last peak over Fy':>19}")
     last_cycle = np.abs(result["storey_drift"].values) >= DUCTILITIES[-1] * YIELD_DRIFT * (1 - 1e-9)

@@ -15,8 +15,9 @@ import xarray as xr
 from command_line import read_arguments, save_figures
 
 import warpdyn as wd
-from warpdyn import plots, store
-from warpdyn.records import far_field
+from warpdyn import plots
+from warpdyn.core import netcdf
+from warpdyn.ground_motions.records import far_field
 
 # HAZUS C1M, high code: a concrete frame whose first period is 0.75 s. A frame in the ensemble is "complete" at 5.3 %
 # drift; at 10 % it counts as collapsed.
@@ -69,7 +70,7 @@ def print_table(result: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, samples=64, meaning="structures a record and stripe")
-    target = store.check_writable(arguments.out / "p695_fragility.nc")
+    target = netcdf.check_writable(arguments.out / "p695_fragility.nc")
 
     started = time.perf_counter()
     scene = build_scene()
@@ -88,7 +89,7 @@ def main() -> None:
     simulated = time.perf_counter()
     result = run.merge(wd.fragility(run, DRIFT_LIMITS, seed=arguments.seed), combine_attrs="no_conflicts")
     fitted = time.perf_counter()
-    store.write(result, target)
+    netcdf.write(result, target)
     written = time.perf_counter()
     figures = {
         "p695_fragility": plots.fragility_curves(result),

@@ -17,8 +17,8 @@ from command_line import read_arguments, save_figures
 from matplotlib.figure import Figure
 
 import warpdyn as wd
-from warpdyn import store
-from warpdyn.records import far_field
+from warpdyn.core import netcdf
+from warpdyn.ground_motions.records import far_field
 
 # The city, assumed and no survey of any place: a stock as of the western United States. Nine of ten buildings are wood
 # houses, manufactured homes and small masonry, as dwellings outnumber all else; commerce and industry are in low wood,
@@ -147,7 +147,7 @@ def draw(result: xr.Dataset) -> Figure:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, samples=10_000, meaning="buildings of the city", counted="buildings")
-    target = store.check_writable(arguments.out / "portfolio.nc")
+    target = netcdf.check_writable(arguments.out / "portfolio.nc")
     started = time.perf_counter()
     portfolio, limits = build_city(arguments.buildings)
     motions = far_field()
@@ -170,7 +170,7 @@ def main() -> None:
         result["type_damage_share"] = by_type(result)
         result.attrs["buildings"] = portfolio.buildings
     counted = time.perf_counter()
-    store.write(result, target)
+    netcdf.write(result, target)
     save_figures({"portfolio": draw(result)}, arguments.out)
     drawn = time.perf_counter()
 

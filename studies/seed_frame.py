@@ -21,8 +21,8 @@ from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
 
 import warpdyn as wd
-from warpdyn import store
-from warpdyn.exact import harmonic_response
+from warpdyn.core import netcdf
+from warpdyn.truth.linear import harmonic_response
 
 FRAME = json.loads((Path(__file__).parents[1] / "data" / "seed_frame.json").read_text())
 STRUCTURE = wd.LinearSystem(FRAME["mass"], FRAME["damping"], FRAME["stiffness"])
@@ -221,7 +221,7 @@ def build_dataset(samples: int, device: str | None, seed: int) -> xr.Dataset:
     # Its own times hold the compilation.
     kept = {name: value for name, value in run.attrs.items() if not name.startswith("seconds_")}
     dataset.attrs = kept | {
-        "history": run.attrs["history"].replace("warpdyn.simulate", "studies/seed_frame.py"),
+        "history": run.attrs["history"].replace("warpdyn.running.simulate", "studies/seed_frame.py"),
         "seed": seed,
         "ensemble_scene": SCATTERED_SCENE.to_json(),
         "references": FRAME["source"],
@@ -278,10 +278,10 @@ def print_report(result: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, samples=10_000, meaning="frames with scatter")
-    target = store.check_writable(arguments.out / "seed_frame.nc")
+    target = netcdf.check_writable(arguments.out / "seed_frame.nc")
 
     result = build_dataset(arguments.samples, arguments.device, arguments.seed)
-    store.write(result, target)
+    netcdf.write(result, target)
     drawn = {"seed_frame": figures.overview(result), "seed_frame_convergence": figures.convergence(result)}
     save_figures(drawn, arguments.out)
     print_report(result)

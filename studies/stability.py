@@ -24,11 +24,11 @@ import xarray as xr
 from command_line import read_arguments, save_figures
 from seed_frame import Variable, labelled
 
-from warpdyn import store
-from warpdyn.kernels.devices import checked_devices, device_names
-from warpdyn.methods import METHODS
-from warpdyn.recorders import STATUS_MEANINGS
-from warpdyn.stability import stability_limit
+from warpdyn.core import netcdf
+from warpdyn.core.output_variables import STATUS_MEANINGS
+from warpdyn.kernels.queues import checked_devices, device_names
+from warpdyn.methods.stability_limits import stability_limit
+from warpdyn.methods.table import METHODS
 
 STEPPED = [name for name, method in METHODS.items() if not method.is_adaptive]
 LIMITED = [name for name in STEPPED if np.isfinite(stability_limit(METHODS[name], 0.05))]
@@ -276,10 +276,10 @@ def print_report(result: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, samples=10_000, meaning="oscillators in each method's map of growth")
-    target = store.check_writable(arguments.out / "stability.nc")
+    target = netcdf.check_writable(arguments.out / "stability.nc")
     started = time.perf_counter()
     result = build_dataset(arguments.samples, arguments.device)
-    store.write(result, target)
+    netcdf.write(result, target)
     drawn = {f"stability_{name}": draw(result) for name, draw in FIGURES.items()}
     save_figures(drawn, arguments.out)
     print_report(result)

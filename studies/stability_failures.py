@@ -8,10 +8,10 @@ from scipy.optimize import brentq
 from stability_oscillator import first_failure
 
 import warpdyn as wd
-from warpdyn.methods import METHODS
-from warpdyn.modal import rayleigh_coefficients
-from warpdyn.prepare import prepare
-from warpdyn.stability import relaxation_limit, stability_limit
+from warpdyn.integration.run import prepare
+from warpdyn.methods.stability_limits import relaxation_limit, stability_limit
+from warpdyn.methods.table import METHODS
+from warpdyn.structures.modal import rayleigh_coefficients
 
 STOREYS, FIRST_PERIOD, DAMPING_RATIO = 20, 2.0, 0.05
 STIFFNESS = (np.pi / FIRST_PERIOD / np.sin(np.pi / (4 * STOREYS + 2))) ** 2  # of a storey, over a floor's mass

@@ -13,13 +13,13 @@ from itertools import product
 import numpy as np
 
 import warpdyn as wd
-from warpdyn.guard import guard, integrate_guarded
+from warpdyn.core.output_variables import DIVERGED, UNSTABLE_STEP
+from warpdyn.integration.run import prepare
+from warpdyn.integration.stability_guard import guard, integrate_guarded
+from warpdyn.integration.vibration import vibration_of
 from warpdyn.kernels import build
-from warpdyn.kernels.vibration import circular_frequencies
-from warpdyn.methods import METHODS
-from warpdyn.prepare import prepare
-from warpdyn.recorders import DIVERGED, UNSTABLE_STEP
-from warpdyn.vibration import vibration_of
+from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.methods.table import METHODS
 
 LAWS, DAMPING = ("elastic", "bilinear", "bouc_wen"), ("rayleigh", "modal")
 BROKEN = 1 / 3  # the share of the buildings whose limit the step is beyond

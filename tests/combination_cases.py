@@ -24,17 +24,17 @@ import numpy as np
 from method_sources import by_source, shown, source_of
 
 import warpdyn as wd
+from warpdyn.core.output_variables import RECORDERS
+from warpdyn.integration.propagators import damping_of
 from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES, Plan
 from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
-from warpdyn.methods import METHODS, fitting_methods
-from warpdyn.modal import modal_damping_matrix
-from warpdyn.propagators import damping_of
-from warpdyn.recorders import RECORDERS
-from warpdyn.stability import stability_limit
-from warpdyn.structures import DAMPING
+from warpdyn.methods.stability_limits import stability_limit
+from warpdyn.methods.table import METHODS, fitting_methods
+from warpdyn.structures.modal import modal_damping_matrix
+from warpdyn.structures.shear_building import DAMPING
 
 SAMPLES = 17  # one full row of lanes, and one that repeats its only sample
 VALUES = {  # of every parameter that a law or a damping takes

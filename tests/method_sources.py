@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import pytest
 
 from warpdyn.kernels.plan import keeps_slopes
-from warpdyn.methods import METHODS
+from warpdyn.methods.table import METHODS
 
 
 def source_of(method):

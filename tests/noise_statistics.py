@@ -11,12 +11,12 @@ import warp as wp
 from scipy.linalg import expm
 
 import warpdyn as wd
-from warpdyn import pack
+from warpdyn.core.random_numbers import key_of
+from warpdyn.integration import packing
+from warpdyn.integration.run import prepare
 from warpdyn.kernels.arguments import brought
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import Plan, row_types, structs
-from warpdyn.philox import key_of
-from warpdyn.prepare import prepare
 
 LANES = 2
 INTENSITY, GROUND, OMEGA, RATIO = 0.01, (15.0, 0.6), 2 * np.pi, 0.05
@@ -122,11 +122,11 @@ def paths(
     """
     scene = wd.Scene(OSCILLATOR, noise)
     timeline = prepare(scene, samples=1, method="rk4", dtype=dtype, device=device)[0].timeline
-    loads = brought("Load", pack.pack_load(scene, timeline), dtype, device)
+    loads = brought("Load", packing.pack_load(scene, timeline), dtype, device)
     shape = (noise.intervals + 1, samples)
     begin, change = (wp.full(shape, np.nan, dtype=getattr(wp, dtype), device=device) for _ in range(2))
     arguments = [loads, key_of(seed), first, run or noise.intervals + 1, begin, change]
-    wp.launch(path_kernel(pack.load_of(scene), dtype), dim=samples // LANES, inputs=arguments, device=device)
+    wp.launch(path_kernel(packing.load_of(scene), dtype), dim=samples // LANES, inputs=arguments, device=device)
     return begin.numpy(), change.numpy()
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from opensees import chain_drifts
 
 import warpdyn as wd
-from warpdyn.motions import STANDARD_GRAVITY
-from warpdyn.records import far_field
+from warpdyn.ground_motions.motions import STANDARD_GRAVITY
+from warpdyn.ground_motions.records import far_field
 
 LIMIT = 0.1  # collapse drift ratio
 RECORDS = (0, 9, 18, 27, 36)  # of the far-field set: five earthquakes

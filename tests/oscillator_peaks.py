@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
-from warpdyn.motions import GroundMotion
+from warpdyn.ground_motions.motions import GroundMotion
 
 INSTANTS_PER_PERIOD = 100
 TERMS = 14  # of the exponential between neighbouring instants, where the next one is 0.06^14 / 14! = 1e-28

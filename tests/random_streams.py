@@ -12,8 +12,8 @@ import warp as wp
 from scipy import stats
 from scipy.special import kolmogorov
 
-from warpdyn.kernels.philox import normal_pair
-from warpdyn.philox import Purpose, key_of
+from warpdyn.core.random_numbers import Purpose, key_of
+from warpdyn.device.random_numbers import normal_pair
 
 BINS = 256
 BINS_AS_FLOAT = wp.constant(wp.float64(BINS))

@@ -11,7 +11,7 @@ import xarray as xr
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
-from warpdyn.structures import ShearBuilding
+from warpdyn.structures.shear_building import ShearBuilding
 
 CHORD = 1e-7  # of the path's largest drift
 

@@ -13,9 +13,9 @@ import xarray as xr
 from conftest import ROOT
 from matplotlib import image
 
-from warpdyn.exact import harmonic_response
-from warpdyn.exact_bilinear import bilinear_chain_response
-from warpdyn.exact_bouc_wen import bouc_wen_chain_response
+from warpdyn.truth.bilinear import bilinear_chain_response
+from warpdyn.truth.bouc_wen import bouc_wen_chain_response
+from warpdyn.truth.linear import harmonic_response
 
 sys.path.insert(0, str(ROOT / "studies"))
 points, scenes_of, study, promises, decision = (
@@ -50,7 +50,7 @@ def result(scenes: dict) -> xr.Dataset:
         patch.setattr(points, "STEPS", points.STEPS[:6])
         patch.setattr(study, "STEPS", points.STEPS)
         for module in ("points", "plan"):
-            where = points if module == "points" else importlib.import_module("warpdyn.plan")
+            where = points if module == "points" else importlib.import_module("warpdyn.accuracy.pilot")
             patch.setattr(where, "CANDIDATES", ("rk4",))
         patch.setattr(promises, "TARGETS", (1e-2, 1e-3))
         patch.setattr(study, "TARGETS", (1e-2, 1e-3))

@@ -14,12 +14,13 @@ import warp as wp
 from test_simulate import MOTIONS, SEEDED, assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn import blocks, guard
-from warpdyn.kernels import devices
-from warpdyn.parts import in_parts
-from warpdyn.prepare import lay_out
-from warpdyn.results import columns_of
-from warpdyn.scatter import SAMPLING
+from warpdyn.core.thread_pool import in_parts
+from warpdyn.integration import stability_guard as guard
+from warpdyn.integration.run import lay_out
+from warpdyn.kernels import queues as devices
+from warpdyn.running import blocks
+from warpdyn.running.labels import columns_of
+from warpdyn.scene.scatter import SAMPLING
 
 TWO = ("cpu", "cpu")  # stand for two GPUs: the division does not know what its devices are
 
@@ -35,11 +36,11 @@ def divided(monkeypatch):
 
     def into(samples, on=("cpu",)):
         monkeypatch.setattr(blocks, "CPU_BLOCK", samples)
-        monkeypatch.setattr("warpdyn.prepare.checked_devices", lambda device: on)
+        monkeypatch.setattr("warpdyn.integration.run.checked_devices", lambda device: on)
         return found
 
     original = blocks.divide
-    monkeypatch.setattr(sys.modules["warpdyn.simulate"], "divide", divide)
+    monkeypatch.setattr(sys.modules["warpdyn.running.simulate"], "divide", divide)
     return into
 
 
@@ -82,7 +83,7 @@ def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
 
     whole = prepared()
     monkeypatch.setattr(in_parts, "__defaults__", (7,))
-    monkeypatch.setattr("warpdyn.vibration.STRUCTURES_AT_A_TIME", 7)
+    monkeypatch.setattr("warpdyn.integration.vibration.STRUCTURES_AT_A_TIME", 7)
     assert prepared() == whole
 
 
@@ -229,7 +230,7 @@ def test_devices_by_name(monkeypatch):
 
 
 def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
-    monkeypatch.setattr("warpdyn.prepare.checked_devices", lambda device: ("cuda:0", "cuda:1"))
+    monkeypatch.setattr("warpdyn.integration.run.checked_devices", lambda device: ("cuda:0", "cuda:1"))
     monkeypatch.setattr(blocks, "free_memory", lambda device: 2**40)
 
     def sizes(samples, memory=None):

@@ -44,13 +44,13 @@ from combined_rows import COMBINED, SOME, combined_structure
 from method_sources import source_of, thorough_unless
 
 import warpdyn as wd
+from warpdyn.core.output_variables import DIVERGED, HISTORY, RECORDERS
 from warpdyn.kernels import build
-from warpdyn.kernels.devices import CpuQueue
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES
+from warpdyn.kernels.queues import CpuQueue
 from warpdyn.kernels.springs import SPRINGS
-from warpdyn.methods import METHODS, fitting_methods
-from warpdyn.recorders import DIVERGED, HISTORY, RECORDERS
+from warpdyn.methods.table import METHODS, fitting_methods
 
 pytestmark = pytest.mark.usefixtures("unoptimised")
 

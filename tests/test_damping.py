@@ -6,7 +6,7 @@ from method_sources import shown, thorough_unless
 from opensees import chain_drifts
 
 import warpdyn as wd
-from warpdyn.methods import METHODS, fitting_methods
+from warpdyn.methods.table import METHODS, fitting_methods
 
 MASS, STIFFNESS, RATIO = np.array([2.0e5, 1.5e5, 1.0e5]), np.array([9.0e7, 7.0e7, 4.0e7]), 0.05
 TANGENT = fitting_methods("bouc_wen", "rayleigh_tangent")

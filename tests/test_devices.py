@@ -10,7 +10,7 @@ from scipy.linalg import eigh, expm
 from scipy.special import gamma
 
 import warpdyn as wd
-from warpdyn.pushover import storey_hysteresis
+from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS = 2.0e7
 PROTOCOLS = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.kernels.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm, power_of
+from warpdyn.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm, power_of
 from warpdyn.kernels.plan import DTYPES
 
 

@@ -17,9 +17,9 @@ from noise_statistics import (
 from scipy.integrate import quad
 
 import warpdyn as wd
-from warpdyn import blocks
-from warpdyn.modal import modal_damping_matrix
-from warpdyn.prepare import prepare
+from warpdyn.integration.run import prepare
+from warpdyn.running import blocks
+from warpdyn.structures.modal import modal_damping_matrix
 
 CLOUGH_PENZIEN = wd.CloughPenzien(0.01, 15.0, 0.6, 1.5, 0.6)
 SPECTRA = {"white": WHITE, "kanai_tajimi": KANAI_TAJIMI, "clough_penzien": CLOUGH_PENZIEN}

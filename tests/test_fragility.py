@@ -6,8 +6,8 @@ import xarray as xr
 from scipy.optimize import minimize
 from scipy.stats import beta, norm
 
-from warpdyn.fragility import fragility
-from warpdyn.lognormal_fit import FIT_MEANINGS, fit_lognormal
+from warpdyn.statistics.fragility_curves import fragility
+from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, fit_lognormal
 
 
 def make_run(drift, record, level):

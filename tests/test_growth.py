@@ -5,10 +5,10 @@ from math import factorial
 import numpy as np
 import pytest
 
-from warpdyn.growth import polynomial_limits
-from warpdyn.method_kinds import ExplicitMethod, ImplicitMethod
-from warpdyn.methods import METHODS
-from warpdyn.stability import relaxation_limit, stability_limit, stable_step, stable_step_of_eigenvalues
+from warpdyn.methods.amplification import polynomial_limits
+from warpdyn.methods.kinds import ExplicitMethod, ImplicitMethod
+from warpdyn.methods.stability_limits import relaxation_limit, stability_limit, stable_step, stable_step_of_eigenvalues
+from warpdyn.methods.table import METHODS
 
 EULER = ExplicitMethod("euler", 1, ((0,),), (1,), (0,))
 # The methods of each column of LIMITS: Runge-Kutta methods of one order and as many stages share their limits.

@@ -14,8 +14,8 @@ import pytest
 from conftest import ROOT
 
 import warpdyn as wd
-from warpdyn.hazus import DESIGN_LEVELS, building_class, building_types
 from warpdyn.laws import LAWS
+from warpdyn.structures.hazus import DESIGN_LEVELS, building_class, building_types
 
 CLASSES = [(each, level) for each in building_types() for level in DESIGN_LEVELS]
 

@@ -27,8 +27,8 @@ from three_storeys import (
 )
 
 import warpdyn as wd
-from warpdyn.exact import harmonic_response, piecewise_linear_response
-from warpdyn.methods import METHODS
+from warpdyn.methods.table import METHODS
+from warpdyn.truth.linear import harmonic_response, piecewise_linear_response
 
 every_method = pytest.mark.parametrize("method", IMPLICIT)
 

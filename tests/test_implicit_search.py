@@ -22,8 +22,8 @@ from three_storeys import (
 )
 
 import warpdyn as wd
+from warpdyn.core.output_variables import RECORDERS
 from warpdyn.kernels.springs import SPRINGS
-from warpdyn.recorders import RECORDERS
 
 every_method = pytest.mark.parametrize("method", IMPLICIT)
 

@@ -11,8 +11,8 @@ import pytest
 from scipy.stats import gmean
 
 import warpdyn as wd
-import warpdyn.plots
-from warpdyn.intensity import (
+import warpdyn.plots.ensembles
+from warpdyn.ground_motions.intensity_measures import (
     AriasIntensity,
     AverageSpectralAcceleration,
     IntensityMeasure,
@@ -22,7 +22,7 @@ from warpdyn.intensity import (
     SpectralAcceleration,
     spectral_acceleration,
 )
-from warpdyn.motions import GroundMotion
+from warpdyn.ground_motions.motions import GroundMotion
 
 G = 9.80665
 MOTIONS = [GroundMotion(np.random.default_rng(i).normal(size=30 + 10 * i), 0.1, f"motion {i}") for i in range(3)]

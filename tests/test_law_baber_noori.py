@@ -7,7 +7,7 @@ from storey_steps import steps
 
 import warpdyn as wd
 from warpdyn.laws import LAWS
-from warpdyn.pushover import storey_hysteresis
+from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS

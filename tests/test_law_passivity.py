@@ -5,7 +5,7 @@ import pytest
 from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
 from warpdyn.laws import LAWS
-from warpdyn.pushover import storey_hysteresis
+from warpdyn.running.pushover import storey_hysteresis
 
 STOREYS, TURNS, STEPS = 60, 24, 300
 YIELD_ENERGY = YIELD_FORCE * YIELD_DRIFT

@@ -6,7 +6,7 @@ from law_steps import check_steps
 from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
-from warpdyn.pushover import storey_hysteresis
+from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm if it does not crack before
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS

@@ -13,8 +13,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from warpdyn.method_kinds import ExactMethod, ExplicitMethod, ImplicitMethod
-from warpdyn.methods import METHODS
+from warpdyn.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod
+from warpdyn.methods.table import METHODS
 
 EXPLICIT = [name for name, method in METHODS.items() if isinstance(method, ExplicitMethod)]
 IMPLICIT = [name for name, method in METHODS.items() if isinstance(method, ImplicitMethod)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from warpdyn.modal import (
+from warpdyn.structures.modal import (
     chain_stiffness_matrix,
     modal_damping_matrix,
     modal_properties,

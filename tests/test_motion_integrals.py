@@ -15,7 +15,7 @@ from scipy.interpolate import PPoly
 from scipy.optimize import brentq
 
 import warpdyn as wd
-from warpdyn.records import far_field
+from warpdyn.ground_motions.records import far_field
 
 G = 9.80665
 

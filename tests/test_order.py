@@ -6,9 +6,9 @@ from method_sources import shown, thorough_unless
 from seed_problem import AMPLITUDE, DAMPING, MASS, STIFFNESS
 
 import warpdyn as wd
-from warpdyn.exact import harmonic_response
-from warpdyn.methods import METHODS
-from warpdyn.prepare import prepare
+from warpdyn.integration.run import prepare
+from warpdyn.methods.table import METHODS
+from warpdyn.truth.linear import harmonic_response
 
 CHAIN = wd.ShearBuilding(MASS, 20e3, 3.0, damping="storey", damping_coefficient=30.0)
 DENSE = wd.LinearSystem(MASS, DAMPING, STIFFNESS)

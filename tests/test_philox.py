@@ -7,9 +7,9 @@ import pytest
 import warp as wp
 from random_streams import LEAST_P_VALUE, p_values
 
-from warpdyn import philox as looked_up
-from warpdyn.kernels.philox import Words, normal_of, normal_pair, philox, uniform_of, uniform_pair
-from warpdyn.philox import Purpose, key_of
+from warpdyn.core import random_numbers as looked_up
+from warpdyn.core.random_numbers import Purpose, key_of
+from warpdyn.device.random_numbers import Words, normal_of, normal_pair, philox, uniform_of, uniform_pair
 
 # Random123 1.14, tests/kat_vectors, rows "philox4x32 10": counter, key, answer.
 KNOWN = [

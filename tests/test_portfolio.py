@@ -11,12 +11,12 @@ from test_simulate import MOTIONS, make_motion
 from tqdm import tqdm
 
 import warpdyn as wd
-from warpdyn.kernels import devices
-from warpdyn.portfolio_groups import ROUND_STEP, groups_of, scenes_of
-from warpdyn.portfolio_results import _common_attributes
-from warpdyn.timeline import STEPS_PER_PERIOD
+from warpdyn.integration.time_grid import STEPS_PER_PERIOD
+from warpdyn.kernels import queues as devices
+from warpdyn.portfolio.groups import ROUND_STEP, groups_of, scenes_of
+from warpdyn.portfolio.labels import _common_attributes
 
-module = importlib.import_module("warpdyn.simulate_portfolio")  # whose name is that of its function, too
+module = importlib.import_module("warpdyn.portfolio.simulate_portfolio")  # whose name is that of its function, too
 
 STRIPES = wd.Stripes(MOTIONS, [0.1, 0.4], wd.PeakGroundAcceleration())
 DAMPED = {"damping": "rayleigh", "damping_ratio": 0.05}
@@ -229,7 +229,7 @@ def test_each_building_can_have_a_motion_of_its_own():
 
 @pytest.mark.parametrize("keep_inputs", [True, False])
 def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monkeypatch):
-    monkeypatch.setattr("warpdyn.portfolio_results.SAMPLES_AT_A_TIME", 7 * 6)
+    monkeypatch.setattr("warpdyn.portfolio.labels.SAMPLES_AT_A_TIME", 7 * 6)
     settings = {"keep_inputs": keep_inputs, "check": 0.1, "memory": 10**9, **SETTINGS}
     held = wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", **settings)
     with wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", path=tmp_path / "run.nc", **settings) as read:
@@ -388,7 +388,7 @@ def test_one_bar_shows_how_far_all_groups_are(monkeypatch):
         bars.append(tqdm(**settings, file=io.StringIO()))
         return bars[-1]
 
-    monkeypatch.setattr("warpdyn.progress.tqdm", make)
+    monkeypatch.setattr("warpdyn.core.progress.tqdm", make)
     for _ in range(2):
         wd.simulate_portfolio(CITY, MOTIONS[0], record=("drift",), tail=0.0, device="cpu")
     wd.simulate(wd.Scene(chain(1), MOTIONS[0], record=("drift",), tail=0.0), device="cpu")

@@ -28,10 +28,10 @@ from linear_systems import (
 from scipy.integrate import simpson
 
 import warpdyn as wd
-from warpdyn.exact import harmonic_response, piecewise_linear_response
-from warpdyn.modal import modal_damping_matrix
-from warpdyn.propagators import damping_of
-from warpdyn.records import far_field
+from warpdyn.ground_motions.records import far_field
+from warpdyn.integration.propagators import damping_of
+from warpdyn.structures.modal import modal_damping_matrix
+from warpdyn.truth.linear import harmonic_response, piecewise_linear_response
 
 # Steps that an exact response can take are long for the powers that energies are summed up from.
 pytestmark = pytest.mark.filterwarnings("ignore:the energy balance")
@@ -214,7 +214,7 @@ def test_samples_together_and_alone(family, damping, method, monkeypatch):
             assert one.status == int(run.peak_storey_drift.max() > 3e-3)
     assert set(together.status.values) == ({0, 1} if family == "chain" else {0})
     # What else is packed, launched or drawn beside a sample changes no bit of it.
-    monkeypatch.setattr("warpdyn.blocks.CPU_BLOCK", 4)
+    monkeypatch.setattr("warpdyn.running.blocks.CPU_BLOCK", 4)
     chunked = wd.simulate(scene, samples=6, dtype="float64", **options)
     monkeypatch.undo()
     fewer = wd.simulate(scene, samples=2, dtype="float64", **options)

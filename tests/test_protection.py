@@ -5,7 +5,7 @@ import pytest
 from opensees import chain_drifts
 
 import warpdyn as wd
-from warpdyn.motions import STANDARD_GRAVITY
+from warpdyn.ground_motions.motions import STANDARD_GRAVITY
 
 
 def frame(**parameters):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from warpdyn.records import UNITS, far_field, from_array, from_dataset
+from warpdyn.ground_motions.records import UNITS, far_field, from_array, from_dataset
 
 GRAVITY = 9.80665
 

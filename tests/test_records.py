@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from warpdyn.records import from_array, read_at2, read_directory, read_text
+from warpdyn.ground_motions.records import from_array, read_at2, read_directory, read_text
 
 GRAVITY = 9.80665
 

@@ -6,9 +6,9 @@ import pytest
 import warp as wp
 from cubin import usage
 
+from warpdyn.core.output_variables import RECORDERS
 from warpdyn.kernels import build
 from warpdyn.kernels.plan import Plan
-from warpdyn.recorders import RECORDERS
 
 DRIFT, EVERY = ("drift",), tuple(sorted(RECORDERS["chain"]))
 CASES = [

@@ -16,9 +16,9 @@ from oscillator_peaks import integrated_displacement, largest_displacement
 
 import warpdyn as wd
 from warpdyn import plots
+from warpdyn.ground_motions.records import far_field
 from warpdyn.kernels.build import CPU_LANES
-from warpdyn.oscillators import halvings_of, oscillator_increments
-from warpdyn.records import far_field
+from warpdyn.methods.oscillator_increments import halvings_of, oscillator_increments
 
 
 @pytest.fixture(scope="module")

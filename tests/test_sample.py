@@ -12,10 +12,10 @@ from scipy import stats
 from scipy.stats import qmc
 
 import warpdyn as wd
-from warpdyn import philox
-from warpdyn.philox import Purpose
-from warpdyn.sample import Sampler
-from warpdyn.scatter import SAMPLING, check_scatter, correlation_factor
+from warpdyn.core import random_numbers as philox
+from warpdyn.core.random_numbers import Purpose
+from warpdyn.integration.sampler import Sampler
+from warpdyn.scene.scatter import SAMPLING, check_scatter, correlation_factor
 
 STOREYS = 3
 BUILDING = wd.ShearBuilding(

@@ -8,7 +8,7 @@ import xarray as xr
 from test_sequences import AFTER, LATER, MAIN, joined, make_building, make_motion, scaled
 
 import warpdyn as wd
-from warpdyn.recorders import COLLAPSED, OK
+from warpdyn.core.output_variables import COLLAPSED, OK
 
 LEVELS, PEAK = [1.0, 2.0], wd.PeakGroundAcceleration()
 STRIPED = wd.Sequence(

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.store import write
+from warpdyn.core.netcdf import write
 
 GRAVITY = 9.80665
 SEEDED = {"mass": wd.Factor(wd.Lognormal(1, 0.1)), "yield_force": wd.Factor(wd.Lognormal(1, 0.3), per="storey")}

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from warpdyn.method_kinds import ExplicitMethod
-from warpdyn.methods import METHODS
-from warpdyn.modal import chain_stiffness_matrix
-from warpdyn.stability import (
+from warpdyn.methods.kinds import ExplicitMethod
+from warpdyn.methods.stability_limits import (
     highest_damping_rate,
     stability_limit,
     stable_step,
     stable_step_of_eigenvalues,
     state_eigenvalues,
 )
+from warpdyn.methods.table import METHODS
+from warpdyn.structures.modal import chain_stiffness_matrix
 
 EULER = ExplicitMethod("euler", 1, ((0,),), (1,), (0,))
 LIMITED = [EULER, *(method for method in METHODS.values() if stability_limit(method, 0.5) < np.inf)]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from warpdyn.store import check_writable, write
+from warpdyn.core.netcdf import check_writable, write
 
 
 def make_dataset(scale=1.0):

@@ -9,8 +9,9 @@ import xarray as xr
 from test_simulate import MOTIONS, make_oscillator, make_scene
 
 import warpdyn as wd
-from warpdyn import blocks, store
-from warpdyn.kernels import devices
+from warpdyn.core import netcdf
+from warpdyn.kernels import queues as devices
+from warpdyn.running import blocks
 
 CHANGES = {"history", "seconds_sampling", "seconds_integrating", "seconds_in_kernels"}  # attributes of the clock
 SYSTEM = wd.LinearSystem([2.0, 1.0], np.zeros((2, 2)), [[300.0, -100.0], [-100.0, 100.0]])

@@ -9,7 +9,7 @@ import pytest
 import warp as wp
 from scipy.linalg import eigh_tridiagonal
 
-from warpdyn.kernels.vibration import circular_frequencies, frequencies_kernel
+from warpdyn.kernels.auxiliary.frequencies import circular_frequencies, frequencies_kernel
 
 # All that the algorithm does to a frequency is to multiply, divide and add what is positive, some 10 times a storey.
 ROUNDING = 1e-14

@@ -1,12 +1,17 @@
 """Ensembles of structural dynamics, integrated in parallel on GPUs and CPUs."""
 
-from warpdyn.damage import damage_shares
-from warpdyn.designs import Cloud, Individual, Stripes
-from warpdyn.filtered_noise import CloughPenzien, FilteredNoise, JenningsEnvelope, KanaiTajimi, WhiteNoise
-from warpdyn.fragility import fragility
-from warpdyn.hazus import hazus_drift_limits
-from warpdyn.histories import Histories
-from warpdyn.intensity import (
+from warpdyn.accuracy.pilot import Choice, plan
+from warpdyn.core.netcdf import write
+from warpdyn.ground_motions.designs import Cloud, Individual, Stripes
+from warpdyn.ground_motions.event_sequences import Sequence
+from warpdyn.ground_motions.filtered_noise import (
+    CloughPenzien,
+    FilteredNoise,
+    JenningsEnvelope,
+    KanaiTajimi,
+    WhiteNoise,
+)
+from warpdyn.ground_motions.intensity_measures import (
     AriasIntensity,
     AverageSpectralAcceleration,
     CumulativeAbsoluteVelocity,
@@ -17,21 +22,22 @@ from warpdyn.intensity import (
     SpectralAcceleration,
     intensity_measures,
 )
-from warpdyn.modal import modal_table
-from warpdyn.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
-from warpdyn.plan import Choice, plan
-from warpdyn.portfolio import Archetype, Portfolio
-from warpdyn.pushover import pushover, storey_hysteresis
-from warpdyn.response_spectra import response_spectra
-from warpdyn.results import summary
-from warpdyn.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
-from warpdyn.scene import Scene
-from warpdyn.selections import of_archetype, of_event, of_storeys
-from warpdyn.sequences import Sequence
-from warpdyn.simulate import simulate
-from warpdyn.simulate_portfolio import simulate_portfolio
-from warpdyn.store import write
-from warpdyn.structures import LinearSystem, ShearBuilding
+from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
+from warpdyn.ground_motions.response_spectra import response_spectra
+from warpdyn.portfolio.portfolio import Archetype, Portfolio
+from warpdyn.portfolio.simulate_portfolio import simulate_portfolio
+from warpdyn.running.histories import Histories
+from warpdyn.running.labels import summary
+from warpdyn.running.pushover import pushover, storey_hysteresis
+from warpdyn.running.selections import of_archetype, of_event, of_storeys
+from warpdyn.running.simulate import simulate
+from warpdyn.scene.scatter import Factor, Listed, Lognormal, Normal, Uniform, Value
+from warpdyn.scene.scene import Scene
+from warpdyn.statistics.damage_shares import damage_shares
+from warpdyn.statistics.fragility_curves import fragility
+from warpdyn.structures.hazus import hazus_drift_limits
+from warpdyn.structures.modal import modal_table
+from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
 
 __all__ = [
     "Archetype",

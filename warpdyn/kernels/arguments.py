@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdyn.core.output_variables import DIVERGED
 from warpdyn.kernels.plan import structs
-from warpdyn.recorders import DIVERGED
 
 
 def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -> Any:

@@ -9,6 +9,8 @@ import functools
 
 import warp as wp
 
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
+from warpdyn.device.processor import ELEMENT, LARGER, NEIGHBOURS, across_warp, align_rows, see_neighbours
 from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.loads import LOADS, at_ends, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
@@ -24,7 +26,6 @@ from warpdyn.kernels.plan import (
     structs,
     tableau,
 )
-from warpdyn.kernels.processor import ELEMENT, LARGER, NEIGHBOURS, across_warp, align_rows, see_neighbours
 from warpdyn.kernels.recorders import (
     add_to_mean,
     balance_error,
@@ -38,7 +39,6 @@ from warpdyn.kernels.recorders import (
 from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
 from warpdyn.kernels.viscous_dampers import VALUES, damper_force
-from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, OK, UNSTABLE_STEP
 
 SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at
 

@@ -8,12 +8,12 @@ import functools
 
 import warp as wp
 
+from warpdyn.core.output_variables import DIVERGED, OK
 from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs, tableau
 from warpdyn.kernels.recorders import balance_error, keep_state
-from warpdyn.recorders import DIVERGED, OK
 
 
 @functools.cache

@@ -12,6 +12,7 @@ import functools
 
 import warp as wp
 
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, MASS_DAMPED, Plan, constants, row_types, settling_polynomial, structs
@@ -28,8 +29,7 @@ from warpdyn.kernels.recorders import (
 from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
 from warpdyn.kernels.viscous_dampers import VALUES, damper_force, damper_tangent
-from warpdyn.methods import METHODS
-from warpdyn.recorders import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
+from warpdyn.methods.table import METHODS
 
 # What of the forces may be left unbalanced: of the largest that the sample has met or, once it falls no further, of
 # stiffness times displacement, which bears the roundings: in float32 and in tall buildings the second is met first.

@@ -11,13 +11,13 @@ import math
 
 import warp as wp
 
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs
 from warpdyn.kernels.powers import lost_share, supplied_share
 from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
-from warpdyn.methods import METHODS
-from warpdyn.recorders import COLLAPSED, DIVERGED, OK
+from warpdyn.methods.table import METHODS
 
 # Rows of the largest table of which a processor's thread keeps a copy for its lanes (16 in float64: 512 KiB).
 LARGEST_COPY = 4096

@@ -1,4 +1,4 @@
-"""Base motion that is random by itself, generated interval by interval (`warpdyn.filtered_noise`) and never stored.
+"""Base motion that is random by itself, generated interval by interval (`warpdyn.ground_motions.filtered_noise`) and never stored.
 
 The function here takes and returns the rows of all of a thread's lanes: copying them costs little once an interval, and
 its loops over lanes hold nothing else, so that a processor runs them side by side.
@@ -9,10 +9,10 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warpdyn.core.random_numbers import Purpose
+from warpdyn.device.random_numbers import normal_pair
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.philox import normal_pair
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs
-from warpdyn.philox import Purpose
 
 
 @functools.cache

@@ -13,9 +13,9 @@ from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.springs import spring_row
 from warpdyn.kernels.springs.settling import POWERS
 from warpdyn.kernels.viscous_dampers import VALUES
-from warpdyn.method_kinds import ExplicitMethod
-from warpdyn.methods import METHODS
-from warpdyn.stability import relaxation_limit
+from warpdyn.methods.kinds import ExplicitMethod
+from warpdyn.methods.stability_limits import relaxation_limit
+from warpdyn.methods.table import METHODS
 
 LARGEST_LIMIT = 1e30  # stands for none: a constant of a kernel must be finite
 MASS_DAMPED = ("rayleigh", "rayleigh_tangent", "mass_proportional")  # dampings with a part in proportion to mass

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpdyn.kernels.exponentials import exponential, power_of
+from warpdyn.device.exponentials import exponential, power_of
 from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.rate_law import along_drift
 from warpdyn.kernels.springs.spring import Spring

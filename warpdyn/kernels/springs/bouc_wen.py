@@ -8,7 +8,7 @@ from typing import Any
 
 import warp as wp
 
-from warpdyn.kernels.exponentials import power_of
+from warpdyn.device.exponentials import power_of
 from warpdyn.kernels.springs.rate_law import along_drift
 from warpdyn.kernels.springs.spring import Spring
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import warp as wp
 
-from warpdyn.kernels.exponentials import power_of
+from warpdyn.device.exponentials import power_of
 from warpdyn.kernels.springs.named import device_functions, kept_force
 from warpdyn.kernels.springs.spring import Spring
 

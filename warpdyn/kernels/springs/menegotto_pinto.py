@@ -15,7 +15,7 @@ from typing import Any
 
 import warp as wp
 
-from warpdyn.kernels.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm
+from warpdyn.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm
 from warpdyn.kernels.springs.named import device_functions
 from warpdyn.kernels.springs.spring import Spring
 

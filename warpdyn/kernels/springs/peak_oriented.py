@@ -21,7 +21,7 @@ from typing import Any
 
 import warp as wp
 
-from warpdyn.kernels.exponentials import exponential, natural_logarithm
+from warpdyn.device.exponentials import exponential, natural_logarithm
 from warpdyn.kernels.springs.named import device_functions, kept_force
 from warpdyn.kernels.springs.spring import Spring
 

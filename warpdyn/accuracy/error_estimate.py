@@ -1,0 +1,177 @@
+"""What a run's step and precision cost it: some samples run again at half the step and in float64."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.output_variables import DIVERGED, RECORDERS
+from warpdyn.core.random_numbers import Purpose
+from warpdyn.ground_motions.motions import Assignment
+from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.run import LEAST_TOLERANCE, in_float64
+from warpdyn.integration.stability_guard import Reruns, integrate_guarded
+from warpdyn.integration.time_grid import Schedule
+from warpdyn.methods.table import METHODS
+from warpdyn.running.labels import heights
+
+FEWEST_SAMPLES = 30  # a 95 % quantile of fewer says little
+# Statistics of the error over the samples, as quantiles.
+STATISTICS = {"median": 0.5, "95 %": 0.95, "worst": 1.0}
+# The second run has this many times the steps. The exact method errs only in what it sees of a peak, which half the
+# step may miss in the same way; an adaptive one has a tighter tolerance, too.
+FINER, FINER_EXACT, TIGHTER = 2, 8, 1e-2
+
+
+def relative_errors(
+    run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray, reruns: Reruns | None = None
+) -> dict[str, np.ndarray]:
+    """Return the relative error of every demand of some samples, by a run at half the step in float64.
+
+    Args:
+        run: The run.
+        outputs: Its outputs, of the chosen samples alone, sample last.
+        chosen: The samples.
+        reruns: What those before them had run again; None where there are none.
+
+    Returns:
+        By demand, the largest error over its storeys (or degrees of freedom) relative to the largest value, shape
+        [sample]; NaN for a sample that failed in either run.
+    """
+    method = METHODS[run.plan.method]
+    finer = FINER_EXACT if method.kind == "exact" else FINER
+    reference = integrate_guarded(_refined(run, chosen, finer), chosen, reruns)
+    # What the finer run still errs itself: peaks are seen at steps, so that no method's are of more than order 2.
+    order = 1 if method.kind == "explicit" and method.order == 1 else 2
+    errors = compare(run, outputs, reference, chosen)
+    return {name: error / (1 - finer**-order) for name, error in errors.items()}
+
+
+def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
+    """Return a run in float64 with so many times the steps for some samples, and so all events before it."""
+    schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
+    is_adaptive = METHODS[run.plan.method].is_adaptive
+    tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
+    refined = run.alike(in_float64(run.terms, tolerance, run.queue.device), schedule)
+    if run.before is not None:
+        everything = np.arange(run.before.sample.size)
+        refined.resume(integrate_guarded(_refined(run.before, everything, finer), everything))
+    return refined
+
+
+def compare(
+    run: Ensemble, outputs: dict[str, np.ndarray], reference: dict[str, np.ndarray], chosen: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the relative error of every demand against a reference's outputs, as `relative_errors` does."""
+    failed = (outputs["status"] >= DIVERGED) | (reference["status"] >= DIVERGED)
+    sizes = dict(reference)
+    if "peak_storey_drift" in reference:
+        sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / heights(run)[run.row[chosen]].T
+    errors = {}
+    for recorder in run.scene.record:
+        for name, variable in RECORDERS[run.plan.family][recorder].items():
+            if not variable.is_demand:
+                continue
+            scale = np.max([_largest(sizes[key]) for key in (name, *variable.scale) if key in sizes], axis=0)
+            difference = _largest(outputs[name].astype(np.float64) - reference[name])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                error = np.where(difference == 0, 0.0, difference / scale)
+            errors[name] = np.where(failed, np.nan, error)
+    return errors
+
+
+def _largest(values: np.ndarray) -> np.ndarray:
+    """Return the largest size over every axis but the last, that of the samples."""
+    return np.abs(values).reshape(-1, values.shape[-1]).max(axis=0)
+
+
+class ErrorEstimate:
+    """Relative errors of the demands of a share of a run's samples (at least 30), gathered block by block.
+
+    Args:
+        samples: Samples of the run.
+        share: Share of them.
+        seed: Seed of their choice.
+        together: Samples that are run again at a time.
+    """
+
+    def __init__(self, samples: int, share: float, seed: int, together: int) -> None:
+        count = min(samples, max(FEWEST_SAMPLES, int(np.ceil(share * samples))))
+        generator = np.random.default_rng([seed, Purpose.CHECKED_SAMPLES])
+        self.chosen = np.sort(generator.choice(samples, count, replace=False))
+        self.together = together
+        self._reruns = Reruns()
+        self._waiting: list[tuple[Ensemble, dict[str, np.ndarray]]] = []
+        self._errors: list[dict[str, np.ndarray]] = []
+
+    def add(self, run: Ensemble, outputs: dict[str, np.ndarray]) -> None:
+        """Take the chosen ones of a block's samples that did not fail.
+
+        Args:
+            run: The block.
+            outputs: Its outputs, sample last.
+        """
+        first, last = np.searchsorted(self.chosen, [run.sample[0], run.sample[-1] + 1])
+        own = self.chosen[first:last] - run.sample[0]
+        own = own[outputs["status"][own] < DIVERGED]
+        if own.size:
+            self._waiting.append((run.take(own), {name: values[..., own] for name, values in outputs.items()}))
+        if sum(part.sample.size for part, _ in self._waiting) >= self.together:
+            self._run_again()
+
+    def _run_again(self) -> None:
+        if not self._waiting:
+            return
+        blocks, outputs = zip(*self._waiting, strict=True)
+        self._waiting.clear()
+        whole = {name: np.concatenate([part[name] for part in outputs], axis=-1) for name in outputs[0]}
+        run = joined(blocks)
+        self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self._reruns))
+
+    def result(self, family: str, recorders: tuple[str, ...]) -> xr.Dataset:
+        """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % and worst)."""
+        self._run_again()
+        demands = [name for row in recorders for name, v in RECORDERS[family][row].items() if v.is_demand]
+        values = np.full((len(demands), len(STATISTICS)), np.nan)
+        count = 0
+        if self._errors and demands:
+            errors = [np.concatenate([part[name] for part in self._errors]) for name in demands]
+            count = errors[0].size
+            # A sample that fails at half the step counts as one of infinite error.
+            ordered = np.where(np.isnan(errors), np.inf, errors)
+            values = np.quantile(ordered, list(STATISTICS.values()), axis=1, method="higher").T
+        attributes = {
+            "long_name": "estimated relative error of the demand over the samples",
+            "units": "1",
+            "comment": f"of {count} samples, by half the step in float64; relative to the sample's largest value of "
+            "the demand over its storeys, of residual drifts to its peak storey drift ratio if that is recorded, of "
+            "energies to its input energy",
+        }
+        return xr.Dataset(
+            {"estimated_relative_error": (("demand", "error_statistic"), values, attributes)},
+            coords={"demand": demands, "error_statistic": list(STATISTICS)},
+        )
+
+
+def joined(parts: Sequence[Ensemble]) -> Ensemble:
+    """Return the samples of several blocks of one run as one, to be integrated where the last of them was."""
+    first = parts[0]
+    has_rows = bool(first.drawn) or first.before is not None  # else one structure serves all
+    counts = [len(part.structures) for part in parts] if has_rows else [0] * len(parts)
+    starts = np.cumsum([0, *counts[:-1]], dtype=np.int32)
+    whole = Ensemble(
+        first.terms,
+        np.concatenate([part.structures for part in parts]),
+        {name: np.concatenate([part.drawn[name] for part in parts]) for name in first.drawn},
+        np.concatenate([part.rayleigh for part in parts]) if has_rows else first.rayleigh,
+        Assignment.joined([part.assignment for part in parts]),
+        np.concatenate([part.row + start for part, start in zip(parts, starts, strict=True)]),
+        Schedule.joined([part.schedule for part in parts]),
+        np.concatenate([part.sample for part in parts]),
+        parts[-1].queue,
+        first.before and joined([part.before for part in parts]),
+    )
+    whole.state = {name: np.concatenate([part.state[name] for part in parts]) for name in first.state}
+    return whole

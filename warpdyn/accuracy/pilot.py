@@ -1,0 +1,272 @@
+"""What a scene makes the kernel carry and cost, and the cheapest method that keeps a target error."""
+
+from __future__ import annotations
+
+import collections.abc
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from scipy.stats import binom
+
+from warpdyn.accuracy.error_estimate import compare
+from warpdyn.core.checks import check_kind, one_of, real_number, whole_number
+from warpdyn.core.random_numbers import Purpose
+from warpdyn.ground_motions.event_sequences import Sequence
+from warpdyn.integration.damping import law_to_integrate
+from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.run import Drawn, prepare
+from warpdyn.integration.stability_guard import guard, integrate_guarded
+from warpdyn.integration.time_grid import Vibration
+from warpdyn.kernels.plan import values_held
+from warpdyn.kernels.queues import checked_devices
+from warpdyn.methods.table import check_fits, fitting_methods
+from warpdyn.scene.scatter import Listed
+from warpdyn.scene.scene import Scene
+
+# The methods that the accuracy study found cheapest for some scene and error, or within its timings' scatter of them,
+# and the cheapest without a stability limit; the others are only tried if asked for.
+CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
+LEAST_ERROR = 1e-8
+HELD = 0.9  # the part of the target that the pilot's error must stay below: its reference errs a little itself
+# Steps tried, as steps in the first period: half an octave apart.
+STEPS_A_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
+REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # what the reference has at this target, and more below
+# A candidate that stability makes take this many times the steps that accuracy asks for is not followed further.
+MOST_HELD = 20.0
+PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # enough to fill the lanes of a few threads, or a GPU
+TIMINGS = 5  # the least counts
+QUANTILE = 0.95
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The cheapest method, step and dtype that keep a target error.
+
+    Args:
+        method: Integration method.
+        dtype: "float32" or "float64".
+        longest_step: Longest integration step [s]; each motion's own is divided into the fewest that are no longer.
+        table: What it was chosen from: over `candidate` the method, dtype, longest step, error and time a sample.
+        carried: What the scene makes the kernel carry with it, by name.
+    """
+
+    method: str
+    dtype: str
+    longest_step: float
+    table: xr.Dataset
+    carried: dict[str, float]
+
+    def __str__(self) -> str:
+        lines = [f"{'method':<26} {'dtype':<8} {'longest step [s]':>16} {'95 % error':>11} {'time a sample [s]':>18}"]
+        for row in range(self.table.sizes["candidate"]):
+            entry = self.table.isel(candidate=row)
+            is_chosen = (entry.method.item(), entry.dtype.item()) == (self.method, self.dtype)
+            lines.append(
+                f"{entry.method.item():<26} {entry.dtype.item():<8} {entry.longest_step.item():>16.4g} "
+                f"{entry.error.item():>11.2e} {entry.seconds_a_sample.item():>18.2e}{' *' if is_chosen else ''}"
+            )
+        lines.append(f"* the cheapest within {self.table.attrs['target_error']:g}")
+        lines += [f"{name:<40} {value:,.6g}" for name, value in self.carried.items()]
+        return "\n".join(lines)
+
+
+def plan(
+    scene: Scene,
+    error: float = 0.01,
+    *,
+    samples: int = 1,
+    method: str | None = None,
+    dtype: str | None = None,
+    seed: int = 0,
+    device: str | collections.abc.Sequence[str] | None = None,
+    threads: int | None = None,
+) -> Choice:
+    """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
+
+    For each method the longest of some steps is found whose error holds, in float32 and, if none does, in float64; then
+    the survivors are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
+    displacement) against a much shorter step in float64, relative to the sample's largest; what is held to the target
+    is the upper 95 % confidence bound of its 95 % quantile over the pilot (of fewer than 59 samples, the worst).
+
+    Args:
+        scene: The scene.
+        error: Relative error that 95 % of the samples are to stay below.
+        samples: Structures of the run that is planned, for its expected time.
+        method: The method, if that is settled; None to try those that are ever the cheapest.
+        dtype: "float32" or "float64", if that is settled.
+        seed: Seed of the pilot's samples.
+        device: As `simulate` takes it; the pilot runs on the first of several.
+        threads: CPU threads; None for every core this process may use.
+
+    Raises:
+        ValueError: If an argument is out of its range, or no candidate reaches the target.
+    """
+    check_kind("plan", "a Scene", scene, Scene)
+    check_error(error)
+    if isinstance(scene.excitation, Sequence):
+        raise ValueError(
+            "error chooses the step by a pilot of one event, and the scene has a Sequence: plan() its first event by "
+            "itself, give simulate() the step, and estimate the errors of all events with check="
+        )
+    samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
+    if method is not None:
+        check_fits(method, law_to_integrate(scene), scene.structure.damping)
+    if dtype is not None:
+        one_of("dtype", dtype, ("float32", "float64"))
+    pilot = _Pilot(scene, error, seed, checked_devices(device)[0], threads)
+    fitting = fitting_methods(law_to_integrate(scene), scene.structure.damping)
+    methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
+    rows = []
+    for name in methods:
+        for precision in (dtype,) if dtype else ("float32", "float64"):
+            found = pilot.longest_step(name, precision, is_settled=method is not None)
+            if found is not None:
+                rows.append((name, precision, *found))
+                break
+    if not rows:
+        raise ValueError(
+            f"no method keeps the 95 % error of the peak drift below {error:g} with up to {STEPS_A_PERIOD[-1]:.4g} "
+            f"steps in the first period (tried: {', '.join(methods)}): ask for a larger error"
+        )
+    # Every candidate in turn, and again: what slows the machine for a while slows them all.
+    seconds = np.min([[pilot.seconds(row[4]) for row in rows] for _ in range(TIMINGS)], axis=0)
+    best = int(seconds.argmin())
+    columns = {
+        "method": ([row[0] for row in rows], "integration method", "1"),
+        "dtype": ([row[1] for row in rows], "number type", "1"),
+        "longest_step": ([row[2] for row in rows], "longest integration step", "s"),
+        "error": ([row[3] for row in rows], "95 % error of the peak drift in the pilot", "1"),
+        "seconds_a_sample": (seconds, "time a sample of the pilot", "s"),
+    }
+    table = xr.Dataset(
+        {key: ("candidate", np.array(v), {"long_name": text, "units": u}) for key, (v, text, u) in columns.items()},
+        attrs={"target_error": error, "pilot_samples": pilot.chosen.size},
+    )
+    carried = carried_by(scene, rows[best][4], samples, float(seconds[best]))
+    return Choice(rows[best][0], rows[best][1], rows[best][2], table, carried)
+
+
+class _Pilot:
+    """A few samples of a scene, with the peak drifts of a run that is as good as exact."""
+
+    def __init__(self, scene: Scene, error: float, seed: int, device: str, threads: int | None) -> None:
+        only = "drift" if scene.structure.family == "chain" else "displacement"
+        self.scene, self.error = replace(scene, record=(only,), collapse_drift_ratio=None), error
+        self.known: dict[str, Drawn] = {}
+        self.settings = {"seed": seed, "device": device, "threads": threads}
+        wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
+        self.structures = _fixed_structures(scene)
+        if self.structures == 0:
+            each = scene.excitation.samples_a_structure
+            most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # so that it sees the scatter, too
+            self.structures = max(-(-wanted // each), most)
+        total = self.structures * scene.excitation.samples_a_structure
+        generator = np.random.default_rng([seed, Purpose.PILOT_SAMPLES])
+        self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
+        periods = self._prepared("rk4", "float64", None)[1].period
+        self.period = float(np.median(periods))
+        finer = REFERENCE_STEPS_A_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / error))
+        method, step = "exact" if law_to_integrate(scene) == "elastic" else "rk4", float(periods.min()) / finer
+        reference, held = self._run(method, "float64", step)
+        if held > MOST_HELD:  # a mode far too stiff to matter: what it takes part in is seen without it
+            reference, _ = self._run("newmark_average", "float64", step / 2)
+        self.reference = integrate_guarded(reference, self.chosen)
+
+    def _prepared(self, method: str, dtype: str, longest_step: float | None) -> tuple[Ensemble, Vibration]:
+        return prepare(
+            self.scene,
+            samples=self.structures,
+            method=method,
+            dtype=dtype,
+            longest_step=longest_step,
+            known=self.known,
+            **self.settings,
+        )
+
+    def _run(self, method: str, dtype: str, longest_step: float) -> tuple[Ensemble, float]:
+        """Return the launches, held stable, and how many times as many steps that makes them take."""
+        run, vibration = self._prepared(method, dtype, longest_step)
+        asked = run.schedule.substeps[self.chosen].mean()
+        guard(run, vibration, "substep")
+        return run, float(run.schedule.substeps[self.chosen].mean() / asked)
+
+    def _error(self, run: Ensemble) -> float:
+        """Return the upper 95 % confidence bound of the 95 % error; infinite where a sample fails."""
+        outputs = integrate_guarded(run, self.chosen)
+        [errors] = compare(run, outputs, self.reference, self.chosen).values()
+        ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
+        # An order statistic that lies above the quantile in 95 of 100 pilots, whatever the distribution.
+        return float(ordered[min(int(binom.ppf(0.95, ordered.size, QUANTILE)), ordered.size - 1)])
+
+    def longest_step(self, method: str, dtype: str, *, is_settled: bool) -> tuple[float, float, Ensemble] | None:
+        """Return the longest step [s] whose error holds, the error, and the run; None if none does.
+
+        Args:
+            method: Integration method.
+            dtype: Number type.
+            is_settled: Whether there is no other method to take in its place.
+        """
+        low, high, found = 0, len(STEPS_A_PERIOD) - 1, None
+        while low <= high:
+            middle = (low + high) // 2
+            try:
+                run, held = self._run(method, dtype, self.period / STEPS_A_PERIOD[middle])
+            except ValueError:  # the method amplifies an undamped mode at any step
+                if is_settled:
+                    raise
+                return None
+            if held > MOST_HELD and not is_settled:
+                low = middle + 1
+                continue
+            error = self._error(run)
+            if error <= HELD * self.error:
+                taken = float((run.timeline.interval / run.timeline.substeps).max())
+                found, high = (taken, error, run), middle - 1
+            else:
+                low = middle + 1
+        return found
+
+    def seconds(self, run: Ensemble) -> float:
+        """Return the time a sample takes."""
+        started = time.perf_counter()
+        run.integrate(self.chosen)
+        return (time.perf_counter() - started) / self.chosen.size
+
+
+def check_error(error: float) -> None:
+    """Raise an error unless a relative error is one that can be kept."""
+    if not LEAST_ERROR <= real_number("error", error, above=0) < 1:
+        raise ValueError(f"error must be a relative error from {LEAST_ERROR:g} to below 1, got {error}")
+
+
+def _fixed_structures(scene: Scene) -> int:
+    """Return how many structures a scene lists, itself or with its motions; 0 if any number can be drawn."""
+    listed = [len(spread.values) for spread in scene.scatter.values() if isinstance(spread, Listed)]
+    given = (getattr(scene.excitation, name, None) for name in ("motion", "scale"))
+    return max(listed + [np.size(values) for values in given if np.size(values) > 1], default=0)
+
+
+def carried_by(scene: Scene, run: Ensemble, samples: int, seconds_a_sample: float) -> dict[str, float]:
+    """Return what a scene makes its kernel hold, move and take, by name.
+
+    Args:
+        scene: The scene, with what it records.
+        run: The launches of its pilot, which record less.
+        samples: Structures of the run that is planned.
+        seconds_a_sample: Time a sample of the pilot took [s].
+    """
+    width = np.dtype(run.plan.dtype).itemsize
+    held = values_held(replace(run.plan, recorders=scene.record))
+    steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
+    total = (_fixed_structures(scene) or samples) * scene.excitation.samples_a_structure
+    read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
+    return {
+        **{f"{name} a sample [values]": count for name, count in held.items()},
+        "registers a sample, all held [32 bits]": sum(held.values()) * width / 4,
+        "bytes read and written a sample": width * (read + held["structure"] + held["recorders"]) + 4 * 6,
+        "steps a sample, mean": float(steps.mean()),
+        "samples": total,
+        "expected integration time [s]": seconds_a_sample * total,
+    }

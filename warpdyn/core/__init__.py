@@ -1,0 +1,1 @@
+"""What every room uses: checks, progress, threads, random numbers, units, output variables, files."""

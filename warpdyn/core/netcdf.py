@@ -1,0 +1,188 @@
+"""Datasets to netCDF, whole or block after block, all or nothing: a file that is there is whole.
+
+What traces a dataset to its making stands here too.
+"""
+
+from __future__ import annotations
+
+import datetime
+import os
+import platform
+import tempfile
+import zlib
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from types import TracebackType
+from uuid import uuid4
+
+import netCDF4
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.checks import check_kind
+
+# Samples in a chunk of the file: some hundred kilobytes of each variable, so that a block's last, half-filled chunks
+# cost little.
+CHUNK = 2**14
+TRIED_BYTES = 2**15  # of a variable's first samples, for whether compression pays
+LEAST_SHRINKING = 10
+
+
+def check_writable(path: str | os.PathLike) -> Path:
+    """Return the path, after making its folder and trying to write beside it; call it before a long run.
+
+    Args:
+        path: Where a file is to be written.
+
+    Raises:
+        OSError: If no file can be written there; the message names the path and says why.
+    """
+    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
+        raise TypeError(f"path must name a file, got {path!r}")
+    path = Path(path).resolve()  # a link stays, and its target is written
+    if path.is_dir():
+        raise IsADirectoryError(f"cannot write {path}: it is a directory; name a file in it")
+    if path.exists() and not path.is_file():
+        raise OSError(f"cannot write {path}: what is there is no file")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}."):
+            pass
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError("the file that is there is read-only")
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise type(error)(f"cannot write {path}: {reason}; choose another folder") from error
+    return path
+
+
+def trace(title: str, function: str) -> dict[str, str]:
+    """Return the root attributes of a dataset that say what it is and what made it.
+
+    Args:
+        title: What the dataset holds.
+        function: The public function of warpdyn that made it.
+    """
+    return {
+        "Conventions": "CF-1.11",
+        "title": title,
+        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} warpdyn.{function}",
+        "source": f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
+        f"Python {platform.python_version()}",
+    }
+
+
+def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
+    """Write a dataset to a netCDF-4 file: to a temporary file beside it first, then moved into its place.
+
+    Args:
+        dataset: The dataset.
+        path: The file.
+
+    Raises:
+        OSError: If the file cannot be written; what stood there before is untouched.
+        TypeError: If `dataset` is no Dataset.
+    """
+    check_kind("write", "a Dataset", dataset, xr.Dataset)
+    path = check_writable(path)
+    temporary = _temporary(path)
+    encoding = _encoding(dataset, dataset.sizes["sample"]) if dataset.sizes.get("sample", 0) > CHUNK else {}
+    try:
+        dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return path
+
+
+class GrowingFile:
+    """A netCDF-4 file to which samples are added block after block; only when it is finished it is there.
+
+    To be used in a `with` statement, after which nothing of an unfinished file is left, and what stood in its place is
+    still there.
+
+    Args:
+        path: The file.
+        samples: Samples there will be.
+
+    Raises:
+        OSError: If no file can be written there.
+    """
+
+    def __init__(self, path: str | os.PathLike, samples: int) -> None:
+        self.path, self.samples = check_writable(path), samples
+        self._temporary, self._file, self._written = _temporary(self.path), None, 0
+
+    def __enter__(self) -> GrowingFile:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._close()
+        self._temporary.unlink(missing_ok=True)
+
+    def append(self, rows: dict[str, np.ndarray], labelled: Callable[[dict[str, np.ndarray]], xr.Dataset]) -> None:
+        """Add samples.
+
+        Args:
+            rows: Their values by name, sample first.
+            labelled: From the values to their dataset, whose names, attributes and other variables the file takes.
+        """
+        if self._file is None:
+            first = labelled(rows)
+            encoding = _encoding(first, self.samples)
+            # The file begins without samples, which are written as they come.
+            first = first.isel(sample=slice(0))
+            options = {"format": "NETCDF4", "engine": "netcdf4", "unlimited_dims": ["sample"]}
+            first.to_netcdf(self._temporary, encoding=encoding, **options)
+            self._file = netCDF4.Dataset(self._temporary, "r+")
+            self._file.set_auto_maskandscale(False)
+            for name in encoding:
+                # Room for the chunk that is half filled and the next; by default each variable would take 16 MiB.
+                variable = self._file[name]
+                size = variable.dtype.itemsize * int(np.prod(variable.chunking()))
+                variable.set_var_chunk_cache(2 * size)
+        count = len(next(iter(rows.values())))
+        for name, values in rows.items():
+            self._file[name][self._written : self._written + count] = values
+        self._written += count
+
+    def finish(self, rest: xr.Dataset) -> None:
+        """Add variables and attributes that are known at the end, and put the file into its place."""
+        self._close()
+        rest.to_netcdf(self._temporary, mode="a", format="NETCDF4", engine="netcdf4")
+        os.replace(self._temporary, self.path)
+
+    def _close(self) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+
+def _temporary(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{uuid4().hex}.part")
+
+
+def _encoding(dataset: xr.Dataset, samples: int) -> dict[str, dict[str, object]]:
+    """Return how the variables along `sample` are laid out in the file: in chunks of samples, some compressed.
+
+    Measured on the main job: demands shrink by a quarter, at 30 MB/s; inputs and coordinates, which repeat from sample
+    to sample, shrink a hundredfold, at 300 MB/s.
+    """
+    found = {}
+    for name, variable in dataset.variables.items():
+        if variable.dims[:1] == ("sample",):
+            chunk = {"chunksizes": (min(CHUNK, samples), *variable.shape[1:])}
+            pays = {"zlib": True, "complevel": 1, "shuffle": True} if _shrinks(variable) else {"zlib": False}
+            found[name] = chunk | pays
+    return found
+
+
+def _shrinks(variable: xr.Variable) -> bool:
+    """Return whether the first values are much smaller compressed."""
+    rows = TRIED_BYTES // max(1, variable.dtype.itemsize * int(np.prod(variable.shape[1:])))
+    values = np.ascontiguousarray(variable[:rows].values)
+    if values.dtype.kind not in "iuf" or not values.nbytes:
+        return False
+    shuffled = values.view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes()
+    return len(zlib.compress(shuffled, 1)) * LEAST_SHRINKING < values.nbytes

@@ -1,0 +1,1 @@
+"""Device functions that any kernel may call: processor intrinsics, exponentials, random numbers."""

@@ -1,0 +1,1 @@
+"""Ground motions: records and their readers, random motions, intensity measures, spectra, designs."""

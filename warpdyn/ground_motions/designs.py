@@ -1,0 +1,174 @@
+"""Designs of ground motion: which structure runs under which motion, and at what scale."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import real_numbers
+from warpdyn.core.random_numbers import Purpose, uniforms
+from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.ground_motions.motions import STANDARD_GRAVITY, Assignment, GroundMotion, checked_motions
+
+
+def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+    """Return the measure of every motion, in g where it is an acceleration."""
+    if not isinstance(measure, IntensityMeasure):
+        raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
+    return measure.of_all(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
+
+
+def _is_acceleration(measure: IntensityMeasure) -> bool:
+    return measure.units == "m s-2"
+
+
+def _units(measure: IntensityMeasure) -> str:
+    return "g" if _is_acceleration(measure) else measure.units
+
+
+@dataclass(frozen=True, eq=False)
+class Stripes:
+    """Every structure under every motion, scaled to every level of an intensity measure.
+
+    Samples are ordered by structure, then motion, then level, so that more structures only add samples at the end.
+
+    Args:
+        motions: Ground motions.
+        levels_in_g: Levels of the intensity measure [g], increasing, shape [im_level].
+        measure: The intensity measure, an acceleration: PeakGroundAcceleration(), SpectralAcceleration(period) or
+            AverageSpectralAcceleration(periods).
+
+    Raises:
+        ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure is
+            not an acceleration, or a motion has no intensity to scale (its values are all zero).
+    """
+
+    motions: Sequence[GroundMotion]
+    levels_in_g: Sequence[float]
+    measure: IntensityMeasure
+
+    def __post_init__(self) -> None:
+        motions = checked_motions(self.motions)
+        levels = np.atleast_1d(real_numbers("levels_in_g", self.levels_in_g))
+        if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
+            raise ValueError(f"levels_in_g must be a row of finite values above 0 g, got {self.levels_in_g}")
+        if np.any(np.diff(levels) <= 0):
+            raise ValueError(f"levels_in_g must increase, got {levels.tolist()}")
+        if isinstance(self.measure, IntensityMeasure) and not _is_acceleration(self.measure):
+            raise ValueError(
+                f"levels_in_g are of an acceleration: measure must be PeakGroundAcceleration, SpectralAcceleration or "
+                f"AverageSpectralAcceleration, got {self.measure.name} [{self.measure.units}]"
+            )
+        intensities = _intensities(motions, self.measure)
+        for index, (motion, intensity) in enumerate(zip(motions, intensities, strict=True)):
+            if not intensity > 0:
+                raise ValueError(
+                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} g: "
+                    "an all-zero record cannot be scaled to a stripe; leave it out"
+                )
+        object.__setattr__(self, "motions", motions)
+        object.__setattr__(self, "levels_in_g", levels)
+        object.__setattr__(self, "_intensities", intensities)
+
+    @property
+    def samples_a_structure(self) -> int:
+        """Motions x levels."""
+        return len(self.motions) * len(self.levels_in_g)
+
+    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
+        """Return motions x levels samples for each of these structures, given by their indices."""
+        levels = len(self.levels_in_g)
+        motion = np.repeat(np.arange(len(self.motions), dtype=np.int32), levels)
+        im_level = np.tile(self.levels_in_g, len(self.motions))
+        scale = im_level / self._intensities[motion]
+        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_a_structure)
+        motion, scale, im_level = (np.tile(values, len(structures)) for values in (motion, scale, im_level))
+        return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True, alike=levels)
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Every structure under every motion as recorded.
+
+    Args:
+        motions: Ground motions.
+        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
+    """
+
+    motions: Sequence[GroundMotion]
+    measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "motions", checked_motions(self.motions))
+        object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
+
+    @property
+    def samples_a_structure(self) -> int:
+        """As many as there are motions."""
+        return len(self.motions)
+
+    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
+        """Return a sample a motion for each of these structures, given by their indices."""
+        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_a_structure)
+        motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
+        im_level = self._intensities[motion]
+        return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name, _units(self.measure))
+
+
+@dataclass(frozen=True, eq=False)
+class Individual:
+    """Every structure under one motion of its own, at a scale of its own.
+
+    Args:
+        motions: Ground motions.
+        motion: Index into `motions` for each sample, shape [sample]; None draws one for each from the seed.
+        scale: Factor on the motion: one for all, or one a sample, shape [sample].
+        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
+
+    Raises:
+        ValueError: If an index is out of range or a scale is not finite and positive.
+    """
+
+    motions: Sequence[GroundMotion]
+    motion: ArrayLike | None = None
+    scale: ArrayLike = 1.0
+    measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        motions = checked_motions(self.motions)
+        scale = real_numbers("scale", self.scale)
+        if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
+            raise ValueError("scale must be one factor, or one a sample, each finite and above 0")
+        if self.motion is not None:
+            motion = np.atleast_1d(self.motion)
+            if motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
+                raise ValueError("motion must be a row of whole numbers, one a sample")
+            if motion.min() < 0 or motion.max() >= len(motions):
+                raise ValueError(f"motion indexes {len(motions)} motions from 0, got {motion.min()} to {motion.max()}")
+            object.__setattr__(self, "motion", motion.astype(np.int32))
+        object.__setattr__(self, "motions", motions)
+        object.__setattr__(self, "scale", scale)
+        object.__setattr__(self, "_intensities", _intensities(motions, self.measure))
+
+    samples_a_structure = 1
+
+    def check_structures(self, structures: int) -> None:
+        """Raise a ValueError unless what is given a sample is given for so many structures."""
+        for name, values in (("motion", self.motion), ("scale", self.scale)):
+            if values is not None and np.ndim(values) and np.size(values) != structures:
+                raise ValueError(f"Individual.{name} has {np.size(values)} values for {structures} samples")
+
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
+        """Return one sample for each of these structures, given by their indices; motions are drawn by event."""
+        index = np.asarray(structures, dtype=np.int32)
+        if self.motion is None:
+            random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, event)[:, 0]
+            motion = (random * len(self.motions)).astype(np.int32)
+        else:
+            motion = self.motion[index]
+        scale = self.scale[index] if self.scale.ndim else np.full(index.size, float(self.scale))
+        im_level = scale**self.measure.power * self._intensities[motion]
+        return Assignment(index, motion, scale, im_level, self.measure.name, _units(self.measure))

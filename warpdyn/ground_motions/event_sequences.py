@@ -1,0 +1,87 @@
+"""Sequences of earthquakes: a mainshock, and aftershocks on the building that it has damaged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from warpdyn.ground_motions.designs import Cloud, Individual, Stripes
+from warpdyn.ground_motions.motions import Assignment, GroundMotion
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence:
+    """Earthquakes one after the other, each on the building as the one before has left it.
+
+    A building keeps its displacements, its velocities and the memory of its storeys from one event to the next. Between
+    them it vibrates freely for the scene's `tail`; if that is None, long enough to come to rest. Every history of an
+    event is followed by the next event's whole design: samples are ordered by structure, then by the first event's
+    motion (and level), then by the second's. A building that has collapsed stays collapsed, and one whose integration
+    has failed stays failed: no later event is run on them.
+
+    Args:
+        events: Design of each event by its name, at least two: `{"mainshock": Stripes(...), "aftershock": Cloud(...)}`.
+            Each is Stripes, Cloud or Individual ground motions, or one GroundMotion.
+
+    Raises:
+        ValueError, TypeError: If there are fewer than two events, a name is not text, or a design is of another kind.
+    """
+
+    events: Mapping[str, Stripes | Cloud | Individual | GroundMotion]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.events, Mapping):
+            raise TypeError(f"Sequence.events must map each event's name to its design, got {self.events!r}")
+        if len(self.events) < 2:
+            raise ValueError(
+                f"a Sequence has at least two events, got {len(self.events)}: one by itself is an excitation of its own"
+            )
+        designs = {}
+        for name, design in self.events.items():
+            if not isinstance(name, str) or not name:
+                raise TypeError(f"an event's name must be text, such as 'mainshock', got {name!r}")
+            if isinstance(design, GroundMotion):
+                design = Cloud((design,))
+            if not isinstance(design, Stripes | Cloud | Individual):
+                raise TypeError(
+                    f"event {name!r} must be Stripes, Cloud, Individual or a GroundMotion, got {type(design).__name__}"
+                )
+            designs[name] = design
+        object.__setattr__(self, "events", MappingProxyType(designs))
+        # Motions that several events have in common are held once.
+        motions = list(dict.fromkeys(motion for design in designs.values() for motion in design.motions))
+        place = {motion: index for index, motion in enumerate(motions)}
+        places = [np.array([place[m] for m in design.motions], dtype=np.int32) for design in designs.values()]
+        object.__setattr__(self, "motions", tuple(motions))
+        object.__setattr__(self, "_places", places)
+
+    @property
+    def samples_by_event(self) -> tuple[int, ...]:
+        """Histories of each event that a structure runs through."""
+        each = [design.samples_a_structure for design in self.events.values()]
+        return tuple(math.prod(each[: event + 1]) for event in range(len(each)))
+
+    @property
+    def samples_a_structure(self) -> int:
+        """Histories of the last event."""
+        return self.samples_by_event[-1]
+
+    def check_structures(self, structures: int) -> None:
+        """Raise a ValueError unless what is given a structure is given for so many of them."""
+        for name, design in self.events.items():
+            if isinstance(design, Individual):
+                try:
+                    design.check_structures(structures)
+                except ValueError as error:
+                    raise ValueError(f"event {name!r}: {error}") from None
+
+    def assign(self, event: int, structures: np.ndarray, seed: int) -> Assignment:
+        """Return the samples of an event, given by its number, on each of these structures, which may repeat."""
+        design = tuple(self.events.values())[event]
+        own = {"event": event} if isinstance(design, Individual) else {}
+        assignment = design.assign(structures, seed, **own)
+        return replace(assignment, motion=self._places[event][assignment.motion])

@@ -1,0 +1,287 @@
+"""Ground motion that is random by itself: filtered white noise under an envelope, another for every sample.
+
+A motion is generated where it is used, sample by sample and node by node, and never stored: the kernels do so, and
+`FilteredNoise.motion` for one sample at a time. It is straight between nodes, as a record is between its samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from warpdyn.core.checks import real_number, whole_number
+from warpdyn.core.random_numbers import Purpose, normals
+from warpdyn.ground_motions.motions import GroundMotion, OneLoad
+
+MOST_INTERVALS = 2**30  # nodes are counted in 32 bits, with two blocks of random numbers each
+QUADRATURE = np.polynomial.legendre.leggauss(12)
+
+
+@dataclass(frozen=True, eq=False)
+class Recursion:
+    """A stationary Gaussian process from node to node: x1 = growth x0 + kick n, of which `output` x is seen.
+
+    Args:
+        growth: What an interval leaves of the state, shape [state, state].
+        kick: What standard normals n add to it, a triangular factor of their covariance, shape [state, state].
+        start: The same at the first node, a factor of the stationary covariance, shape [state, state].
+        output: Acceleration by state, shape [state].
+    """
+
+    growth: np.ndarray
+    kick: np.ndarray
+    start: np.ndarray
+    output: np.ndarray
+
+
+@dataclass(frozen=True)
+class WhiteNoise:
+    """White noise, of which a motion that is straight between nodes has what its interval can hold.
+
+    Nodes are independent and of variance 2 pi intensity / interval: the spectral density is the intensity well below
+    the frequency 1 / interval, and falls off towards it as sinc(frequency interval)^4.
+
+    Args:
+        intensity: Two-sided spectral density over circular frequency [m2/s3].
+    """
+
+    intensity: float
+
+    load = "white_noise"
+
+    def __post_init__(self) -> None:
+        real_number("WhiteNoise.intensity [m2/s3]", self.intensity, above=0)
+
+    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s]."""
+        return np.full(np.shape(circular_frequency), float(self.intensity))
+
+    def recursion(self, interval: float) -> Recursion:
+        """Return the process from node to node, an interval [s] apart."""
+        deviation = np.array([[np.sqrt(2 * np.pi * self.intensity / interval)]])
+        return Recursion(np.zeros((1, 1)), deviation, deviation, np.ones(1))
+
+
+@dataclass(frozen=True)
+class KanaiTajimi:
+    """White noise that has come through the ground as through an oscillator (Kanai 1957, Tajimi 1960).
+
+    The motion is the absolute acceleration of u'' + 2 zeta_g w_g u' + w_g^2 u = -noise.
+
+    Args:
+        intensity: Two-sided spectral density of the noise over circular frequency [m2/s3].
+        ground_frequency: Circular frequency of the ground w_g [rad/s].
+        ground_damping_ratio: Damping ratio of the ground zeta_g.
+    """
+
+    intensity: float
+    ground_frequency: float
+    ground_damping_ratio: float
+
+    load = "kanai_tajimi"
+
+    def __post_init__(self) -> None:
+        _check_positive(self)
+
+    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s]."""
+        ratio = (np.asarray(circular_frequency) / self.ground_frequency) ** 2
+        viscous = 4 * self.ground_damping_ratio**2 * ratio
+        return self.intensity * (1 + viscous) / ((1 - ratio) ** 2 + viscous)
+
+    def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return A, B and c of x' = A x + B noise and the acceleration c x, where x is (u, u')."""
+        stiff, viscous = self.ground_frequency**2, 2 * self.ground_damping_ratio * self.ground_frequency
+        return np.array([[0.0, 1.0], [-stiff, -viscous]]), np.array([0.0, -1.0]), np.array([-stiff, -viscous])
+
+    def recursion(self, interval: float) -> Recursion:
+        """Return the process from node to node, an interval [s] apart: exact, however long that is."""
+        return _recursion(self.intensity, *self.system(), interval)
+
+
+@dataclass(frozen=True)
+class CloughPenzien:
+    """Kanai and Tajimi's motion without its slowest part, so that its displacement stays finite.
+
+    The motion is w'' of w'' + 2 zeta_f w_f w' + w_f^2 w = the acceleration of KanaiTajimi (Clough and Penzien,
+    Dynamics of Structures, 2nd ed. 1993, 28-2).
+
+    Args:
+        intensity: Two-sided spectral density of the noise over circular frequency [m2/s3].
+        ground_frequency: Circular frequency of the ground [rad/s].
+        ground_damping_ratio: Damping ratio of the ground.
+        filter_frequency: Circular frequency w_f [rad/s] below which the motion fades.
+        filter_damping_ratio: Damping ratio zeta_f of the second filter.
+    """
+
+    intensity: float
+    ground_frequency: float
+    ground_damping_ratio: float
+    filter_frequency: float
+    filter_damping_ratio: float
+
+    load = "clough_penzien"
+
+    def __post_init__(self) -> None:
+        _check_positive(self)
+
+    @property
+    def ground(self) -> KanaiTajimi:
+        """The first filter."""
+        return KanaiTajimi(self.intensity, self.ground_frequency, self.ground_damping_ratio)
+
+    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s]."""
+        ratio = (np.asarray(circular_frequency) / self.filter_frequency) ** 2
+        passed = ratio**2 / ((1 - ratio) ** 2 + 4 * self.filter_damping_ratio**2 * ratio)
+        return self.ground.spectral_density(circular_frequency) * passed
+
+    def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return A, B and c of x' = A x + B noise and the acceleration c x, where x is (u, u', w, w')."""
+        of_ground, noise, acceleration = self.ground.system()
+        stiff, viscous = self.filter_frequency**2, 2 * self.filter_damping_ratio * self.filter_frequency
+        output = np.concatenate([acceleration, [-stiff, -viscous]])
+        matrix = np.zeros((4, 4))
+        matrix[:2, :2], matrix[2, 3], matrix[3] = of_ground, 1.0, output
+        return matrix, np.concatenate([noise, np.zeros(2)]), output
+
+    def recursion(self, interval: float) -> Recursion:
+        """Return the process from node to node, an interval [s] apart: exact, however long that is."""
+        return _recursion(self.intensity, *self.system(), interval)
+
+
+Spectrum = WhiteNoise | KanaiTajimi | CloughPenzien
+
+
+@dataclass(frozen=True)
+class JenningsEnvelope:
+    """An envelope (t / rise)^2, then 1, then exp(-decay (t - rise - strong)) (Jennings, Housner and Tsai 1968).
+
+    Args:
+        rise: Length of the rise [s], 0 for none.
+        strong: Length of the strong part [s].
+        decay: Rate of decay after it [1/s].
+    """
+
+    rise: float
+    strong: float
+    decay: float
+
+    def __post_init__(self) -> None:
+        for name in ("rise", "strong", "decay"):
+            real_number(f"JenningsEnvelope.{name}", getattr(self, name), least=0)
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Return the envelope at some times [s]."""
+        rising = (np.asarray(time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
+        after = np.maximum(time - self.rise - self.strong, 0.0)
+        return np.where(np.asarray(time) < self.rise, rising, np.exp(-self.decay * after))
+
+
+@dataclass(frozen=True)
+class FilteredNoise(OneLoad):
+    """One random base motion a structure: a stationary Gaussian process times an envelope, at rest after its end.
+
+    The numbers behind a sample's motion depend on the seed and the sample's index alone: the same sample has the same
+    motion at any step, with any method and on any device. Free vibration follows the motion as it does a record.
+
+    Args:
+        spectrum: WhiteNoise, KanaiTajimi or CloughPenzien.
+        duration: Length of the motion [s].
+        interval: Time between the nodes that are generated [s], which divides the duration.
+        envelope: A JenningsEnvelope; None for a stationary motion.
+
+    Raises:
+        ValueError, TypeError: If a value is out of its range, or the interval does not divide the duration.
+    """
+
+    spectrum: Spectrum
+    duration: float
+    interval: float
+    envelope: JenningsEnvelope | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.spectrum, Spectrum):
+            raise TypeError(f"spectrum must be WhiteNoise, KanaiTajimi or CloughPenzien, got {self.spectrum!r}")
+        if self.envelope is not None and not isinstance(self.envelope, JenningsEnvelope):
+            raise TypeError(f"envelope must be a JenningsEnvelope or None, got {self.envelope!r}")
+        for name in ("duration", "interval"):
+            value = real_number(f"FilteredNoise.{name} [s]", getattr(self, name), above=0)
+            object.__setattr__(self, name, value)
+        count = np.round(self.duration / self.interval)
+        if count < 1 or abs(self.duration / self.interval - count) > 1e-6 * count:
+            fewest = max(1, int(self.duration / self.interval))
+            raise ValueError(
+                f"interval {self.interval:g} s does not divide the duration, {self.duration:g} s: "
+                f"{self.duration / fewest:g} s and {self.duration / (fewest + 1):g} s do"
+            )
+        if count > MOST_INTERVALS:
+            raise ValueError(f"interval {self.interval:g} s divides the duration into more than {MOST_INTERVALS} parts")
+
+    @property
+    def intervals(self) -> int:
+        """Intervals between nodes."""
+        return round(self.duration / self.interval)
+
+    def envelope_at_nodes(self) -> np.ndarray:
+        """Return the envelope at every node, shape [node]."""
+        time = self.interval * np.arange(self.intervals + 1)
+        return np.ones_like(time) if self.envelope is None else self.envelope.at(time)
+
+    def motion(self, sample: int, seed: int = 0) -> GroundMotion:
+        """Return the base motion of one sample, to look at or to run again.
+
+        Args:
+            sample: Index of the sample in the run.
+            seed: Seed of the run.
+        """
+        sample, seed = whole_number("sample", sample, 0), whole_number("seed", seed, 0)
+        process = self.spectrum.recursion(self.interval)
+        states = process.output.size
+        blocks = -(-states // 2)
+        counters = np.arange(blocks * (self.intervals + 1)).reshape(-1, blocks)
+        drawn = normals(seed, sample, Purpose.GROUND_MOTION, counters).reshape(len(counters), -1)[:, :states]
+        path = np.empty_like(drawn)
+        path[0] = process.start @ drawn[0]
+        for node in range(1, len(path)):
+            path[node] = process.growth @ path[node - 1] + process.kick @ drawn[node]
+        acceleration = self.envelope_at_nodes() * (path @ process.output)
+        return GroundMotion(acceleration, self.interval, f"filtered noise {sample}", f"seed {seed}")
+
+
+def _check_positive(spectrum: KanaiTajimi | CloughPenzien) -> None:
+    for name in spectrum.__dataclass_fields__:
+        unit = " [m2/s3]" if name == "intensity" else " [rad/s]" if name.endswith("frequency") else ""
+        real_number(f"{type(spectrum).__name__}.{name}{unit}", getattr(spectrum, name), above=0)
+
+
+def _recursion(
+    intensity: float, matrix: np.ndarray, noise: np.ndarray, output: np.ndarray, interval: float
+) -> Recursion:
+    """Return x' = A x + B noise from node to node.
+
+    The covariance that an interval adds is the integral of e^{As} B B^T e^{A^T s} times 2 pi intensity. Its factor is
+    found without forming it, by QR, since Cholesky would lose the digits of short intervals: by quadrature over a part
+    of the interval, which is then doubled, factor and all, to the interval and on to the stationary state.
+    """
+    fastest = np.abs(np.linalg.eigvals(matrix)).max() * interval
+    halvings = max(0, int(np.ceil(np.log2(fastest))))
+    part = interval / 2**halvings
+    times, weights = part * (QUADRATURE[0] + 1) / 2, part * QUADRATURE[1] / 2
+    density = 2 * np.pi * intensity * weights
+    factor = _triangular(np.array([np.sqrt(w) * expm(matrix * t) @ noise for t, w in zip(times, density, strict=True)]))
+    growth = expm(matrix * part)
+    for _ in range(halvings):
+        growth, factor = growth @ growth, _triangular(np.vstack([factor.T, (growth @ factor).T]))
+    left, start = growth, factor
+    while np.abs(left).max() > np.finfo(float).eps ** 2:
+        left, start = left @ left, _triangular(np.vstack([start.T, (left @ start).T]))
+    return Recursion(growth, factor, start, output)
+
+
+def _triangular(rows: np.ndarray) -> np.ndarray:
+    """Return the lower factor L of L L^T = rows^T rows."""
+    factor = np.linalg.qr(rows, mode="r").T
+    return factor * np.where(np.diag(factor) < 0, -1.0, 1.0)

@@ -1,0 +1,1 @@
+"""From a scene to launches: sampling, damping, packing, time grids, the stability guard."""

@@ -1,0 +1,269 @@
+"""What advances a linear structure by one step, worked out once for each pair of a structure and a step.
+
+All is done in coordinates of the undamped modes, u = shape q, in which mass and stiffness are diagonal:
+q'' + damping q' + stiffness q = p. Where damping is diagonal too, each mode is an oscillator of its own.
+"""
+
+from __future__ import annotations
+
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+
+from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.integration.damping import OF_MASS_AND_STIFFNESS, couples_modes, rayleigh_of, storey_dashpots
+from warpdyn.kernels.plan import Plan
+from warpdyn.methods.oscillator_increments import HIGHEST_POWER, halvings_of, oscillator_increments
+from warpdyn.methods.table import METHODS, ImplicitMethod, Method
+from warpdyn.scene.scene import Scene
+from warpdyn.structures.modal import chain_stiffness_matrix
+from warpdyn.structures.p_delta import stiffness_under_gravity
+
+Arrays = dict[str, np.ndarray]
+DIAGONAL_TOLERANCE = 1e-12  # what rounding leaves beside a diagonal, over its largest entry
+DOUBLES_AT_A_TIME = 2**20  # in one of the matrices of coupled modes
+
+
+class Modes(NamedTuple):
+    """Undamped modes of structures, and what acts on them.
+
+    Args:
+        shape: Displacement (of a chain: storey drift) by mode, shape [structure or 1, dof, mode].
+        stiffness: Squared circular frequencies [rad2/s2], shape [structure, mode].
+        damping: Diagonal, shape [structure, mode], or full matrix, shape [structure, mode, mode] [1/s].
+        mass: Modal mass [kg], the same in all modes, shape [structure].
+        load: Modal load over modal mass, for a unit of base acceleration or for the sine of a harmonic force, shape
+            [structure, mode]; for a unit force on each degree of freedom, shape [structure, dof, mode].
+        start: Initial modal displacement and velocity, shape [2, structure, mode].
+    """
+
+    shape: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    mass: np.ndarray
+    load: np.ndarray
+    start: np.ndarray
+
+
+def damping_of(scene: Scene) -> str:
+    """Return "classical" where the undamped modes do not couple, whatever the scatter; else "general".
+
+    Modes of the same frequency that the damping couples count as general; the same propagator, with more to multiply.
+    """
+    if scene.structure.family == "chain":
+        return "general" if couples_modes(scene.structure) else "classical"
+    matrices = scene.structure.parameters
+    shape = eigh(matrices["stiffness"], matrices["mass"])[1]
+    damping = np.abs(shape.T @ matrices["damping"] @ shape)
+    coupling = damping - np.diag(np.diag(damping))
+    return "classical" if coupling.max() <= DIAGONAL_TOLERANCE * damping.max() else "general"
+
+
+def pack_linear(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray) -> Arrays:
+    """Return what the kernel of linear structures reads, pairs of a structure and a step last.
+
+    Args:
+        scene: The scene.
+        parameters: Every parameter of the structures, pair first.
+        plan: The kernel's plan.
+        step: Integration step [s], shape [pair].
+    """
+    is_chain = plan.family == "chain"
+    modes = _chain_modes(scene, parameters) if is_chain else _dense_modes(scene, parameters, plan)
+    pairs, number = modes.stiffness.shape
+    frequency = scene.excitation.circular_frequency if plan.load == "harmonic_force" else None
+    by_force = plan.load == "force_history"  # then every mode has a load of its own, not a share of the one load
+    halvings = _halvings(modes, step, frequency or 0.0)
+    chosen: list[np.ndarray] = []
+    parts: list[tuple[np.ndarray, np.ndarray]] = []
+    # Pairs of one number of halvings go together: what else is packed beside it changes no bit of a pair.
+    for count in np.unique(halvings):
+        alike = np.flatnonzero(halvings == count)
+        for some in np.array_split(alike, 1 + alike.size * number**2 // DOUBLES_AT_A_TIME):
+            chosen.append(some)
+            parts.append(_increments(METHODS[plan.method], modes, some, step[some], frequency, by_force, int(count)))
+    order = np.argsort(np.concatenate(chosen))
+    propagator, response = (np.concatenate(part)[order] for part in zip(*parts, strict=True))
+    storeys = {}
+    if is_chain:
+        storeys = {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}
+    return storeys | {
+        "propagator": propagator.reshape(pairs, -1).T,
+        "load_response": response.reshape(pairs, -1).T,
+        "mode_shape": modes.shape.reshape(len(modes.shape), -1).T,
+        "modal_stiffness": modes.stiffness.T,
+        "modal_damping": modes.damping.reshape(pairs, -1).T,
+        "modal_mass": modes.mass,
+        "modal_load": modes.load.reshape(pairs, -1).T,
+        "initial_state": np.concatenate(list(modes.start), axis=1).T,
+    }
+
+
+def _halvings(modes: Modes, step: np.ndarray, frequency: float) -> np.ndarray:
+    """Return how often each step is halved, shape [pair]."""
+    damping = np.abs(modes.damping)
+    rates = np.sqrt(modes.stiffness) + (damping if damping.ndim == 2 else damping.sum(axis=2))
+    norm = step * np.maximum(rates.max(axis=1), abs(frequency))
+    return halvings_of(norm)
+
+
+def _increments(
+    method: Method,
+    modes: Modes,
+    chosen: np.ndarray,
+    step: np.ndarray,
+    frequency: float | None,
+    by_force: bool,
+    halvings: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return increments over a step of (q, q'), of an implicit method of q'', by the state and by the loads.
+
+    Args:
+        method: Integration method.
+        modes: The modes.
+        chosen: Pairs.
+        step: Their steps [s].
+        frequency: Circular frequency of a harmonic load [rad/s]; None for a load that is linear within the step.
+        by_force: Whether each mode has a load of its own.
+        halvings: Halvings of the step.
+
+    Returns:
+        Increments by the state, shape [pair, row, state] or, for modes that do not couple, [pair, 2, mode, 2]; and by
+        the load's values at the step's ends, or by its sine and cosine at the start, shape [pair, row, load, 2].
+    """
+    stiffness, damping, load = modes.stiffness[chosen], modes.damping[chosen], modes.load[chosen]
+    number = stiffness.shape[1]
+    if damping.ndim == 2:
+        increments, response = oscillator_increments(stiffness, damping, step[:, None], frequency, halvings)
+        return increments, response if by_force else response * load[:, None, :, None]
+    loads = np.broadcast_to(np.eye(number), damping.shape) if by_force else load[:, :, None]
+    if isinstance(method, ImplicitMethod):
+        return _implicit(method, stiffness, damping, step[:, None, None], loads)
+    return _coupled(stiffness, damping, step[:, None, None], loads, frequency, halvings)
+
+
+def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
+    """Return the modes of shear chains, their shapes as storey drifts, of unit modal mass."""
+    structure, mass, stiffness = scene.structure, parameters["mass"], stiffness_under_gravity(parameters)
+    root = np.sqrt(mass)
+    matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
+    shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
+    drift = np.diff(shape, axis=1, prepend=0.0)
+    # From strain energies, a sum of positive terms, lower frequencies keep digits that the matrix has lost.
+    squared = (stiffness[:, None, :] @ drift**2)[:, 0]
+    if couples_modes(structure):
+        of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
+        dashpots = storey_dashpots(structure, parameters, of_stiffness)
+        dashpots = np.zeros_like(mass) if dashpots is None else dashpots
+        if "viscous_damper" in structure.devices:
+            dashpots = dashpots + parameters["damper_coefficient"]
+        damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
+        of_mode = of_mass[:, None]
+        if structure.damping == "modal":
+            of_mode = 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
+        damping += of_mode[:, :, None] * np.eye(structure.dofs)
+    elif structure.damping in OF_MASS_AND_STIFFNESS:
+        of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
+        damping = of_mass[:, None] + of_stiffness[:, None] * squared
+    elif structure.damping == "modal":
+        damping = 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
+    else:
+        damping = np.zeros_like(squared)
+    load, start = _loads(scene, shape, mass[:, :, None] * shape, np.ones(structure.dofs))
+    return Modes(drift, squared, damping, np.ones(len(mass)), load, start)
+
+
+def _dense_modes(scene: Scene, parameters: Arrays, plan: Plan) -> Modes:
+    """Return the modes of scaled linear systems: one set of shapes, whose modal mass is the mass's factor."""
+    nominal, mass = scene.structure.parameters, parameters["mass"]
+    squared, shape = eigh(nominal["stiffness"], nominal["mass"])
+    damping = shape.T @ nominal["damping"] @ shape
+    if plan.damping == "classical":
+        damping = np.diag(damping)
+    of_damping = (parameters["damping"] / mass).reshape(-1, *[1] * damping.ndim)
+    of_stiffness = (parameters["stiffness"] / mass)[:, None]
+    load, start = _loads(scene, shape[None], (nominal["mass"] @ shape)[None], scene.structure.influence)
+    if plan.load in ("harmonic_force", "force_history"):
+        load = load / mass.reshape(-1, *[1] * (load.ndim - 1))
+    load = np.broadcast_to(load, (len(mass), *load.shape[1:]))
+    start = np.broadcast_to(start, (2, len(mass), scene.structure.dofs))
+    return Modes(shape[None], of_stiffness * squared, of_damping * damping, mass, load, start)
+
+
+def _loads(scene: Scene, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return modal load and initial state of modes of unit mass; `momentum` is mass times shape."""
+    excitation, start = scene.excitation, np.zeros((2, len(shape), shape.shape[2]))
+    if isinstance(excitation, ForceHistory):
+        return shape, start
+    if isinstance(excitation, HarmonicForce):
+        return excitation.amplitude @ shape, start
+    if isinstance(excitation, FreeVibration):
+        state = [np.broadcast_to(part, shape.shape[1]) for part in (excitation.displacement, excitation.velocity)]
+        start = np.array([part @ momentum for part in state])
+    return -influence @ momentum, start
+
+
+def _coupled(
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    h: np.ndarray,
+    loads: np.ndarray,
+    frequency: float | None,
+    halvings: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the increments of modes that couple, by series and doubling as above, with matrices for numbers."""
+    omega, number = np.sqrt(stiffness), stiffness.shape[1]
+    # In the state (omega q, q') the matrix is skew-symmetric but for damping: its powers stay as small as they are.
+    z = np.zeros((len(omega), 2 * number, 2 * number))
+    z[:, :number, number:] = omega[:, :, None] * np.eye(number)
+    z[:, number:, :number] = -z[:, :number, number:]
+    z[:, number:, number:] = -damping
+    z, turn = np.ldexp(z * h, -halvings), 1j * np.ldexp((frequency or 0.0) * h, -halvings)
+    push = np.concatenate([np.zeros_like(loads), loads], axis=1)
+    # What a load leads to: a constant one (sum of z^n / (n + 1)!), one that rises from 0 to 1 (of z^n / (n + 2)!), and
+    # one of exp(i angle).
+    identity, share = np.eye(2 * number), 0 * turn
+    series, rising, driven = np.zeros_like(z), np.zeros_like(push), 0j * push
+    for power in range(HIGHEST_POWER, -1, -1):
+        series = identity / factorial(power + 1) + z @ series
+        rising = push / factorial(power + 2) + z @ rising
+        if frequency is not None:
+            share = 1 / factorial(power + 1) + turn * share
+            driven = share * push + z @ driven
+    constant, increments = series @ push, z @ series
+    for _ in range(halvings):
+        if frequency is not None:
+            driven = ((1 + np.exp(turn)) * driven + increments @ driven) / 2
+            turn = 2 * turn
+        rising = (constant + 2 * rising + increments @ rising) / 4
+        constant = constant + increments @ constant / 2
+        increments = 2 * increments + increments @ increments
+    ends = [constant - rising, rising] if frequency is None else [driven.real, driven.imag]
+    scale = np.concatenate([omega, np.ones_like(omega)], axis=1)
+    increments = increments * scale[:, None, :] / scale[:, :, None]
+    return increments, h[..., None] * np.stack(ends, axis=-1) / scale[:, :, None, None]
+
+
+def _implicit(
+    method: ImplicitMethod, stiffness: np.ndarray, damping: np.ndarray, h: np.ndarray, loads: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the change of the acceleration over a step of an implicit method, by (q, q', q'') and by the loads.
+
+    At t + theta h the acceleration has changed by x, the velocity by theta h (a + gamma x), and the displacement by
+    theta h v + (theta h)^2 (a / 2 + beta x); at t + h the acceleration has changed by x / theta.
+    """
+    number = stiffness.shape[1]
+    identity, stiffness = np.eye(number), stiffness[:, :, None] * np.eye(number)
+    reach, end = method.extension * h, 1 - method.force_lag
+    effective = end * (method.gamma * reach * damping + method.beta * reach**2 * stiffness)
+    effective += (1 - method.mass_lag) * identity
+    by_displacement = -stiffness
+    by_velocity = -damping - end * reach * stiffness
+    by_acceleration = -identity - end * (reach * damping + reach**2 / 2 * stiffness)
+    known = np.concatenate([by_displacement, by_velocity, by_acceleration, loads], axis=2)
+    change = np.linalg.solve(method.extension * effective, known)
+    by_state, by_loads = change[:, :, : 3 * number], change[:, :, 3 * number :]
+    at_end = end * method.extension
+    return by_state, np.stack([(1 - at_end) * by_loads, at_end * by_loads], axis=-1)

@@ -1,0 +1,150 @@
+"""Random parameters of the structures, drawn by index and kept with the results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+import numpy as np
+from scipy.stats import qmc
+
+from warpdyn.core.random_numbers import Purpose
+from warpdyn.core.thread_pool import in_parts
+from warpdyn.kernels.arguments import lane_rows
+from warpdyn.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
+from warpdyn.kernels.build import CPU_LANES
+from warpdyn.scene.scatter import (
+    Listed,
+    Scatter,
+    combined,
+    correlation_factor,
+    nominal_values,
+    storeys_with,
+    variables_of,
+)
+from warpdyn.structures.p_delta import buckling_problem
+from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
+
+
+class Sampler:
+    """Draws the scattered parameters of structures, any of them at a time.
+
+    What is drawn of a structure depends on the seed and the structure's index alone; of a Latin hypercube also on how
+    many structures there are, and all its points are held.
+
+    Args:
+        structure: The nominal structure.
+        scatter: What is random of it.
+        correlation: Correlation of pairs of scattered parameters.
+        sampling: One of SAMPLING.
+        samples: Structures there are.
+        seed: Seed.
+
+    Raises:
+        ValueError: If a scatter lists values of another number of structures.
+    """
+
+    def __init__(
+        self,
+        structure: ShearBuilding | LinearSystem,
+        scatter: Scatter,
+        correlation: Mapping[tuple[str, str], float],
+        sampling: str,
+        samples: int,
+        seed: int,
+    ) -> None:
+        for name, spread in scatter.items():
+            if isinstance(spread, Listed) and len(spread.values) != samples:
+                raise ValueError(
+                    f"scatter[{name!r}] lists {len(spread.values)} structures, and samples={samples} are asked for: "
+                    "they must agree"
+                )
+        self.structure, self.scatter, self.seed = structure, scatter, seed
+        self.variables, self.factor = correlation_factor(structure, scatter, correlation)
+        self._points: np.ndarray | None = None
+        self._sobol: qmc.Sobol | None = None
+        generator = np.random.default_rng([seed, Purpose.POINTS])
+        if self.variables and sampling == "latin_hypercube":
+            self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(samples)
+        elif self.variables and sampling == "sobol":
+            self._sobol = qmc.Sobol(len(self.variables), rng=generator)
+
+    def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:
+        """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
+
+        Structures are next to each other in memory. Of a LinearSystem the parameters are the factors on its matrices.
+
+        Args:
+            structures: Their indices, increasing.
+            threads: CPU threads.
+            is_all: Whether all else is as in the nominal structure, so that values must fit it.
+
+        Raises:
+            ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the
+                place.
+        """
+        points = self._points_of(structures)
+        nominal = nominal_values(self.structure)
+        drawn = {name: np.empty((*nominal[name].shape, structures.size)).T for name in self.scatter}
+
+        def fill(part: slice) -> None:
+            normals = self._normals(structures[part], None if points is None else points[part])
+            row = 0
+            for name, spread in self.scatter.items():
+                count = variables_of(self.structure, spread)
+                values = combined(nominal[name], spread, normals[row : row + count], structures[part])
+                drawn[name][part] = values.T
+                row += count
+            self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)
+
+        in_parts(fill, structures.size, threads)
+        return drawn
+
+    def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
+        """Raise a ValueError if a value is out of its parameter's bounds, or if values do not fit each other."""
+        axes, nominal = ("structure", "storey"), nominal_values(self.structure)
+        for name, values in drawn.items():
+            parameter = self.structure.parameter_table[name]
+            taken = storeys_with(nominal[name])
+            problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures, taken)
+            if problem:
+                raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
+        if not is_all:
+            return
+        values = {**self.structure.parameters, **drawn}
+        problem = self.structure.storey_law.problem(values) or buckling_problem(values)
+        if problem:
+            counted = f", counted from structure {structures[0]}" if structures[0] else ""
+            raise ValueError(f"drawn{counted}: {problem}")
+
+    def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
+        """Return correlated standard normal values, shape [variable, structure], of points in (0, 1) or drawn ones."""
+        values = lane_rows(len(self.variables), structures.size, CPU_LANES, 0.5)
+        if not self.variables:
+            return values
+        if points is None:
+            fill_uniforms(values, self.seed, structures)
+        else:  # of which the normal value of exactly 0 would be infinite
+            np.clip(points.T, 2.0**-54, 1 - 2.0**-53, out=values[:, : structures.size])
+        correlate_normals(values, self.factor)
+        return values[:, : structures.size]
+
+    def _points_of(self, structures: np.ndarray) -> np.ndarray | None:
+        """Return the points of a design, shape [structure, variable]; None where numbers are drawn at random."""
+        if self._points is not None:
+            return self._points[structures]
+        if self._sobol is None:
+            return None
+        edges = np.concatenate([[0], np.flatnonzero(np.diff(structures) != 1) + 1, [structures.size]])
+        return np.concatenate([self._sobol_rows(structures[a:b]) for a, b in pairwise(edges)])
+
+    def _sobol_rows(self, structures: np.ndarray) -> np.ndarray:
+        """Return Sobol points of consecutive indices; those before them are skipped, which takes 5 ns each."""
+        first, count = int(structures[0]), structures.size
+        if first < self._sobol.num_generated:
+            self._sobol.reset()
+        if first > self._sobol.num_generated:
+            self._sobol.fast_forward(first - self._sobol.num_generated)
+        if first == 0 and count > 1:  # the first alone: scipy warns of a first part that is no power of 2 long
+            return np.concatenate([self._sobol.random(1), self._sobol.random(count - 1)])
+        return self._sobol.random(count)

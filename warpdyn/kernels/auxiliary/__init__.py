@@ -1,0 +1,1 @@
+"""Kernels beside those of histories: response spectra, sampling, frequencies, single storeys."""

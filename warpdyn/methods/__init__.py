@@ -1,0 +1,1 @@
+"""Integration methods: their tables, kinds, amplification and stability limits."""

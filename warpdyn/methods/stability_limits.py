@@ -1,0 +1,299 @@
+"""How long a step a method can take before its own oscillation grows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from warpdyn.methods.amplification import limit_scale, oscillator_limits, polynomial_limits
+from warpdyn.methods.kinds import ExplicitMethod, Method
+from warpdyn.methods.table import METHODS
+
+# The tabulated limit falls at most this far (relative) from one damping ratio to the next, but at jumps.
+TABLE_TOLERANCE = 2e-3
+# Damping ratios below this get no credit for their damping: eigenvalues carry rounding of about 1e-12.
+LEAST_DAMPING_RATIO = 1e-9
+LEAST_CELL = 1e-12  # width below which cells are not refined; only a jump of the limit asks for less
+TABLE_MARGIN = 1e-5  # what a smooth minimum between two tabulated damping ratios can lie below both
+# Beyond a damping ratio of a million a limit stands still or goes with the ratio's inverse, as `limit_scale` has it.
+LAST_PLACE = 2 - 1e-6
+CELLS = 1000  # of the table, before they are refined
+Table = Callable[[Method], tuple[np.ndarray, np.ndarray]]
+
+
+def stability_limit(method: Method, damping_ratio: float) -> float:
+    """Largest w h up to which a method's step does not amplify u'' + 2 zeta w u' + w^2 u = 0.
+
+    For a Runge-Kutta method it is the first root of |R(z)|^2 = 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)) beyond
+    which |R| > 1; with zeta > 1 both roots are real and the faster one governs (Hairer and Wanner, Solving ODEs II,
+    IV.2). For any other it is the first w h at which the amplification matrix has an eigenvalue beyond the unit circle.
+
+    Args:
+        method: Row of METHODS.
+        damping_ratio: Damping ratio zeta [-], 0 or above.
+
+    Returns:
+        The limit of w h [-]; 0 where every step amplifies, infinite where none does. An adaptive method has none: a
+        step that amplifies fails its error estimate and is taken again.
+
+    Raises:
+        ValueError: If the damping ratio is not finite and 0 or above.
+    """
+    zeta = _at_least_zero("damping_ratio", damping_ratio)
+    return float(oscillator_limits(method, zeta[None])[0] / limit_scale(method, zeta))
+
+
+def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
+    """Longest step without growth for many oscillators, up to 0.21 % below the exact limit and never above it.
+
+    The limit is tabulated over the damping ratio once a method; each oscillator takes the lesser of its neighbours.
+
+    Args:
+        method: Row of METHODS.
+        frequency: Circular frequency [rad/s], shape [...].
+        damping_ratio: Damping ratio [-], 0 or above (below 1e-9 taken as none), shape [...].
+
+    Returns:
+        Step [s], of the arguments' common shape; 0 where every step amplifies, infinite where none does.
+
+    Raises:
+        ValueError: If a frequency is not above 0, or a damping ratio is below 0.
+    """
+    frequency = _above_zero("frequency", frequency)
+    return _looked_up(_table, method, frequency, _at_least_zero("damping_ratio", damping_ratio))
+
+
+def relaxation_limit(method: Method) -> float:
+    """Longest step times rate at which a method does not amplify z' = -rate z, the memory of a storey law.
+
+    Args:
+        method: Row of METHODS. An implicit method carries the memory along the drift by classical Runge-Kutta.
+
+    Returns:
+        The limit [-]; infinite where the method watches its error by itself, or carries no memory.
+    """
+    if method.kind == "exact" or method.is_adaptive:
+        return np.inf
+    explicit = method if isinstance(method, ExplicitMethod) else METHODS["rk4"]
+    return float(polynomial_limits(explicit.stability_polynomial, np.ones(1))[0])
+
+
+def stable_step_of_eigenvalues(
+    method: Method, eigenvalues: np.ndarray, highest_frequency: np.ndarray, damping_rate: np.ndarray
+) -> np.ndarray:
+    """Longest step at which a method does not amplify a linear system, whatever its damping matrix.
+
+    A Runge-Kutta method amplifies a motion of the system by its eigenvalue alone: its limit is that of `stable_step`.
+    Any other method gets the least limit, within 0.5 %, of all oscillators of at most the highest frequency and damping
+    rate:
+
+    - The step of an implicit method, and of an explicit one with a single stage, is linear in M, C and K. Where it
+      multiplies a shape x by s, it does so to the oscillator of mass x* M x, damper x* C x and spring x* K x, which is
+      one of these: that no motion grows is proved for symmetric matrices, M positive, C and K not negative. For
+      Newmark's methods with gamma = 1/2 the limit is exact, since damping drops out where s = -1.
+    - With more stages (velocity_verlet, nystroem4) products of C and K enter. That the oscillators speak for the
+      system is then not proved, unless its damping is classical; no system tried has contradicted it.
+
+    Args:
+        method: Row of METHODS.
+        eigenvalues: Eigenvalues of the state matrix [1/s], shape [structure, eigenvalue]; a 0 sets no limit.
+        highest_frequency: Highest circular frequency without damping [rad/s], shape [structure].
+        damping_rate: That of `highest_damping_rate` [1/s], shape [structure].
+
+    Returns:
+        Step [s], shape [structure].
+
+    Raises:
+        ValueError: If an eigenvalue is not finite, its motion grows by itself (real part above 0), a frequency is not
+            above 0, or a damping rate is below 0.
+    """
+    eigenvalues = np.asarray(eigenvalues)
+    if eigenvalues.ndim != 2 or eigenvalues.shape[1] == 0 or not np.isfinite(eigenvalues).all():
+        raise ValueError(f"eigenvalues must be finite and of shape [structure, eigenvalue], got {eigenvalues.shape}")
+    size = np.abs(eigenvalues)
+    growing = eigenvalues.real > 1e-9 * size.max(axis=1, keepdims=True)  # rounding leaves about 1e-13
+    if growing.any():
+        raise ValueError(
+            f"eigenvalues{_first(growing)} is {eigenvalues[growing][0]:.6g} 1/s: a motion that grows by itself has no "
+            f"stable step (is the damping or stiffness negative?)"
+        )
+    if method.kind == "implicit" or (method.kind == "explicit" and method.is_nystroem):
+        frequency = _above_zero("highest_frequency", highest_frequency)
+        rate = _at_least_zero("damping_rate", damping_rate)
+        return _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
+    moving = size > 0
+    size = np.where(moving, size, 1.0)
+    ratio = np.clip(-eigenvalues.real / size, 0.0, 1.0)
+    return np.where(moving, _looked_up(_table, method, size, ratio), np.inf).min(axis=1)
+
+
+def stable_step_of_yielding(
+    method: Method, highest_frequency: np.ndarray, damping_rate: np.ndarray, elastic_step: np.ndarray
+) -> np.ndarray:
+    """Longest step at which a method does not amplify a structure whose storeys soften but whose dampers do not.
+
+    While a storey yields, its damping ratio rises without end: the faster root goes from that of the elastic motion to
+    the damping rate itself. A motion of shape x under any tangent stiffness is the oscillator of mass x* M x, damper
+    x* C x and spring x* K x; the limit is the least of all oscillators of at most this frequency and damping rate.
+    Methods that amplify all that is undamped (heun, midpoint) would have none: theirs is the elastic limit, or that of
+    the damping rate alone where it is less, which nothing proves between the two.
+
+    Args:
+        method: Row of METHODS.
+        highest_frequency: Highest circular frequency at the stiffest tangent [rad/s], shape [structure].
+        damping_rate: Largest eigenvalue of M^-1 C [1/s], shape [structure].
+        elastic_step: Longest step at which the elastic structure is stable [s], shape [structure].
+
+    Returns:
+        Step [s], shape [structure].
+    """
+    frequency = _above_zero("highest_frequency", highest_frequency)
+    rate = _at_least_zero("damping_rate", damping_rate)
+    step = _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
+    if (step > 0).all():
+        return np.minimum(step, elastic_step)
+    with np.errstate(divide="ignore"):
+        return np.minimum(elastic_step, relaxation_limit(method) / rate)
+
+
+def state_eigenvalues(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Eigenvalues of [[0, I], [-M^-1 K, -M^-1 C]] for many structures, with any damping matrices.
+
+    Args:
+        mass: Masses [kg], shape [structure, dof], or mass matrices, shape [structure, dof, dof].
+        damping: Damping matrices [N s/m], shape [structure, dof, dof].
+        stiffness: Stiffness matrices [N/m], shape [structure, dof, dof].
+
+    Returns:
+        Complex eigenvalues [1/s], shape [structure, 2 dof].
+
+    Raises:
+        ValueError: If a shape does not fit, a value is not finite, or a mass matrix is singular.
+    """
+    damping, stiffness = np.asarray(damping, dtype=np.float64), np.asarray(stiffness, dtype=np.float64)
+    if damping.shape != stiffness.shape:
+        raise ValueError(f"damping and stiffness must share a shape, got {damping.shape} and {stiffness.shape}")
+    of_displacement, of_velocity = _over_mass(mass, "stiffness", stiffness), _over_mass(mass, "damping", damping)
+    structures, dof = stiffness.shape[:2]
+    upper = np.broadcast_to(np.eye(dof, 2 * dof, dof), (structures, dof, 2 * dof))
+    lower = -np.concatenate([of_displacement, of_velocity], axis=2)
+    return np.linalg.eigvals(np.concatenate([upper, lower], axis=1)).astype(np.complex128)
+
+
+def highest_damping_rate(mass: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Largest eigenvalue of M^-1 C for many structures: how fast dampers alone would stop a motion.
+
+    Args:
+        mass: Masses [kg], shape [structure, dof], or mass matrices, shape [structure, dof, dof].
+        damping: Damping matrices [N s/m], symmetric and not negative, shape [structure, dof, dof].
+
+    Returns:
+        Rate [1/s], shape [structure].
+
+    Raises:
+        ValueError: If a shape does not fit, a value is not finite, or a mass matrix is singular.
+    """
+    rates = np.linalg.eigvals(_over_mass(mass, "damping", np.asarray(damping, dtype=np.float64))).real
+    return np.maximum(rates.max(axis=1), 0)  # rounding of no damping at all
+
+
+def _over_mass(mass: np.ndarray, name: str, matrix: np.ndarray) -> np.ndarray:
+    """Return M^-1 times a matrix of each structure."""
+    mass = np.asarray(mass, dtype=np.float64)
+    if matrix.ndim != 3 or matrix.shape[1] != matrix.shape[2]:
+        raise ValueError(f"{name} must have shape [structure, dof, dof], got {matrix.shape}")
+    if mass.shape not in (matrix.shape[:2], matrix.shape):
+        raise ValueError(f"mass must have shape {matrix.shape[:2]} or {matrix.shape}, got {mass.shape}")
+    for title, value in (("mass", mass), (name, matrix)):
+        if not np.isfinite(value).all():
+            raise ValueError(f"{title}{_first(~np.isfinite(value))} is not finite")
+    try:
+        if mass.ndim == 2 and (mass == 0).any():
+            raise np.linalg.LinAlgError
+        return matrix / mass[:, :, None] if mass.ndim == 2 else np.linalg.solve(mass, matrix)
+    except np.linalg.LinAlgError:
+        raise ValueError("mass must not be singular") from None
+
+
+@cache
+def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
+    """Places of damping ratios, refined where the limit is steep, and the limits there times `limit_scale`."""
+    place = np.concatenate([[0, LEAST_DAMPING_RATIO], np.linspace(0, LAST_PLACE, CELLS + 1)[1:]])
+    limit = oscillator_limits(method, _ratio(place))
+    while np.isfinite(limit).all():  # a method has limits at all damping ratios, or at none
+        coarse = np.abs(np.diff(limit)) > TABLE_TOLERANCE * np.maximum(limit[:-1], limit[1:])
+        coarse &= (place[:-1] > 0) & (np.diff(place) > LEAST_CELL)
+        if not coarse.any():
+            break
+        where = np.flatnonzero(coarse) + 1
+        between = (place[where - 1] + place[where]) / 2
+        limit = np.insert(limit, where, oscillator_limits(method, _ratio(between)))
+        place = np.insert(place, where, between)
+    return place, limit
+
+
+@cache
+def _table(method: Method) -> tuple[np.ndarray, np.ndarray]:
+    """Places of damping ratios, and the least limit in each cell between them, times `limit_scale`."""
+    place, limit = _nodes(method)
+    return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])
+
+
+@cache
+def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
+    """The same for the least limit of all oscillators of at most this frequency and at most this damping rate."""
+    place, limit = _nodes(method)
+    ratio = np.maximum(_ratio(place), LEAST_DAMPING_RATIO)
+    scale = limit_scale(method, ratio)
+    limit = limit / scale
+    # Of this frequency and less damping; of this damping rate, that is 2 zeta w, and a lower frequency.
+    slower = np.minimum.accumulate((ratio * limit)[::-1])[::-1]
+    limit = scale * np.minimum(np.minimum.accumulate(limit), slower / ratio)
+    return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])
+
+
+def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+    """Return the step [s] that a table gives oscillators."""
+    place = np.where(zeta > 1, 2 - 1 / np.maximum(zeta, 1), zeta)
+    coarse = np.minimum(CELLS / LAST_PLACE * place, CELLS - 1).astype(np.int32)
+    limit = np.array(_of_undivided_cells(table, method)[coarse])
+    divided = np.isnan(limit)
+    if divided.any():
+        grid, cell_limit = table(method)
+        cell = np.searchsorted(grid, place[divided], side="right") - 1
+        limit[divided] = cell_limit[np.clip(cell, 0, cell_limit.size - 1)]
+    return limit / (limit_scale(method, zeta) * frequency)
+
+
+@cache
+def _of_undivided_cells(table: Table, method: Method) -> np.ndarray:
+    """Return what a table has in cells of equal width, found without a search; NaN where they were refined."""
+    grid, cell_limit = table(method)
+    edges = np.searchsorted(grid, np.linspace(0, LAST_PLACE, CELLS + 1))
+    return np.where(np.diff(edges) > 1, np.nan, cell_limit[edges[:-1]])
+
+
+def _ratio(place: np.ndarray) -> np.ndarray:
+    """Damping ratio at a place of the tables: itself up to 1, from there to 2, at infinity, as far as its inverse."""
+    return np.where(place > 1, 1 / (2 - np.maximum(place, 1)), place)
+
+
+def _first(bad: np.ndarray) -> list[int]:
+    return [int(i) for i in np.argwhere(bad)[0]]
+
+
+def _at_least_zero(name: str, value: np.ndarray) -> np.ndarray:
+    value = np.asarray(value, dtype=np.float64)
+    bad = ~(np.isfinite(value) & (value >= 0))
+    if bad.any():
+        raise ValueError(f"{name}{_first(bad) or ''} is {value[bad].flat[0]}; it must be finite and 0 or above")
+    return value
+
+
+def _above_zero(name: str, value: np.ndarray) -> np.ndarray:
+    value = _at_least_zero(name, value)
+    if (value == 0).any():
+        raise ValueError(f"{name}{_first(value == 0) or ''} is 0; it must be above 0")
+    return value

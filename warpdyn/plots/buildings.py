@@ -1,0 +1,125 @@
+"""Figures of buildings themselves; `warpdyn.plots.ensembles` has them too."""
+
+from __future__ import annotations
+
+from itertools import cycle
+
+import numpy as np
+import xarray as xr
+from matplotlib import ticker
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from warpdyn.core.checks import check_dataset, check_kind
+from warpdyn.plots.style import COLOURS, new_figure
+from warpdyn.structures.shear_building import ShearBuilding
+
+MOST_LABELS = 10  # storeys that are labelled; of taller buildings some
+
+
+def building(building: ShearBuilding) -> Figure:
+    """Draw a building to scale: storeys with stiffness and yield force, floors with mass, and its first mode.
+
+    Args:
+        building: The building.
+
+    Raises:
+        TypeError: If it is something else.
+    """
+    check_kind("plots.building", "a ShearBuilding", building, ShearBuilding)
+    values, storeys = building.parameters, building.storeys
+    level = np.append(0.0, np.cumsum(values["height"]))
+    width = 0.6 * max(level[-1], 3 * level[1])  # no narrower than it takes to write beside it
+    figure = new_figure(6.4, 5.6)
+    axes = figure.subplots()
+    # Columns as thick as the storey is stiff, slabs as deep as the floor is heavy.
+    thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()
+    slab = min(0.012 * level[-1], 0.1 * values["height"].min())
+    depth = slab * (0.5 + values["mass"] / values["mass"].max())
+    labelled = _labelled(storeys)
+    for storey in range(storeys):
+        for left in (0.0, width * (1 - thickness[storey])):
+            corner, size = (left, level[storey]), (width * thickness[storey], values["height"][storey])
+            axes.add_patch(Rectangle(corner, *size, facecolor=COLOURS[5], edgecolor="none"))
+        corner = (0.0, level[storey + 1] - depth[storey] / 2)
+        axes.add_patch(Rectangle(corner, width, depth[storey], facecolor="0.25", edgecolor="none", zorder=3))
+        if storey in labelled:
+            spring = f"k = {_engineering(values['stiffness'][storey], 'N/m')}"
+            if "yield_force" in values and not np.isnan(values["yield_force"][storey]):
+                between = "\n" if storeys <= MOST_LABELS else ", "
+                spring += f"{between}Fy = {_engineering(values['yield_force'][storey], 'N')}"
+            middle = (level[storey] + level[storey + 1]) / 2
+            paper = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}  # over the slabs of a tall building
+            axes.text(width / 2, middle, spring, ha="center", va="center", fontsize=8, bbox=paper, zorder=4)
+            mass = f"m = {_engineering(1000 * values['mass'][storey], 'g')}"
+            axes.text(-0.04 * width, level[storey + 1], mass, ha="right", va="center", fontsize=8)
+    axes.plot([-0.25 * width, 1.15 * width], [0, 0], color="black", lw=2)
+    first = building.modal().isel(mode=0)
+    shape = np.append(0.0, first["shape"].values)
+    line = 1.3 * width + 0.5 * width * shape
+    axes.plot(np.full(storeys + 1, 1.3 * width), level, color="0.6", lw=0.8)
+    axes.plot(line, level, "o-", color=COLOURS[3], ms=4, lw=1.4)
+    share = 100 * float(first["effective_mass_ratio"])
+    words = f"first mode\n{float(first['period']):.3g} s, {share:.0f} % of the mass"
+    axes.text(1.55 * width, level[-1] * 1.03, words, ha="center", va="bottom", fontsize=8, color=COLOURS[3])
+    axes.set(aspect="equal", ylabel="Height above the ground [m]", xlim=(-0.45 * width, 2.0 * width))
+    axes.set_ylim(-0.02 * level[-1], 1.16 * level[-1])
+    axes.set_xticks([])
+    axes.spines[["top", "right", "bottom"]].set_visible(False)
+    storey_word = "storey" if storeys == 1 else "storeys"
+    axes.set_title(f"{storeys} {storey_word}, law {building.law!r}, damping {building.damping!r}", fontsize=9)
+    return figure
+
+
+def _labelled(storeys: int) -> list[int]:
+    """Return the storeys that are labelled, from 0: all, or about ten at equal distances."""
+    return list(range(0, storeys, -(-storeys // MOST_LABELS)))
+
+
+def _engineering(value: float, unit: str) -> str:
+    """Return a number with the prefix of its thousands, as in 8.66e8 N/m = 866 MN/m."""
+    if unit == "g":  # of masses, tonnes say more than megagrams
+        return f"{value / 1e6:.4g} t"
+    return ticker.EngFormatter(unit=unit, places=None).format_data(float(f"{value:.3g}"))
+
+
+def pushover(dataset: xr.Dataset) -> Figure:
+    """Draw the base shear against the roof displacement, and the drifts over the height along the way.
+
+    Args:
+        dataset: What `pushover` returned.
+
+    Raises:
+        ValueError: If the dataset has no base shears.
+        TypeError: If `dataset` is no Dataset.
+    """
+    check_dataset(
+        "plots.pushover",
+        dataset,
+        "roof_displacement",
+        "base_shear",
+        advice="draw what pushover(building, ...) returned",
+    )
+    roof, shear = 1000 * dataset["roof_displacement"].values, dataset["base_shear"].values / 1e6
+    drift = 1000 * dataset["storey_drift"].values
+    figure = new_figure(8.4, 4.2)
+    curve, profile = figure.subplots(1, 2, width_ratios=(3, 2))
+    curve.plot(np.append(0.0, roof), np.append(0.0, shear), color=COLOURS[0], lw=1.4)
+    curve.axhline(0, color="0.6", lw=0.6)
+    curve.axvline(0, color="0.6", lw=0.6)
+    curve.set(xlabel="Roof displacement [mm]", ylabel="Base shear [MN]")
+    # Profiles on the way to the farthest point.
+    farthest = int(np.abs(roof).argmax())
+    storeys = dataset["storey"].values
+    for colour, share in zip(cycle(COLOURS[1:]), (0.25, 0.5, 0.75, 1.0), strict=False):
+        step = int(np.argmax(np.abs(roof[: farthest + 1]) >= share * abs(roof[farthest]) * (1 - 1e-9)))
+        curve.plot(roof[step], shear[step], "o", color=colour, ms=6)
+        outline = np.append(drift[step, 0], drift[step]), np.append(0, storeys)
+        profile.step(*outline, where="post", color=colour, label=f"{roof[step]:.3g} mm")
+    profile.set(xlabel="Storey drift [mm]", ylabel="Storey", ylim=(0, storeys[-1]))
+    labelled = storeys[_labelled(storeys.size)]
+    profile.set_yticks(labelled - 0.5, [str(storey) for storey in labelled])
+    profile.legend(title="roof at", fontsize=8, title_fontsize=8)
+    for axes in (curve, profile):
+        axes.grid(alpha=0.3)
+    return figure

@@ -1,0 +1,1 @@
+"""Many buildings of different kinds at once."""

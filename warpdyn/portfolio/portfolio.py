@@ -1,0 +1,132 @@
+"""Portfolios: many buildings of different storeys and laws, as archetypes and how many buildings there are of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from warpdyn.core.checks import whole_number
+from warpdyn.integration.sampler import Sampler
+from warpdyn.scene.scatter import Listed, Scatter, check_scatter
+from warpdyn.structures.p_delta import buckling_problem
+from warpdyn.structures.shear_building import ShearBuilding
+
+
+@dataclass(frozen=True, eq=False)
+class Archetype:
+    """Buildings of one kind: as many storeys, one law, one kind of damping.
+
+    Args:
+        building: The nominal building.
+        count: How many buildings there are of it; None for as many as `scatter` lists, or one.
+        scatter: What differs among them, as a Scene takes it: parameter name -> Factor, Value, a number, or Listed
+            values, one a building, with which a table of single buildings is given.
+        correlation: Correlation of pairs of scattered parameters, as a Scene takes it.
+    """
+
+    building: ShearBuilding
+    count: int | None = None
+    scatter: Scatter = field(default_factory=dict)
+    correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Portfolio:
+    """Buildings of several archetypes, numbered from 0 in the order of these.
+
+    What is drawn of a building depends on the seed, its archetype and its number alone.
+
+    Args:
+        archetypes: Archetype by name.
+
+    Attributes:
+        counts: How many buildings there are of each archetype, shape [archetype].
+        first: Number of the first of them.
+
+    Raises:
+        ValueError, TypeError: If there is no archetype, or one is not valid; the message names the archetype.
+    """
+
+    archetypes: Mapping[str, Archetype]
+    counts: np.ndarray = field(init=False, repr=False)
+    first: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.archetypes, Mapping) or not self.archetypes:
+            raise TypeError(f"archetypes must map names to at least one Archetype, got {self.archetypes!r}")
+        counts = []
+        for name, archetype in self.archetypes.items():
+            if not isinstance(name, str) or not name:
+                raise TypeError(f"the name of an archetype must be text, got {name!r}")
+            with named(name):
+                counts.append(_checked_count(archetype))
+        object.__setattr__(self, "archetypes", MappingProxyType(dict(self.archetypes)))
+        object.__setattr__(self, "counts", np.array(counts))
+        object.__setattr__(self, "first", np.cumsum(counts) - counts)
+
+    @property
+    def buildings(self) -> int:
+        """How many there are."""
+        return int(self.counts.sum())
+
+    @property
+    def storeys(self) -> np.ndarray:
+        """Storeys of each archetype, shape [archetype]."""
+        return np.array([archetype.building.storeys for archetype in self.archetypes.values()])
+
+    def parameters(self, name: str, seed: int) -> dict[str, np.ndarray]:
+        """Return every parameter of an archetype's buildings, shape [building, storey] or [building].
+
+        Args:
+            name: The archetype.
+            seed: Seed of every random draw.
+
+        Raises:
+            ValueError: If a value is out of its parameter's bounds, or values do not fit each other.
+        """
+        archetype, place = self.archetypes[name], list(self.archetypes).index(name)
+        building, count, first = archetype.building, int(self.counts[place]), int(self.first[place])
+        listed = {key: spread for key, spread in archetype.scatter.items() if isinstance(spread, Listed)}
+        others = {key: spread for key, spread in archetype.scatter.items() if key not in listed}
+        with named(name):
+            values = Sampler(building, listed, {}, "monte_carlo", count, seed).draw(np.arange(count), is_all=False)
+            if others:
+                sampler = Sampler(building, others, archetype.correlation, "monte_carlo", first + count, seed)
+                values |= sampler.draw(np.arange(first, first + count), is_all=False)
+            nominal = building.parameters.items()
+            values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
+            problem = building.storey_law.problem(values) or buckling_problem(values)
+            if problem:
+                raise ValueError(f"drawn: {problem}")
+        return values
+
+    def __repr__(self) -> str:
+        return f"Portfolio({self.buildings} buildings of {len(self.archetypes)} archetypes)"
+
+
+@contextmanager
+def named(archetype: str) -> Iterator[None]:
+    """Put the archetype's name before the message of an error."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        raise type(error)(f"archetype {archetype!r}: {error}") from error
+
+
+def _checked_count(archetype: Archetype) -> int:
+    """Return how many buildings there are of an archetype; raise an error if it is not valid."""
+    if not isinstance(archetype, Archetype):
+        raise TypeError(f"it must be an Archetype, got {type(archetype).__name__}")
+    if not isinstance(archetype.building, ShearBuilding):
+        raise TypeError(f"building must be a ShearBuilding, got {type(archetype.building).__name__}")
+    check_scatter(archetype.building, archetype.scatter, archetype.correlation)
+    lengths = {key: len(spread.values) for key, spread in archetype.scatter.items() if isinstance(spread, Listed)}
+    count = next(iter(lengths.values()), 1) if archetype.count is None else whole_number("count", archetype.count, 1)
+    for key, length in lengths.items():
+        if length != count:
+            raise ValueError(f"scatter[{key!r}] lists {length} buildings, and there are {count}: they must agree")
+    return count

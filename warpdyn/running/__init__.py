@@ -1,0 +1,1 @@
+"""Runs: simulate, blocks, sinks, histories, labelled results, pushover."""

@@ -1,0 +1,85 @@
+"""How a run is divided into blocks of structures, so that no more is held at a time than there is memory for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.integration import packing
+from warpdyn.integration.run import Run
+from warpdyn.kernels.queues import BLOCKS_ON_A_GPU, free_memory
+from warpdyn.running.labels import Column, lengths
+
+SHARE_OF_FREE_MEMORY = 0.25
+# Samples of a block: as many as the CPU's launches need to cost nothing beside their work; on a GPU as few as fill it
+# three blocks at a time, since nothing hides the first block's preparation and the last one's collection.
+CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_A_GPU = 2**20, 2**17, 2**15, 4
+# What a sample and a structure take on the host while they are under way [bytes]: a sample's inputs as numbers of 64
+# bits, sorted and not; a structure's parameters as drawn, combined, packed and in the run's dtype.
+BYTES_A_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
+MEMORY_OF_CHUNKS = 64 * 2**20  # of the eigenvalue problems, which are solved in parts, and of the file's chunks
+
+
+def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.ndarray]:
+    """Return the blocks of a run, each the indices of its structures.
+
+    Args:
+        run: The run.
+        columns: What its dataset holds of each sample.
+        memory: Bytes that the blocks under way may take on the host, and on each device; None for a share of what is
+            free.
+
+    Raises:
+        ValueError: If the memory is less than a single structure takes.
+    """
+    is_gpu = run.devices[0] != "cpu"
+    # Those on the devices, those prepared meanwhile, and one that is being collected.
+    under_way = BLOCKS_ON_A_GPU * len(run.devices) + blocks_ahead(run) + 1 if is_gpu else 1
+    host, device = _bytes_a_structure(run, columns)
+    if memory is None:
+        rooms = [SHARE_OF_FREE_MEMORY * free_memory("cpu") / (under_way * host)]
+        if is_gpu:
+            free = min(free_memory(name) for name in run.devices)
+            rooms.append(SHARE_OF_FREE_MEMORY * free / (BLOCKS_ON_A_GPU * device))
+        room = max(1, int(min(rooms)))
+    else:
+        room = int(min((memory - MEMORY_OF_CHUNKS) / (under_way * host), memory / (BLOCKS_ON_A_GPU * device)))
+        if room < 1:
+            needed = max(MEMORY_OF_CHUNKS + under_way * host, BLOCKS_ON_A_GPU * device)
+            raise ValueError(f"memory must be at least {int(needed)} bytes for this scene, got {memory}")
+    samples = run.samples
+    count = -(-samples // (GPU_BLOCK if is_gpu else CPU_BLOCK))
+    if is_gpu:
+        count = max(count, min(BLOCKS_A_GPU * len(run.devices), samples // LEAST_GPU_BLOCK))
+    count = max(count, -(-run.structures // room))
+    count = min(-(-count // len(run.devices)) * len(run.devices), run.structures)
+    return np.array_split(np.arange(run.structures), count)
+
+
+def blocks_ahead(run: Run) -> int:
+    """Return how many blocks are prepared before a device is free for them."""
+    return 0 if run.devices[0] == "cpu" else len(run.devices)
+
+
+def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
+    """Return what a structure takes with all its samples, on the host and on a device."""
+    terms = run.terms
+    width, real = terms.plan.dofs, np.dtype(terms.plan.dtype).itemsize
+    row = sum(column.dtype.itemsize * int(np.prod(lengths(terms, column))) for column in columns.values())
+    outputs = sum(real * width ** len(shape) for shape in terms.shapes.values())
+    drawn = run.sampler.draw(np.arange(1))
+    parameters = packing.parameters_of(terms.scene, drawn)
+    of_step = terms.timeline.interval / terms.timeline.substeps
+    packed = packing.pack_structures(terms.scene, parameters, terms.plan, of_step[:1], np.zeros((1, 2)))
+    values = sum(array.size for array in packed.values())
+    if packing.needs_step(terms.plan):  # a structure is packed once for each step
+        values *= np.unique(of_step).size
+    drawn_values = sum(array.size for array in drawn.values())
+    if len(run.samples_by_event) > 1:  # each sample of an event is a structure of the next one
+        damaged = run.samples_by_event[-2] // run.structures
+        values, drawn_values = values * damaged, drawn_values * damaged
+        outputs *= 3  # as they come, beside those that were not run, and labelled before they join the other events'
+    elif not drawn:  # one structure serves all
+        values = 0
+    samples = run.samples // run.structures
+    host = samples * (row + outputs + BYTES_A_SAMPLE) + 8 * COPIES_OF_A_STRUCTURE * (values + drawn_values)
+    return host, samples * (2 * outputs + 8 * real) + 2 * real * values

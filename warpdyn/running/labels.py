@@ -1,0 +1,277 @@
+"""From a run's arrays to a labelled dataset: names, units, coordinates and the trace of where it came from."""
+
+from __future__ import annotations
+
+import collections.abc
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.checks import check_dataset
+from warpdyn.core.netcdf import trace
+from warpdyn.core.output_variables import HISTORY, STATUS_MEANINGS, STRIPED, recorded
+from warpdyn.ground_motions.event_sequences import Sequence
+from warpdyn.ground_motions.motions import IN_G, Assignment, motion_names
+from warpdyn.integration.ensemble import Each, Ensemble, Terms
+from warpdyn.integration.time_grid import motions_of
+from warpdyn.kernels.arguments import output_dtype
+from warpdyn.methods.table import METHODS
+from warpdyn.running.selections import of_event
+from warpdyn.scene.scene import Scene
+
+Arrays = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A variable of a run's dataset that has one value (or one row of values) a sample.
+
+    Args:
+        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), each after "event" in a Sequence.
+        dtype: Number type.
+        attributes: What the dataset says of it.
+        is_coordinate: Whether it is a coordinate.
+    """
+
+    dims: tuple[str, ...]
+    dtype: np.dtype
+    attributes: dict[str, object]
+    is_coordinate: bool = False
+
+
+def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
+    """Return what a run's dataset holds of each sample, by name."""
+    scene, plan = terms.scene, terms.plan
+    real, integer, double = np.dtype(plan.dtype), np.dtype("int32"), np.dtype("float64")
+    columns: dict[str, Column] = {}
+    for name, variable in recorded(plan.family, plan.recorders, METHODS[plan.method].is_adaptive).items():
+        attributes = {"long_name": variable.long_name, "units": variable.units}
+        columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes)
+    if "peak_storey_drift" in columns:
+        attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
+        columns["peak_storey_drift_ratio"] = Column(("storey",), real, attributes)
+    attributes = {"long_name": "integration step", "units": "s"}
+    columns["integration_step"] = Column((), double, attributes)
+    status = {
+        "long_name": "outcome of the sample",
+        "units": "1",
+        "flag_values": np.arange(len(STATUS_MEANINGS), dtype=np.int8),
+        "flag_meanings": " ".join(STATUS_MEANINGS),
+    }
+    columns["status"] = Column((), np.dtype("int8"), status)
+    for name in scene.scatter if keep_inputs else ():
+        parameter = scene.structure.parameter_table[name]
+        attributes = {"long_name": parameter.long_name, "units": parameter.units}
+        is_chain = plan.family == "chain"
+        dims = ("storey",) if is_chain and scene.structure.parameters[name].ndim else ()
+        columns[name if is_chain else f"{name}_factor"] = Column(dims, real, attributes)
+    sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
+    coordinates = {
+        "sample": (integer, sample),
+        "structure": (integer, {"long_name": "index of the drawn structure", "units": "1"}),
+    }
+    if motions_of(scene):
+        coordinates["record"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
+        scale = {"long_name": "factor on the recorded motion", "units": "1"}
+        coordinates["scale_factor_of_motion"] = (double, scale)
+    if isinstance(scene.excitation, Sequence):
+        attributes = {"long_name": "intensity measure of the scaled motion", "design": "of a sequence: see of_event"}
+        units = {scene.excitation.assign(event, [], 0).units for event in range(len(scene.excitation.events))}
+        # Where they differ, im_level_units says which is whose.
+        coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
+    else:
+        level = scene.excitation.assign([], 0)
+        if level.im_level is not None:
+            coordinates["im_level"] = (double, _of_level(level))
+    for name, (dtype, attributes) in coordinates.items():
+        columns[name] = Column((), dtype, attributes, is_coordinate=True)
+    return _by_event(scene, columns) if isinstance(scene.excitation, Sequence) else columns
+
+
+def _of_level(level: Assignment) -> dict[str, str]:
+    """Return what is said of the intensity measure of a design's samples."""
+    striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
+    attributes = {"long_name": f"{level.measure} of the scaled motion", "units": level.units, "design": striped}
+    return attributes | ({"comment": IN_G} if level.units == "g" else {})
+
+
+def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
+    """Return the columns of a sequence: what is not of the structure or the sample alone lies along `event`, too."""
+    fixed = {"sample", "structure", *scene.scatter}
+    return {
+        name: column if name in fixed else replace(column, dims=("event", *column.dims))
+        for name, column in columns.items()
+    }
+
+
+def lengths(terms: Terms, column: Column) -> tuple[int, ...]:
+    """Return how long each of a column's dimensions beside `sample` is."""
+    return tuple(len(terms.scene.excitation.events) if dim == "event" else terms.plan.dofs for dim in column.dims)
+
+
+def fill_inputs(run: Ensemble, rows: Arrays, each: Each = map) -> None:
+    """Write what is known of a block's samples before they are integrated, into rows by name.
+
+    Args:
+        run: The block.
+        rows: The rows.
+        each: A map over the variables, which may be parallel.
+    """
+    of_sample = {
+        "sample": run.sample,
+        "structure": run.assignment.structure,
+        "record": run.assignment.motion,
+        "scale_factor_of_motion": run.assignment.scale,
+        "im_level": run.assignment.im_level,
+    }
+    suffix = "" if run.plan.family == "chain" else "_factor"
+    of_structure = {name + suffix: values for name, values in run.drawn.items()}
+
+    def fill(name: str) -> None:
+        if name in of_sample:
+            np.copyto(rows[name], of_sample[name])
+        else:
+            _spread(of_structure[name].astype(rows[name].dtype), rows[name])
+
+    list(each(fill, rows.keys() & (of_sample | of_structure).keys()))
+
+
+def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
+    """Write what follows from what a block's samples recorded, into the rows that hold it."""
+    rows["integration_step"][...] = run.schedule.step
+    if "peak_storey_drift" not in rows:
+        return
+    drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
+    height = heights(run) if "height" in run.drawn else heights(run)[:1]
+    # Inner loops over a few storeys are slow: all samples of a structure make one row.
+    shape = len(run.structures), -1
+    each = len(drift) // len(run.structures)
+    wide = np.tile(height.astype(ratio.dtype), (1, each))
+    np.divide(drift.reshape(shape), wide, out=ratio.reshape(shape))
+
+
+def heights(run: Ensemble) -> np.ndarray:
+    """Return the storey heights of each structure [m], shape [structure, storey]."""
+    nominal = run.scene.structure.parameters["height"]
+    return run.drawn.get("height", np.broadcast_to(nominal, (len(run.structures), nominal.size)))
+
+
+def _spread(values: np.ndarray, rows: np.ndarray) -> None:
+    """Write each structure's values into the rows of all its samples, which are next to each other."""
+    each = len(rows) // len(values)
+    by_structure = rows.reshape(len(values), each, -1)
+    by_structure[:, 0] = values.reshape(len(values), -1)
+    done = 1
+    while done < each:  # copies of twice as much each time: inner loops over a few storeys are slow
+        more = min(done, each - done)
+        by_structure[:, done : done + more] = by_structure[:, :more]
+        done += more
+
+
+def labelled(terms: Terms, columns: dict[str, Column], rows: Arrays) -> xr.Dataset:
+    """Return the dataset of a run, or of its first samples.
+
+    Args:
+        terms: How it was integrated.
+        columns: What it holds of each sample.
+        rows: The values, sample first.
+    """
+    scene = terms.scene
+    variables = {
+        name: xr.Variable(("sample", *column.dims), rows[name], column.attributes) for name, column in columns.items()
+    }
+    coordinates = {name: variables.pop(name) for name, column in columns.items() if column.is_coordinate}
+    attributes = trace(scene.title, "simulate") | {"scene": scene.to_json()}
+    return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
+
+
+def _numbered(scene: Scene) -> dict[str, tuple]:
+    """Return the coordinates along the dimensions beside `sample`."""
+    numbers = np.arange(1, scene.structure.dofs + 1, dtype=np.int32)
+    if scene.structure.family == "dense":
+        return {"dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})}
+    coordinates = {"storey": ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})}
+    if isinstance(scene.excitation, Sequence):
+        names = np.array(list(scene.excitation.events))
+        coordinates["event"] = ("event", names, {"long_name": "event of the sequence", "units": "1"})
+        levels = [_of_level(scene.excitation.assign(event, [], 0)) for event in range(names.size)]
+        for key in ("long_name", "units", "design"):
+            text = {"long_name": f"{key} of im_level in each event", "units": "1"}
+            coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
+        copies = scene.excitation.samples_a_structure // np.array(scene.excitation.samples_by_event)
+        text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
+        coordinates["samples_a_history"] = ("event", copies.astype(np.int32), text)
+    if "acceleration" in scene.record:
+        coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
+    return coordinates
+
+
+def _motion_table(scene: Scene) -> dict[str, tuple]:
+    """Return what is known of each motion, along `motion`."""
+    motions = motions_of(scene)
+    if not motions:
+        return {}
+    steps = np.array([motion.step for motion in motions])
+    return {
+        "motion_name": motion_names(motions),
+        "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
+    }
+
+
+def history_variables(
+    samples: collections.abc.Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]
+) -> xr.Dataset:
+    """Return whole histories along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
+
+    Args:
+        samples: The sample of each history.
+        time: Time of the states kept [s].
+        values: Histories by name, shape [history, time, dof].
+    """
+    variables = {}
+    numbers = np.arange(1, next(iter(values.values())).shape[2] + 1, dtype=np.int32)
+    for name, array in values.items():
+        attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
+        variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
+    coordinates = {
+        "time": ("time", time, {"long_name": "time", "units": "s"}),
+        "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
+        "history_sample": (
+            "history",
+            np.array(samples, dtype=np.int32),
+            {"long_name": "index along the dimension sample", "units": "1"},
+        ),
+    }
+    return xr.Dataset(variables, coords=coordinates)
+
+
+def summary(run: xr.Dataset) -> str:
+    """Return what a run did and how far it can be trusted, in a few lines of text.
+
+    Args:
+        run: What `simulate` returned.
+
+    Raises:
+        ValueError, TypeError: If it is something else.
+    """
+    check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
+    if "event" in run.dims:
+        names = run["event"].values.tolist()
+        return "\n".join(f"{name}\n{summary(of_event(run, name))}" for name in names)
+    status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
+    told = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
+    steps = run["integration_step"].values
+    lines = [
+        f"{run.sizes['sample']:,} samples: {told}",
+        f"{run.attrs['method']} in {run.attrs['dtype']} on {run.attrs['device']}, "
+        f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
+    ]
+    if "estimated_relative_error" in run:
+        table = run["estimated_relative_error"]
+        heads = "".join(f"{name:>12}" for name in table["error_statistic"].values)
+        lines.append(f"{'estimated relative error':<26}{heads}")
+        for demand in table["demand"].values:
+            row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
+            lines.append(f"{demand:<26}{row}")
+    return "\n".join(lines)

@@ -1,0 +1,236 @@
+"""What a building's springs do when they are pushed slowly, by the kernels' own storey laws."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import check_kind, finite_numbers
+from warpdyn.core.netcdf import trace
+from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
+from warpdyn.kernels.auxiliary.storey_step import storey_step_kernel
+from warpdyn.kernels.springs import spring_row
+from warpdyn.scene.scene import structure_to_json
+from warpdyn.structures.lateral_loads import floor_loads, storey_shears
+from warpdyn.structures.p_delta import stiffness_under_gravity, storey_weight_over_height
+from warpdyn.structures.shear_building import ShearBuilding
+
+TOLERANCE = 1e-9  # of storey forces off balance, over the base shear
+ITERATIONS = 50
+SHORTENINGS = 40  # of one correction
+SHORTEST_STEP = 2.0**-10  # of one that was asked for
+LEAST_STIFFNESS = 1e-6  # over the initial one, of what a correction takes for a storey without any
+
+
+def _spring(building: ShearBuilding) -> tuple[str, np.ndarray]:
+    """Return the building's row of SPRINGS and its coefficients [coefficient, storey]."""
+    parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
+    law = building.storey_law
+    spring = law.spring(parameters)
+    coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters, spring)))
+    return spring, np.ascontiguousarray(coefficients, np.float64)
+
+
+def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
+    """Return the forces of a building's storeys that are taken slowly through given drifts, in double precision.
+
+    Args:
+        building: The building.
+        drift: Storey drifts to go through, from 0 [m], shape [step] for all storeys alike or [step, storey].
+
+    Returns:
+        `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], the work done less what is still stored, by
+        the trapezoidal rule; all of shape [step, storey]. The attribute `building` is the building as JSON.
+
+    Raises:
+        ValueError: If a drift is not finite or the shape is another.
+        TypeError: If `building` is no ShearBuilding.
+    """
+    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding)
+    path = finite_numbers("drift", drift)
+    if path.ndim == 1:
+        path = np.repeat(path[:, None], building.storeys, axis=1)
+    if path.ndim != 2 or path.shape[1] != building.storeys or not path.size:
+        raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
+    spring, coefficients = _spring(building)
+    arrays = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
+    results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
+    kernel = storey_path_kernel(spring, "float64")
+    wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
+    force, dissipated = (result.numpy() for result in results)
+    return _labelled(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
+
+
+def pushover(
+    building: ShearBuilding, roof_displacement: ArrayLike, *, pattern: str | ArrayLike = "first_mode"
+) -> xr.Dataset:
+    """Push a building slowly by lateral loads of one pattern until its roof has gone through given displacements.
+
+    The roof's displacement is prescribed and the base shear follows, so that a building is pushed past its peak; within
+    a step every storey goes straight to its next drift. Where storeys soften, a step ends in the balance that is
+    downhill from an elastic step. Viscous damping has no say. With a gravity load (P-Delta) the lateral load is what
+    the springs resist less what gravity pushes with, and falls below 0 where that is more.
+
+    Args:
+        building: The building.
+        roof_displacement: To go through, from 0 [m], in steps that are short beside the yield displacement for
+            Bouc-Wen storeys, to and fro if asked; shape [step].
+        pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
+            "uniform" (floor mass), or floor loads of any scale, shape [floor].
+
+    Returns:
+        `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],
+        `storey_force` [N] of the springs and `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey];
+        `floor_load`, its sum 1. The attribute `building` is the building as JSON.
+
+    Raises:
+        ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
+        RuntimeError: If a step finds no balance.
+        TypeError: If `building` is no ShearBuilding.
+    """
+    check_kind("pushover", "a ShearBuilding", building, ShearBuilding)
+    path = finite_numbers("roof_displacement", roof_displacement)
+    if path.ndim != 1 or not path.size:
+        raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
+    parameters = building.parameters
+    loads = floor_loads(pattern, parameters["mass"], parameters["height"], stiffness_under_gravity(parameters))
+    chain = _PushedChain(building, storey_shears(loads))
+    shape = (path.size, building.storeys)
+    drift, force, dissipated, base_shear = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), []
+    for step, displacement in enumerate(path):
+        try:
+            base_shear.append(chain.push(displacement))
+        except RuntimeError as error:
+            raise RuntimeError(f"step {step}, to {displacement:g} m: {error}") from None
+        drift[step], force[step], dissipated[step] = chain.drift, chain.force, chain.work - chain.recoverable
+    along = {"units": "m", "long_name": "roof displacement"}
+    pushed = _labelled(building, drift, force, dissipated, "building pushed slowly by lateral loads", "pushover")
+    floors = np.arange(1, building.storeys + 1, dtype=np.int32)
+    return pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"})).assign(
+        roof_displacement=("step", path, along),
+        base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
+        floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
+    )
+
+
+class _PushedChain:
+    """A chain of storeys in balance under lateral loads, and its way to the next roof displacement."""
+
+    def __init__(self, building: ShearBuilding, shears: np.ndarray) -> None:
+        storeys = building.storeys
+        row, coefficients = _spring(building)
+        self.shears, self.stiffness = shears, stiffness_under_gravity(building.parameters)
+        # What gravity pushes the storeys over with, over their drifts.
+        self.leaning = storey_weight_over_height(building.parameters) if "gravity_load" in building.parameters else 0.0
+        # Elastic drifts under the loads, of sum 1, and the base shear of a roof displacement of 1.
+        self.elastic_drift = shears / self.stiffness
+        self.roof_stiffness = 1 / self.elastic_drift.sum()
+        self.elastic_drift *= self.roof_stiffness
+        memory = (max(1, spring_row(row).memory), storeys)
+        # The kernel and numpy share these.
+        self.drift, self.trial = np.zeros(storeys), np.zeros(storeys)
+        self.memory, self.trial_memory = np.zeros(memory), np.full(memory, np.nan)
+        self.trial_force, self.tangent, self.trial_recoverable = (np.full(storeys, np.nan) for _ in range(3))
+        given = (coefficients, self.drift, self.memory, self.trial)
+        found = (self.trial_memory, self.trial_force, self.tangent, self.trial_recoverable)
+        self.kept = [wp.array(values, dtype=wp.float64, device="cpu", copy=False) for values in (*given, *found)]
+        self.launch = wp.launch(storey_step_kernel(row), dim=storeys, inputs=self.kept, device="cpu", record_cmd=True)
+        self.force, self.work, self.recoverable = np.zeros(storeys), np.zeros(storeys), np.zeros(storeys)
+        self.largest_shear = 0.0
+
+    def push(self, displacement: float) -> float:
+        """Take the roof to a displacement, in shorter steps where one is too long; return the base shear."""
+        begin, done, share = float(self.drift.sum()), 0.0, 1.0
+        while done < 1:
+            base_shear = self._step(begin + (done + share) * (displacement - begin))
+            if base_shear is not None:
+                done += share
+            elif share > SHORTEST_STEP:
+                share *= 0.5
+            else:
+                raise RuntimeError(
+                    "the storeys find no balance, in however short steps; one may soften faster than the others unload"
+                )
+        return base_shear
+
+    def _step(self, displacement: float) -> float | None:
+        """Take the roof to a displacement in one step; return the base shear, or None if there is no balance."""
+        move = displacement - self.drift.sum()
+        scale = max(self.largest_shear, abs(move) * self.roof_stiffness)
+        self.trial[:] = self.drift + move * self.elastic_drift
+        self.launch.launch()
+        for _ in range(ITERATIONS):
+            # Each storey's estimate of the base shear; in balance they agree.
+            shear = self._resistance() / self.shears
+            base_shear, correction = self._correction(shear, (self.tangent - self.leaning) / self.shears)
+            if np.abs(self._resistance() - base_shear * self.shears).max() <= TOLERANCE * scale:
+                self._accept()
+                self.largest_shear = max(self.largest_shear, abs(base_shear))
+                return base_shear
+            self._descend(base_shear, correction)
+        return None
+
+    def _resistance(self) -> np.ndarray:
+        """Return what of the storeys' forces is left to lateral loads [N]."""
+        return self.trial_force - self.leaning * self.trial
+
+    def _correction(self, shear: np.ndarray, slope: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the base shear and the corrections of the drifts, of sum 0, by Newton's rule.
+
+        A balance is a minimum of the work, sum of integral F / S d(drift), at the given sum of drifts. Where the
+        tangents do not lead down, the initial stiffnesses do.
+        """
+        initial = self.stiffness / self.shears
+        least = LEAST_STIFFNESS * initial
+        slope = np.where(np.abs(slope) < least, least, slope)
+        for hardness in (slope, initial):
+            flexibility = 1 / hardness
+            softening = np.count_nonzero(hardness < 0)
+            # One storey may soften while the others unload, if these are stiff enough.
+            if softening == 0 or (softening == 1 and flexibility.sum() < 0):
+                break
+        base_shear = float((shear * flexibility).sum() / flexibility.sum())
+        correction = (base_shear - shear) * flexibility
+        # What rounding leaves of the sum goes to the softest storey, which minds it least.
+        correction[np.abs(flexibility).argmax()] -= correction.sum()
+        return base_shear, correction
+
+    def _descend(self, base_shear: float, correction: np.ndarray) -> None:
+        """Go along the correction, less far where the work would rise again beyond."""
+        start, share = self.trial.copy(), 1.0
+        downhill = self._slope(base_shear, correction)
+        for _ in range(SHORTENINGS):
+            self.trial[:] = start + share * correction
+            self.launch.launch()
+            if self._slope(base_shear, correction) <= -0.5 * downhill:
+                return
+            share *= 0.5
+
+    def _slope(self, base_shear: float, correction: np.ndarray) -> float:
+        """Return how the work changes along a correction, less what is 0 as its sum is."""
+        return float((self._resistance() / self.shears - base_shear) @ correction)
+
+    def _accept(self) -> None:
+        self.work += 0.5 * (self.trial_force + self.force) * (self.trial - self.drift)
+        self.drift[:], self.memory[:], self.force[:] = self.trial, self.trial_memory, self.trial_force
+        self.recoverable[:] = self.trial_recoverable
+
+
+def _labelled(
+    building: ShearBuilding, drift: np.ndarray, force: np.ndarray, dissipated: np.ndarray, title: str, function: str
+) -> xr.Dataset:
+    dims, storey = ("step", "storey"), {"units": "1", "long_name": "storey, from the ground up"}
+    return xr.Dataset(
+        {
+            "storey_drift": (dims, drift, {"units": "m", "long_name": "storey drift"}),
+            "storey_force": (dims, force, {"units": "N", "long_name": "restoring force of the storey"}),
+            "dissipated_energy": (dims, dissipated, {"units": "J", "long_name": "work done less what is stored"}),
+        },
+        coords={
+            "step": ("step", np.arange(len(drift), dtype=np.int32), {"units": "1", "long_name": "step of the path"}),
+            "storey": ("storey", np.arange(1, drift.shape[1] + 1, dtype=np.int32), storey),
+        },
+        attrs=trace(title, function) | {"building": structure_to_json(building)},
+    )

@@ -1,0 +1,84 @@
+"""Where the samples of a run go as they come: into memory, or block after block into a file."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.netcdf import GrowingFile
+from warpdyn.integration.ensemble import Terms
+from warpdyn.running.labels import Arrays, Column, labelled, lengths
+
+
+class InMemory:
+    """The whole dataset, each variable allocated once.
+
+    Args:
+        terms: How the samples are integrated.
+        columns: What the dataset holds of each sample.
+        samples: Samples there will be.
+    """
+
+    def __init__(self, terms: Terms, columns: dict[str, Column], samples: int) -> None:
+        self.terms, self.columns = terms, columns
+        self._rows, self._given = blank_rows(terms, columns, samples), 0
+
+    def __enter__(self) -> InMemory:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        pass
+
+    def rows_for(self, samples: int) -> Arrays:
+        """Return where the next samples go."""
+        self._given += samples
+        return {name: values[self._given - samples : self._given] for name, values in self._rows.items()}
+
+    def add(self, rows: Arrays) -> None:
+        """Take samples whose rows are complete: they are where they belong."""
+
+    def finish(self, rest: xr.Dataset) -> xr.Dataset:
+        """Return the dataset, with the variables and attributes that are known at the end."""
+        dataset = labelled(self.terms, self.columns, self._rows)
+        attributes = dataset.attrs | rest.attrs
+        return (dataset.merge(rest) if rest.variables else dataset).assign_attrs(attributes)
+
+
+class InFile:
+    """A netCDF file that grows; a block's rows are let go of once they are written.
+
+    Args:
+        terms: How the samples are integrated.
+        columns: What the dataset holds of each sample.
+        file: The file.
+    """
+
+    def __init__(self, terms: Terms, columns: dict[str, Column], file: GrowingFile) -> None:
+        self.terms, self.columns, self.file = terms, columns, file
+
+    def __enter__(self) -> InFile:
+        self.file.__enter__()
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.file.__exit__(kind, error, trace)
+
+    def rows_for(self, samples: int) -> Arrays:
+        """Return where the next samples go."""
+        return blank_rows(self.terms, self.columns, samples)
+
+    def add(self, rows: Arrays) -> None:
+        """Take samples whose rows are complete, after all those before them."""
+        self.file.append(rows, lambda first: labelled(self.terms, self.columns, first))
+
+    def finish(self, rest: xr.Dataset) -> xr.Dataset:
+        """Return the dataset as the file has it, with the variables and attributes that are known at the end."""
+        self.file.finish(rest)
+        return xr.open_dataset(self.file.path, engine="netcdf4")
+
+
+def blank_rows(terms: Terms, columns: dict[str, Column], samples: int) -> Arrays:
+    """Return memory for what the dataset holds of some samples."""
+    return {name: np.empty((samples, *lengths(terms, column)), column.dtype) for name, column in columns.items()}

@@ -1,0 +1,224 @@
+"""Damage of a portfolio: the share of its buildings in each damage state, each archetype by limits of its own."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from numbers import Integral
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.checks import check_dataset, real_number
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STRIPED
+from warpdyn.ground_motions.motions import IN_G
+from warpdyn.running.selections import archetypes_of
+from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
+
+SAMPLES_AT_A_TIME = 2**18  # read from a file
+FAILED = -1
+NO_DAMAGE = "none"
+
+
+def damage_shares(
+    run: xr.Dataset, limits: Mapping[str, Mapping[str, float]], *, events: Sequence[str] | Sequence[int] | None = None
+) -> xr.Dataset:
+    """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
+
+    A building is in the last damage state whose limit its largest storey drift ratio is above (strictly), in "none" if
+    it is above no limit, and in the last state of all if it collapsed. Every storey counts, that of isolators or of a
+    tuned mass damper, too: keep buildings on isolators in a portfolio of their own, and take `of_storeys` of its run.
+
+    Args:
+        run: What `simulate_portfolio` returned, with the recorder "drift".
+        limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
+            states' names are the same for all.
+        events: The event that each motion is of, shape [motion], as names or whole numbers: where several motions are
+            of one event, such as both components of a record, the worst of them counts. None for every motion by
+            itself.
+
+    Returns:
+        `damage_share(event, damage_state)`, `archetype_damage_share(archetype_name, event, damage_state)`,
+        `counted_buildings(archetype_name, event)` and `failed_buildings(archetype_name, event)`, which are not among
+        the counted: a motion of theirs failed, and no other left them in the last state. The dimension is `motion`
+        instead of `event` where no events are given, and on stripes `stripe` comes after it. Shares of no building are
+        NaN. The attributes are those of the run.
+
+    Raises:
+        ValueError, TypeError: If the run is not of a portfolio or has no drifts, limits are missing, not positive or do
+            not increase, events are not one a motion, or more than 1 % of the buildings, event by event, failed; where
+            they are more than 1 % of an archetype in an event, a warning names both.
+    """
+    check_dataset("damage_shares", run, advice="give what simulate_portfolio() returned")
+    names = archetypes_of(run)
+    states, table = _checked_limits(names, limits)
+    record, event_names = _events_of(run, events)
+    state = _states_of_samples(run, table)
+    failed_samples = np.count_nonzero(state == FAILED)  # those that diverged and the like
+    is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
+    levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
+    if is_striped:
+        levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
+    archetype = run["archetype"].values
+    if events is not None:
+        key = (run["building"].values.astype(np.int64) * len(event_names) + record) * levels.size + stripe
+        _, first, unit = np.unique(key, return_index=True, return_inverse=True)
+        worst = np.zeros(first.size, dtype=np.int64)
+        np.maximum.at(worst, unit, state)
+        # With a motion that failed the worst is known only where another left nothing worse.
+        failed = unit[state == FAILED]
+        worst[failed[worst[failed] < len(states) - 1]] = FAILED
+        state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
+
+    shape = (len(names), len(event_names), levels.size, len(states))
+    # Failures are counted behind the last state.
+    places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
+    wide = (*shape[:-1], len(states) + 1)
+    places = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
+    counts = np.bincount(places, minlength=np.prod(wide)).reshape(wide)
+    counts, failures = counts[..., :-1], counts[..., -1]
+    _check_failures(failures, counts.sum(axis=-1), names, event_names if events is not None else None)
+    along = "motion" if events is None else "event"
+    dims = (along, "stripe", "damage_state")
+    if not is_striped:
+        counts, failures, dims = counts[:, :, 0], failures[:, :, 0], (along, "damage_state")
+    counted = counts.sum(axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        of_archetype_, of_all = counts / counted[..., None], counts.sum(axis=0) / counted.sum(axis=0)[..., None]
+    units = {"units": "1"}
+    variables = {
+        "damage_share": (dims, of_all, units | {"long_name": "share of all buildings in the damage state"}),
+        "archetype_damage_share": (
+            ("archetype_name", *dims),
+            of_archetype_,
+            units | {"long_name": "share of the archetype's buildings in the damage state"},
+        ),
+        "counted_buildings": (
+            ("archetype_name", *dims[:-1]),
+            counted,
+            units | {"long_name": "buildings counted, collapsed ones included, failed ones not"},
+        ),
+        "failed_buildings": (
+            ("archetype_name", *dims[:-1]),
+            failures,
+            units | {"long_name": "buildings kept out, since what becomes of them is not known"},
+        ),
+        "damage_limit": (
+            ("archetype_name", "damage_state"),
+            np.concatenate([np.zeros((len(names), 1)), table], axis=1),
+            units | {"long_name": "storey drift ratio above which a building is in the damage state"},
+        ),
+        "failed_samples": ((), failed_samples, units | {"long_name": "samples that failed"}),
+    }
+    coordinates = {
+        "archetype_name": ("archetype_name", names, {"long_name": "name of the archetype", "units": "1"}),
+        "damage_state": ("damage_state", np.array(states), {"long_name": "damage state", "units": "1"}),
+    }
+    if events is not None:
+        coordinates["event"] = ("event", event_names, {"long_name": "event", "units": "1"})
+    elif "motion_name" in run:
+        variables["motion_name"] = run["motion_name"].variable
+    if is_striped:
+        level = {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G}
+        coordinates["stripe"] = ("stripe", levels, level)
+    return xr.Dataset(variables, coordinates, run.attrs)
+
+
+def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]) -> tuple[list[str], np.ndarray]:
+    """Return the damage states, that of no damage first, and the limits, shape [archetype, damage_state - 1]."""
+    if not isinstance(limits, Mapping):
+        raise TypeError(f"limits must map each archetype to its limits, got {limits!r}")
+    unknown = [name for name in limits if name not in names]
+    if unknown:
+        raise ValueError(f"limits name {unknown[0]!r}, which is no archetype of the run; it has {', '.join(names)}")
+    states, rows = None, []
+    for name in names:
+        own = limits.get(str(name))
+        if not isinstance(own, Mapping) or not own:
+            raise ValueError(
+                f"archetype {str(name)!r}: limits must hold a drift ratio for each damage state, got {own!r}"
+            )
+        if states is not None and list(own) != states:
+            raise ValueError(
+                f"archetype {str(name)!r}: its damage states are {', '.join(own)}, those of {str(names[0])!r} "
+                f"{', '.join(states)}; they must be the same"
+            )
+        states = list(own)
+        row = [real_number(f"archetype {str(name)!r}: limit of {state!r}", own[state], above=0) for state in states]
+        if np.any(np.diff(row) <= 0):
+            raise ValueError(f"archetype {str(name)!r}: limits must increase, got {row}")
+        rows.append(row)
+    if NO_DAMAGE in states:
+        raise ValueError(f"{NO_DAMAGE!r} is the state of a building above no limit; give the other states")
+    return [NO_DAMAGE, *states], np.array(rows)
+
+
+def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:
+    """Raise an error where too many buildings failed; warn where they are many of an archetype in an event.
+
+    Args:
+        failures: Buildings that failed, shape [archetype, event, stripe].
+        counted: Buildings that did not.
+        names: Names of the archetypes.
+        events: Names of the events; None for motions by their numbers.
+    """
+    allowed, total = f"{100 * LARGEST_EXCLUDED_FRACTION:g} %", failures + counted
+    if failures.sum() > LARGEST_EXCLUDED_FRACTION * total.sum():
+        unit = "samples" if events is None else "buildings, each counted once an event,"
+        raise ValueError(
+            f"{failures.sum()} of {total.sum()} {unit} failed; at most {allowed} may: take a smaller step or another "
+            "method"
+        )
+    failures, total = failures.sum(axis=2), total.sum(axis=2)
+    many = np.argwhere(failures > LARGEST_EXCLUDED_FRACTION * total)
+    if not len(many):
+        return
+    worst = sorted(many.tolist(), key=lambda place: -failures[tuple(place)] / total[tuple(place)])
+    shown = [
+        f"{failures[i, j]} of {total[i, j]} of archetype {str(names[i])!r} in "
+        + (f"motion {j}" if events is None else f"event {events[j].item()!r}")
+        for i, j in worst[:3]
+    ]
+    warnings.warn(
+        f"of {len(many)} archetypes in an event more than {allowed} failed and are not counted: "
+        + "; ".join(shown + ["..."] * (len(worst) > 3)),
+        stacklevel=3,
+    )
+
+
+def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the event of each sample as an index, and the names of the events in the order they are first named."""
+    if "record" not in run.variables:
+        raise ValueError("the dataset has no 'record': it is not what simulate_portfolio() returned")
+    record, motions = run["record"].values, run.sizes["motion"]
+    if events is None:
+        return record, np.arange(motions)
+    labels = list(events)
+    if len(labels) != motions:
+        raise ValueError(f"events names {len(labels)} motions, and the run has {motions}: they must agree")
+    for kind in (str, Integral):
+        if all(isinstance(label, kind) and not isinstance(label, bool) for label in labels):
+            break
+    else:
+        raise TypeError(f"events must be names or whole numbers, all of one kind, got {labels[:4]!r}")
+    order = {label: i for i, label in enumerate(dict.fromkeys(labels))}
+    return np.array([order[label] for label in labels])[record], np.array(list(order))
+
+
+def _states_of_samples(run: xr.Dataset, table: np.ndarray) -> np.ndarray:
+    """Return the damage state of every sample, counted from 0 for none; FAILED where it has none."""
+    if "peak_storey_drift_ratio" not in run:
+        raise ValueError("the run has no 'peak_storey_drift_ratio': leave 'drift' in what is recorded")
+    status, archetype = decoded_status(run["status"]), run["archetype"].values
+    states = np.empty(status.size, dtype=np.int8)
+    for first in range(0, status.size, SAMPLES_AT_A_TIME):
+        part = slice(first, first + SAMPLES_AT_A_TIME)
+        drift = run["peak_storey_drift_ratio"][part].values
+        worst = np.fmax.reduce(drift.astype(np.float64), axis=1)  # NaN are storeys that a building does not have
+        bad = np.flatnonzero(np.isnan(worst) & (status[part] == OK))
+        if bad.size:
+            raise ValueError(f"sample {first + bad[0]} is 'ok', but its peak_storey_drift_ratio is NaN at every storey")
+        states[part] = (worst[:, None] > table[archetype[part]]).sum(axis=1)
+    states[status == COLLAPSED] = table.shape[1]
+    states[status >= DIVERGED] = FAILED
+    return states

@@ -1,0 +1,220 @@
+"""From the demands of a run to the probability of exceedance: stripe fractions, fitted curves, their intervals."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import check_dataset, real_numbers, whole_number
+from warpdyn.ground_motions.motions import IN_G
+from warpdyn.statistics.lognormal_fit import (
+    FIT_MEANINGS,
+    FITTED,
+    check_confidence,
+    clopper_pearson,
+    fit_stripes,
+    probability,
+)
+from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
+
+LEAST_FITTED_FRACTION = 0.95  # of the bootstrap replicates; with fewer no interval is given
+
+_CURVE_POINTS = 401
+
+
+def fragility(
+    dataset: xr.Dataset,
+    limits: Mapping[str, float],
+    *,
+    bootstrap: int = 1000,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Fit a lognormal fragility curve to every damage state of a run on stripes, with intervals.
+
+    A sample exceeds a damage state at a storey where its peak drift ratio is above the limit (strictly), and at every
+    storey when it collapsed; the worst storey is the one of largest drift, be it that of isolators or of
+    a tuned mass damper: take `of_storeys` of such a run first. Curves maximise the binomial likelihood
+    (Baker 2015, Earthquake Spectra 31(1)). Intervals of curves are percentiles of a bootstrap over records: records
+    are drawn with replacement and bring all their samples along, since these share the motion.
+
+    The stripes lie along the dimension `stripe`, since `im_level` lies along `sample` in the run:
+    `run.merge(result, combine_attrs="no_conflicts")` keeps both, with the attributes of both, in one dataset.
+
+    Args:
+        dataset: `peak_storey_drift_ratio(sample, storey)`, the flag variable `status(sample)`, and the coordinates
+            `record(sample)` and `im_level(sample)` [g], the level of each sample's stripe.
+        limits: Storey drift ratio limit [1] of each damage state, from the lightest on.
+        bootstrap: Number of replicates.
+        confidence: Probability that the intervals cover.
+        seed: Seed of the bootstrap; the same seed gives the same intervals.
+
+    Returns:
+        Fractions by stripe with Clopper-Pearson intervals, medians [g], dispersions [1] and curves with bootstrap
+        intervals, for the worst storey and (named `storey_...`) for each storey. A median and a dispersion are NaN
+        where the stripes have no fit (see `fit_lognormal`; `fit_status` says which case), bounds also where fewer than
+        95 % of the replicates have one or there is only one record.
+
+    Raises:
+        ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
+            an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
+            step; if limits are not positive, finite and increasing; if bootstrap, confidence or seed is out of range.
+        TypeError: If `dataset` is no Dataset.
+    """
+    check_dataset("fragility", dataset, advice="give what simulate() returned")
+    names, limit = _checked_limits(limits)
+    bootstrap = whole_number("bootstrap", bootstrap, 1)
+    seed = whole_number("seed", seed, 0)
+    check_confidence(confidence)
+    counts = count_stripes(dataset, limit)
+
+    # Rows [storey and, last, the worst of them; damage state], stripes last.
+    exceeding = np.moveaxis(counts.exceeding.sum(axis=0), 0, -1)
+    valid = counts.valid.sum(axis=0)
+    median, dispersion, outcome = fit_stripes(counts.levels, exceeding, valid)
+    intensity = np.linspace(0.0, counts.levels.max(), _CURVE_POINTS)
+    curve = probability(intensity, median[-1, :, None], dispersion[-1, :, None])
+
+    replicate_median, replicate_dispersion = _replicates(counts, bootstrap, seed, (median, dispersion))
+    fitted = np.isfinite(replicate_median).mean(axis=0) if len(replicate_median) else np.full(median.shape, np.nan)
+    trusted = (outcome == FITTED) & (fitted >= LEAST_FITTED_FRACTION)
+    _warn(names, counts, outcome, fitted)
+    replicate_curve = probability(intensity, replicate_median[:, -1, :, None], replicate_dispersion[:, -1, :, None])
+    median_bounds = _percentiles(replicate_median, trusted, confidence)
+    dispersion_bounds = _percentiles(replicate_dispersion, trusted, confidence)
+    curve_bounds = _percentiles(replicate_curve, trusted[-1], confidence)
+
+    with np.errstate(invalid="ignore"):
+        fraction = exceeding / valid
+    fraction_bounds = clopper_pearson(exceeding, valid, confidence)
+
+    independent = "samples taken as independent; those of one record are not, which the bootstrap intervals respect"
+    no_fit = "NaN where the stripes have no lognormal fit"
+    flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
+    kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
+    # Rows as above, with their bounds.
+    estimates = {
+        "exceedance_fraction": (fraction, fraction_bounds, "fraction of samples exceeding", {"comment": independent}),
+        "fragility_median": (
+            median,
+            median_bounds,
+            "median capacity",
+            {"units": "g", "comment": f"{IN_G}; {no_fit}"},
+        ),
+        "fragility_dispersion": (dispersion, dispersion_bounds, "dispersion of the capacity", {"comment": no_fit}),
+        "fit_status": (outcome, None, "outcome of the lognormal fit", flags),
+        "bootstrap_fitted": (fitted, None, "fraction of the bootstrap replicates with a lognormal fit", {}),
+    }
+    variables = {}
+    for name, (values, bounds, meaning, attributes) in estimates.items():
+        dimensions = ("damage_state", "stripe")[: values.ndim - 1]
+        for suffix, part, words in _with_bounds(values, bounds, meaning, confidence):
+            storeys = np.moveaxis(part[:-1], 0, -1)
+            variables[name + suffix] = _labelled(dimensions, part[-1], f"{words}, worst storey", **attributes)
+            variables[f"storey_{name}{suffix}"] = _labelled((*dimensions, "storey"), storeys, words, **attributes)
+    for suffix, part, words in _with_bounds(curve, curve_bounds, "fragility curve, worst storey", confidence):
+        variables[f"fragility_curve{suffix}"] = _labelled(("damage_state", "intensity"), part, words, comment=no_fit)
+    variables |= {
+        "exceeding_samples": _labelled(("damage_state", "stripe"), exceeding[-1], "samples exceeding, worst storey"),
+        "valid_samples": _labelled("stripe", valid, "samples counted, collapsed ones included"),
+        "excluded_samples": _labelled((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
+        "drift_ratio_limit": _labelled("damage_state", limit, "storey drift ratio limit"),
+    }
+    return xr.Dataset(
+        variables,
+        coords={
+            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state", "units": "1"}),
+            "stripe": _labelled("stripe", counts.levels, "intensity of the stripe", units="g", comment=IN_G),
+            "intensity": _labelled("intensity", intensity, "intensity along the curve", units="g", comment=IN_G),
+            "storey": _labelled("storey", counts.storeys, "storey, from the ground up"),
+        },
+        attrs={
+            "fragility_method": "maximum binomial likelihood of a lognormal curve through stripes (Baker 2015)",
+            "interval_method": "curves: percentiles of a bootstrap over records; stripe fractions: Clopper-Pearson",
+            "confidence": float(confidence),
+            "bootstrap_replicates": len(replicate_median),
+            "bootstrap_seed": seed,
+        },
+    )
+
+
+def _labelled(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
+    return dimensions, values, {"long_name": long_name, "units": "1"} | attributes
+
+
+def _with_bounds(
+    values: np.ndarray, bounds: Sequence[np.ndarray] | None, meaning: str, confidence: float
+) -> list[tuple[str, np.ndarray, str]]:
+    """Name suffix, values and wording of an estimate and, where it has them, of its lower and upper bound."""
+    parts = [("", values, meaning)]
+    for side, bound in zip(("lower", "upper"), () if bounds is None else bounds, strict=bounds is not None):
+        parts.append((f"_{side}", bound, f"{meaning}, {side} bound of the {100 * confidence:g} % interval"))
+    return parts
+
+
+def _replicates(
+    counts: StripeCounts, bootstrap: int, seed: int, fit: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Median and dispersion of the curve of each replicate, shape [replicate, storey + 1, damage_state].
+
+    They are near the fit to all records, from which they are searched.
+    """
+    records = len(counts.valid)
+    if records == 1:  # every replicate would be the data again
+        return (np.empty((0, *counts.exceeding.shape[2:])),) * 2
+    drawn = np.random.default_rng(seed).integers(records, size=(bootstrap, records))
+    # How often each record was drawn; sums over the drawn records are then one matrix product, exact for counts.
+    weights = np.zeros((bootstrap, records))
+    np.add.at(weights, (np.arange(bootstrap)[:, None], drawn), 1.0)
+    exceeding = (weights @ counts.exceeding.reshape(records, -1)).reshape(bootstrap, *counts.exceeding.shape[1:])
+    valid = (weights @ counts.valid)[:, None, None, :]
+    median, dispersion, _ = fit_stripes(counts.levels, np.moveaxis(exceeding, 1, -1), valid, fit)
+    return median, dispersion
+
+
+def _percentiles(replicates: np.ndarray, trusted: np.ndarray, confidence: float) -> np.ndarray:
+    """Lower and upper bound over the replicates that have a fit, shape [2, ...]; NaN where they are not trusted."""
+    bounds = np.full((2, *replicates.shape[1:]), np.nan)
+    for row in zip(*np.nonzero(trusted), strict=True):
+        values = replicates[(slice(None), *row)]
+        values = values[np.isfinite(values).reshape(len(values), -1).all(axis=1)]
+        bounds[(slice(None), *row)] = np.quantile(values, [0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence], axis=0)
+    return bounds
+
+
+def _warn(names: list[str], counts: StripeCounts, outcome: np.ndarray, fitted: np.ndarray) -> None:
+    if len(counts.valid) == 1:
+        warnings.warn("the run has one record: a bootstrap over records has no interval to give", stacklevel=3)
+    for state, name in enumerate(names):
+        if outcome[-1, state] != FITTED:
+            meaning = FIT_MEANINGS[outcome[-1, state]]
+            warnings.warn(f"damage state {name!r} has no lognormal fit: {meaning}", stacklevel=3)
+        for row in np.flatnonzero((outcome[:, state] == FITTED) & (fitted[:, state] < LEAST_FITTED_FRACTION)):
+            where = "worst storey" if row == len(outcome) - 1 else f"storey {counts.storeys[row]}"
+            warnings.warn(
+                f"damage state {name!r}, {where}: only {100 * fitted[row, state]:.1f} % of the bootstrap replicates "
+                f"have a lognormal fit, so no interval is given (at least {100 * LEAST_FITTED_FRACTION:g} % must)",
+                stacklevel=3,
+            )
+
+
+def _checked_limits(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
+    if not isinstance(limits, Mapping) or not limits:
+        raise ValueError(f"limits must map at least one damage state to a storey drift ratio, got {limits!r}")
+    names = [str(name) for name in limits]
+    values = real_numbers("limits", list(limits.values()))
+    if len(set(names)) < len(names):
+        raise ValueError(f"two damage states have one name: {names}")
+    for name, value in zip(names, values, strict=True):
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"the limit of damage state {name!r} is {value}; it must be finite and above 0")
+    for i in np.flatnonzero(np.diff(values) <= 0):
+        raise ValueError(
+            f"limits must increase from one damage state to the next, but {names[i]!r} has {values[i]} "
+            f"and {names[i + 1]!r} after it {values[i + 1]}"
+        )
+    return names, values

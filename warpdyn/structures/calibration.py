@@ -1,0 +1,195 @@
+"""Buildings from what is known of them: a Hazus class, a capacity curve, periods."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import finite_numbers, one_of, whole_number
+from warpdyn.laws import LAWS
+from warpdyn.structures.capacity_curves import capacity_chain
+from warpdyn.structures.hazus import hazus_chain
+from warpdyn.structures.p_delta import storey_weight_over_height
+from warpdyn.structures.periods import chain_of_periods
+
+
+class CalibratedChain:
+    """The ways to a ShearBuilding that begin with what is known of the building as a whole."""
+
+    @classmethod
+    def from_hazus(
+        cls,
+        building_type: str,
+        design_level: str,
+        storeys: int,
+        *,
+        floor_area: float = 1000.0,
+        law: str = "bilinear",
+        damping: str = "rayleigh",
+        **parameters: ArrayLike,
+    ) -> Self:
+        """Return the chain that stands for a building of one of the 36 Hazus types, after Lu's MDOF model.
+
+        Storeys have one mass (1,000 kg/m2) and one stiffness, which give the type's first period; their strengths are
+        the storey shears of a triangular load whose base shear is the type's yield spectral acceleration times the
+        mass in the first mode. The ultimate strength of the capacity curve is not in a bilinear law.
+        `hazus_drift_limits` gives the limits of the damage states. The type's period is that of the storeys' springs
+        alone: with a `gravity_load` the building's own is longer.
+
+        Lu, Han, Hori, Xiong, Xu (2014), Advances in Engineering Software 70; Lu and Guan (2017), Earthquake Disaster
+        Simulation of Civil Infrastructures; numbers from FEMA's Hazus Earthquake Model Technical Manual.
+
+        Args:
+            building_type: One of the 36 model building types, such as "C1M".
+            design_level: "high", "moderate", "low" or "pre" (code).
+            storeys: Number of storeys, within the type's class of heights. Types of one class (W1, W2, S3, PC1, MH) are
+                let up to 50, though Hazus thinks of one or two: periods and strengths are then out of all measure.
+            floor_area: Area of a floor [m2].
+            law: Storey law; it takes yield force and hardening ratio as far as it has them.
+            damping: As of ShearBuilding; whatever has a damping ratio takes the type's.
+            **parameters: As of ShearBuilding: what the law needs beside these, and what shall differ from the type's.
+
+        Raises:
+            ValueError: If a name is unknown, the type has no such number of storeys, or ShearBuilding refuses a value.
+        """
+        chain = hazus_chain(building_type, design_level, storeys, floor_area)
+        ratio = chain.pop("damping_ratio")
+        if damping not in ("none", "storey"):
+            parameters = {"damping_ratio": ratio} | parameters
+        return cls._of_chain(storeys, chain, law, damping, parameters)
+
+    @classmethod
+    def from_capacity(
+        cls,
+        displacement: ArrayLike,
+        capacity: ArrayLike,
+        storeys: int,
+        mass: ArrayLike,
+        height: ArrayLike,
+        *,
+        curve: str = "pushover",
+        distribution: str = "triangular",
+        law: str = "bilinear",
+        damping: str = "none",
+        **parameters: ArrayLike,
+    ) -> Self:
+        """Return a chain whose capacity is a given pushover curve or capacity spectrum.
+
+        The curve up to its peak is replaced by the bilinear one of the same area (a yield and an ultimate point are
+        taken as they are), and shared out over the storeys, which yield all at once under the loads they are made for:
+
+        - "triangular", after Lu: all storeys have one stiffness, and strengths are the storey shears of floor loads
+          mass times height above the ground. The chain has the capacity spectrum's period and base shear, or, pushed by
+          these loads, the pushover curve itself.
+        - "first_mode", after GEM's Vulnerability Modellers ToolKit: strengths and drifts are those of the first mode of
+          a chain of equal stiffness. This mode is then the chain's own, and it has the curve exactly, in both forms.
+
+        The curve is that of the storeys' springs alone: with a `gravity_load` the building's own lies below it.
+
+        Args:
+            displacement: Roof displacements [m], or spectral ones; increasing, shape [point].
+            capacity: Base shears [N], or spectral accelerations [m/s2], at these, shape [point].
+            storeys: Number of storeys.
+            mass: Floor mass [kg], one value or one a storey.
+            height: Storey height [m], one value or one a storey.
+            curve: "pushover" (roof displacement and base shear) or "spectrum" (spectral displacement, acceleration).
+            distribution: "triangular" or "first_mode".
+            law: Storey law; it takes yield force and hardening ratio as far as it has them.
+            damping: As of ShearBuilding.
+            **parameters: As of ShearBuilding, but for stiffness, yield force and hardening ratio.
+
+        Raises:
+            ValueError: If the curve starts below zero, folds back, has no yield point or stiffens, a name is unknown,
+                a parameter is given that follows from the curve, or ShearBuilding refuses a value.
+        """
+        _refuse_determined(parameters, ("stiffness", "yield_force", "hardening_ratio"), "the capacity curve")
+        chain = _masses_and_heights(storeys, mass, height)
+        chain |= capacity_chain(displacement, capacity, chain["mass"], chain["height"], curve, distribution)
+        return cls._of_chain(storeys, chain, law, damping, parameters)
+
+    @classmethod
+    def from_periods(
+        cls,
+        period: ArrayLike,
+        storeys: int,
+        mass: ArrayLike,
+        height: ArrayLike,
+        *,
+        distribution: str = "uniform",
+        law: str = "elastic",
+        damping: str = "none",
+        **parameters: ArrayLike,
+    ) -> Self:
+        """Return a chain whose first period, or whose first periods, are as given.
+
+        One period scales a distribution of stiffness. Several also bend it over the height, as smoothly as they allow.
+        With a `gravity_load` they are the periods under gravity, and the distribution is of what gravity leaves of the
+        stiffness.
+
+        Args:
+            period: First period [s], or the periods of the first modes, falling, as many as storeys at most.
+            storeys: Number of storeys.
+            mass: Floor mass [kg], one value or one a storey.
+            height: Storey height [m], one value or one a storey.
+            distribution: Of the stiffness over the storeys: "uniform", or "linear_mode", which makes the first mode a
+                straight line (in storeys of one height: in proportion to the storey shears of a triangular load).
+            law: Storey law.
+            damping: As of ShearBuilding.
+            **parameters: As of ShearBuilding, but for the stiffness; a law's strength among them.
+
+        Raises:
+            ValueError: If periods do not fall, no chain of these masses has them, a name is unknown, a stiffness is
+                given, or ShearBuilding refuses a value.
+        """
+        _refuse_determined(parameters, ("stiffness",), "the periods")
+        chain = _masses_and_heights(storeys, mass, height)
+        chain["stiffness"] = chain_of_periods(period, chain["mass"], chain["height"], distribution)
+        if parameters.get("gravity_load") is not None:
+            load = _one_a_storey("gravity_load", parameters["gravity_load"], len(chain["mass"]))
+            chain["stiffness"] += storey_weight_over_height({"gravity_load": load, "height": chain["height"]})
+        return cls._of_chain(storeys, chain, law, damping, parameters)
+
+    @classmethod
+    def _of_chain(
+        cls, storeys: int, chain: Mapping[str, ArrayLike], law: str, damping: str, parameters: Mapping[str, ArrayLike]
+    ) -> Self:
+        """Build the chain with what the law takes of it; parameters of the caller's own come first."""
+        if isinstance(law, list | tuple):
+            raise ValueError(
+                f"law must be one name here, as 'bilinear', got {law!r}: build the ShearBuilding directly where "
+                "storeys differ in their laws"
+            )
+        one_of("storey law", law, LAWS)
+        taken = {"mass", "stiffness", "height", *LAWS[law].parameters}
+        values = {name: value for name, value in chain.items() if name in taken} | dict(parameters)
+        if np.ndim(values["mass"]) == 0:
+            values["mass"] = np.full(storeys, values["mass"])  # says how many storeys there are, whatever else is given
+        return cls(law=law, damping=damping, **values)
+
+
+def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
+    """Return masses and heights, one a storey."""
+    count = whole_number("storeys", storeys, 1)
+    chain = {name: _one_a_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
+    for name, array in chain.items():
+        for storey in np.flatnonzero(array <= 0):
+            raise ValueError(f"{name} is {array[storey]:g} at storey {storey + 1}; it must be finite and above 0")
+    return chain
+
+
+def _one_a_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
+    """Return finite numbers, one a storey."""
+    array = finite_numbers(name, value)
+    if array.shape not in ((), (storeys,)):
+        raise ValueError(f"{name} must be one value or one a storey ({storeys}), got shape {array.shape}")
+    return np.array(np.broadcast_to(array, storeys))
+
+
+def _refuse_determined(parameters: Mapping[str, ArrayLike], determined: tuple[str, ...], source: str) -> None:
+    """Raise a ValueError if a parameter is given that follows from something else."""
+    for name in determined:
+        if name in parameters:
+            raise ValueError(f"{name} follows from {source}; leave it out, or build the ShearBuilding of it directly")

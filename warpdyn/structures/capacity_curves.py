@@ -1,0 +1,150 @@
+"""Shear chains from capacity curves: a bilinear curve is fitted, then shared out over the storeys."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from warpdyn.core.checks import finite_numbers, one_of
+from warpdyn.structures.lateral_loads import floor_loads, storey_shears
+from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
+
+CURVES = ("pushover", "spectrum")
+DISTRIBUTIONS = ("triangular", "first_mode")
+SECANT_SHARE = 0.6  # of the yield strength at which a curve's initial stiffness is taken
+
+
+def capacity_chain(
+    displacement: ArrayLike, capacity: ArrayLike, mass: np.ndarray, height: np.ndarray, curve: str, distribution: str
+) -> dict[str, np.ndarray | float]:
+    """Return `stiffness` [N/m, storey], `yield_force` [N, storey] and `hardening_ratio` of `from_capacity`'s chain.
+
+    Args are those of `from_capacity`, with mass and height of shape [storey].
+    """
+    one_of("capacity curve", curve, CURVES)
+    one_of("distribution over the storeys", distribution, DISTRIBUTIONS)
+    yield_displacement, strength, hardening = bilinear_curve(displacement, capacity)
+    # Both ways go by the first mode of a chain of equal stiffness (GEM's toolkit has masses of its own, but this mode).
+    uniform = modal_properties(mass, chain_stiffness_matrix(np.ones(len(mass))))
+    first = uniform.isel(mode=0)
+    shape, participation = first["shape"].values, float(first["participation_factor"])
+    if curve == "spectrum":
+        period = 2 * np.pi * np.sqrt(yield_displacement / strength)
+        yield_displacement *= participation * shape[-1]
+        strength *= float(first["effective_mass"])
+    if distribution == "first_mode":
+        yield_force = strength * storey_shears(mass * shape / (mass @ shape))
+        stiffness = yield_force / (yield_displacement * np.diff(shape, prepend=0.0) / shape[-1])
+    else:
+        yield_force = strength * storey_shears(floor_loads("triangular", mass, height))
+        if curve == "spectrum":
+            equal = (float(first["period"]) / period) ** 2
+        else:
+            equal = yield_force.sum() / yield_displacement
+        stiffness = np.full(len(mass), equal)
+    return {"stiffness": stiffness, "yield_force": yield_force, "hardening_ratio": hardening}
+
+
+def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float, float, float]:
+    """Return yield displacement, yield strength and hardening ratio of the bilinear curve that stands for a curve.
+
+    It ends at the curve's peak, has the same area up to there, and its initial stiffness is the curve's secant at
+    0.6 of the yield strength (ASCE 41-17, section 7.4.3.2.4, up to the peak). A curve of a yield and an ultimate point
+    is itself. Of several such curves it is the one that yields first; where there is none, it is
+    elastic-perfectly-plastic at the peak, with a warning.
+
+    Args:
+        displacement: Displacements [m], increasing, with or without the origin, shape [point].
+        capacity: Forces [N] or accelerations [m/s2] there, shape [point].
+
+    Raises:
+        ValueError: If the curve starts below zero, folds back, has no rise or stiffens.
+    """
+    x, y = _checked_curve(displacement, capacity)
+    peak = _peak(y)
+    given_peak = peak - (x.size - np.size(displacement))  # as the caller counts, who may have left the origin out
+    x, y = x[: peak + 1], y[: peak + 1]
+    end, top = x[-1], y[-1]
+    area = np.trapezoid(y, x)
+
+    def yield_displacement(strength: float) -> float:
+        share = SECANT_SHARE * strength
+        after = int(np.argmax(y >= share))
+        place = x[after - 1] + (share - y[after - 1]) * (x[after] - x[after - 1]) / (y[after] - y[after - 1])
+        return place / SECANT_SHARE
+
+    def excess(strength: float) -> float:
+        """Twice the area of the bilinear curve less twice that of the curve, as a share of its rectangle."""
+        return strength / top - yield_displacement(strength) / end + 1 - 2 * area / (top * end)
+
+    straight = 0.5 * top * end
+    if area < straight * (1 + 1e-9):
+        what = "is a straight line" if area > straight * (1 - 1e-9) else "stiffens"
+        raise ValueError(
+            f"the capacity curve {what} on its way to its peak, point {given_peak}: no bilinear curve of a hardening "
+            "ratio below 1 has its area; it needs a yield point above the line from the origin to its peak"
+        )
+    if x.size == 3:
+        at, strength = x[1], y[1]
+    elif (strength := _first_root(excess, y, top)) is not None:
+        at = yield_displacement(strength)
+    else:
+        warnings.warn(
+            f"no bilinear curve has the area of the capacity curve up to its peak, point {given_peak}: taken as "
+            f"elastic-perfectly-plastic, at that peak, with {1 + excess(top) * 0.5 * top * end / area:.3g} of the area",
+            stacklevel=2,
+        )
+        return yield_displacement(top), float(top), 0.0
+    return float(at), float(strength), float((top - strength) / (end - at) * at / strength)
+
+
+def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: float) -> float | None:
+    """Return the lowest strength without excess of area, or None.
+
+    The excess rises and may fall again. It is straight from a strength whose share is a point of the curve to the next;
+    where the curve falls before its peak it jumps at them.
+    """
+    ends = np.unique(capacity / SECANT_SHARE)
+    ends = np.append(ends[(ends > 0) & (ends < top)], top)
+    for begin, end in pairwise([0.0, *ends]):
+        begin += 1e-9 * (end - begin)  # past a jump
+        if excess(begin) * excess(end) <= 0:
+            return brentq(excess, begin, end, xtol=1e-15 * top, rtol=1e-14)
+    # An elastic-perfectly-plastic curve misses its root at the end by rounding.
+    return top if abs(excess(top)) <= 1e-12 else None
+
+
+def _peak(capacity: np.ndarray) -> int:
+    """Return the last point of the largest capacity: where a plateau ends."""
+    return int(np.flatnonzero(capacity == capacity.max())[-1])
+
+
+def _checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return the curve from the origin on."""
+    x, y = finite_numbers("displacement", displacement), finite_numbers("capacity", capacity)
+    if x.ndim != 1 or x.shape != y.shape or not x.size:
+        raise ValueError(
+            f"displacement and capacity must be of one shape [point], got shapes {np.shape(x)} and {np.shape(y)}"
+        )
+    if x[0] < 0 or y[0] < 0 or (x[0] == 0 and y[0] != 0) or (x[0] > 0 and y[0] == 0):
+        raise ValueError(
+            f"the capacity curve starts at ({x[0]:g}, {y[0]:g}), point 0; it must start at the origin or at a point of "
+            "positive displacement and capacity"
+        )
+    for point in np.flatnonzero(np.diff(x) <= 0) + 1:
+        raise ValueError(
+            f"the capacity curve folds back at point {point}: its displacement {x[point]:g} is not above "
+            f"{x[point - 1]:g} before it"
+        )
+    for point in np.flatnonzero(y < 0):
+        raise ValueError(f"the capacity at point {point} is {y[point]:g}; it must be at least 0")
+    if x[0] > 0:
+        x, y = np.append(0.0, x), np.append(0.0, y)
+    if y.max() == 0 or _peak(y) < 2:
+        raise ValueError("the capacity curve needs a yield point and another one, higher or as high, after it")
+    return x, y

@@ -1,0 +1,104 @@
+"""Shear chains of FEMA's Hazus building types, after Lu's MDOF model."""
+
+from __future__ import annotations
+
+import csv
+import functools
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from warpdyn.core.checks import one_of, real_number, whole_number
+from warpdyn.structures.lateral_loads import floor_loads, storey_shears
+
+DESIGN_LEVELS = ("high", "moderate", "low", "pre")
+DAMAGE_STATES = ("slight", "moderate", "extensive", "complete")
+MASS_PER_AREA = 1000.0  # kg/m2 of floor
+# Lu's model has this rounded value, and its published strengths follow from it.
+GRAVITY_OF_LU = 9.8
+
+
+@functools.cache
+def _table() -> Mapping[tuple[str, str], Mapping[str, float]]:
+    """The rows of hazus_buildings.csv by building type and design level."""
+    here = Path(__file__).parent
+    # An installed package has the table inside itself, a checkout beside it.
+    paths = (here / "data" / "hazus_buildings.csv", here.parent / "data" / "hazus_buildings.csv")
+    text = next(path for path in paths if path.exists()).read_text(encoding="utf-8")
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    table = {}
+    for row in rows:
+        key = row.pop("building_type"), row.pop("design_level")
+        table[key] = MappingProxyType({name: float(value) for name, value in row.items()})
+    return MappingProxyType(table)
+
+
+def building_types() -> tuple[str, ...]:
+    """Return the names of the 36 model building types, such as "C1M"."""
+    return tuple(dict.fromkeys(building_type for building_type, _ in _table()))
+
+
+def building_class(building_type: str, design_level: str) -> Mapping[str, float]:
+    """Return what Hazus says of a building type at a design level: capacity, period, height, damping, drift limits.
+
+    Args:
+        building_type: One of the 36 model building types.
+        design_level: "high", "moderate", "low" or "pre" (code).
+
+    Raises:
+        ValueError: If either is unknown.
+    """
+    one_of("Hazus building type", building_type, building_types())
+    one_of("design level", design_level, DESIGN_LEVELS)
+    return _table()[building_type, design_level]
+
+
+def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float]:
+    """Return the median storey drift ratio [1] of each structural damage state, in the form that `fragility` takes.
+
+    They hold for the type's class of heights: those of C1L, C1M and C1H differ.
+
+    Args:
+        building_type: One of the 36 model building types, such as "C1M".
+        design_level: "high", "moderate", "low" or "pre" (code).
+
+    Raises:
+        ValueError: If either is unknown.
+    """
+    row = building_class(building_type, design_level)
+    return {state: row[f"drift_{state}"] for state in DAMAGE_STATES}
+
+
+def hazus_chain(
+    building_type: str, design_level: str, storeys: int, floor_area: float
+) -> dict[str, float | np.ndarray]:
+    """Return the parameters of the chain that stands for a building of a Hazus type, after Lu.
+
+    All storeys have one stiffness, which gives the type's first period; strengths are the storey shears of a load that
+    grows in proportion to the floor's number. The share of the mass in the first mode is taken from the cubic in 1/N of
+    SimCenter's MDOF-LU, within 2e-4 of the closed form, and g as its 9.8 m/s2.
+
+    Returns:
+        `mass` [kg], `stiffness` [N/m], `height` [m], `yield_force` [N, storey], `hardening_ratio`, `damping_ratio`.
+    """
+    row = building_class(building_type, design_level)
+    n = whole_number("storeys", storeys, 1)
+    least, most = int(row["min_storeys"]), int(row["max_storeys"])
+    if not least <= n <= most:
+        raise ValueError(f"Hazus type {building_type} has {least} to {most} storeys, got {n}")
+    mass = real_number("floor_area", floor_area, above=0) * MASS_PER_AREA
+    period = n * row["period_per_storey_s"]
+    # The first frequency of a uniform chain is 2 sin(pi / (4N + 2)) sqrt(k / m).
+    stiffness = (np.pi / (period * np.sin(np.pi / (4 * n + 2)))) ** 2 * mass
+    mass_share = 1.0 if n == 1 else 0.8106 + 0.402 / n - 0.3037 / n**2 + 0.09117 / n**3
+    base_shear = row["yield_spectral_acceleration_g"] * GRAVITY_OF_LU * mass_share * mass * n
+    return {
+        "mass": mass,
+        "stiffness": stiffness,
+        "height": row["storey_height_m"],
+        "yield_force": base_shear * storey_shears(floor_loads("triangular", np.ones(n), np.ones(n))),
+        "hardening_ratio": row["hardening_ratio"],
+        "damping_ratio": row["damping_ratio"],
+    }

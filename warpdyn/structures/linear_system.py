@@ -1,0 +1,97 @@
+"""Linear systems of full matrices, in SI units, checked when they are built."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import finite_numbers
+from warpdyn.laws import LAWS, Parameter
+from warpdyn.structures.modal import modal_properties
+
+MAXIMUM_DOFS = 32
+
+
+class LinearSystem:
+    """A linear system of full matrices: M u'' + C u' + K u = F.
+
+    Args:
+        mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
+        damping: Viscous damping matrix [N s/m], shape [dof, dof].
+        stiffness: Stiffness matrix [N/m], shape [dof, dof].
+        influence: Displacement of each degree of freedom under a unit base displacement, shape [dof]; ones by default.
+
+    Raises:
+        ValueError: If shapes differ, a value is not finite, a matrix is not symmetric, or the mass matrix is not
+            positive definite.
+    """
+
+    family = "dense"
+    law, storey_laws, storey_law, devices = "elastic", ("elastic",), LAWS["elastic"], ()
+
+    def __init__(
+        self, mass: ArrayLike, damping: ArrayLike, stiffness: ArrayLike, *, influence: ArrayLike | None = None
+    ) -> None:
+        matrices = {"mass": mass, "damping": damping, "stiffness": stiffness}
+        for name, values in matrices.items():
+            matrix = finite_numbers(name, values)
+            if name == "mass" and matrix.ndim == 1:
+                matrix = np.diag(matrix)
+            if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
+                raise ValueError(f"{name} must be a square matrix [dof, dof], got shape {matrix.shape}")
+            if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
+                raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: they must agree")
+            difference = np.abs(matrix - matrix.T)
+            # Rounding of an assembly is forgiven; anything above it is a mistake in the matrix.
+            if difference.max() > 1e-12 * np.abs(matrix).max():
+                row, column = np.unravel_index(difference.argmax(), difference.shape)
+                raise ValueError(
+                    f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:g} "
+                    f"but [{column}, {row}] is {matrix[column, row]:g}"
+                )
+            matrix.flags.writeable = False
+            matrices[name] = matrix
+        self.dofs = matrices["mass"].shape[0]
+        if not 1 <= self.dofs <= MAXIMUM_DOFS:
+            raise ValueError(f"a linear system has 1 to {MAXIMUM_DOFS} degrees of freedom, got {self.dofs}")
+        smallest, largest = np.linalg.eigvalsh(matrices["mass"])[[0, -1]]
+        if smallest <= 1e-13 * abs(largest):
+            raise ValueError(
+                f"mass is singular or not positive definite (smallest eigenvalue {smallest:g} kg): "
+                "every degree of freedom needs mass; condense those without it"
+            )
+        smallest, largest = np.linalg.eigvalsh(matrices["damping"])[[0, -1]]
+        if smallest < -1e-12 * abs(largest):
+            raise ValueError(
+                f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would put energy in"
+            )
+        self.parameters: Mapping[str, np.ndarray] = MappingProxyType(matrices)
+        # A matrix is only ever scaled: these are the bounds of its factor.
+        self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
+            {
+                "mass": Parameter("1", "factor on the mass matrix", low=0.0, low_open=True),
+                "damping": Parameter("1", "factor on the viscous damping matrix", low=0.0),
+                "stiffness": Parameter("1", "factor on the stiffness matrix", low=0.0, low_open=True),
+            }
+        )
+        self.influence = np.ones(self.dofs) if influence is None else finite_numbers("influence", influence)
+        if self.influence.shape != (self.dofs,):
+            raise ValueError(f"influence must be {self.dofs} finite values, one a degree of freedom")
+        self.damping = "matrix"
+        self.modal()  # says what is wrong with a stiffness that is not positive definite
+
+    def modal(self) -> xr.Dataset:
+        """Return periods, shapes, participation factors and effective masses of the undamped system."""
+        return modal_properties(self.parameters["mass"], self.parameters["stiffness"], self.influence)
+
+    @property
+    def fundamental_period(self) -> float:
+        """First period of the undamped system [s]."""
+        return float(self.modal()["period"][0])
+
+    def __repr__(self) -> str:
+        return f"LinearSystem({self.dofs} degrees of freedom)"

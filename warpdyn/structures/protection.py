@@ -1,0 +1,165 @@
+"""Buildings with one storey more: on isolators, or under a tuned mass damper."""
+
+from __future__ import annotations
+
+from numbers import Real
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import one_of, real_number
+from warpdyn.ground_motions.motions import STANDARD_GRAVITY
+from warpdyn.laws import LAWS, Parameter
+from warpdyn.laws.of_storeys import missing_at
+
+if TYPE_CHECKING:
+    from warpdyn.structures.shear_building import ShearBuilding
+
+ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
+CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at the end of its capacity
+MASS_RATIO = Parameter(
+    "1", "mass of the damper over that of the first mode", low=0.0, low_open=True, high=1.0, often_in_percent=True
+)
+DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
+
+
+class ProtectedChain:
+    """What a ShearBuilding can be given besides storeys of its own."""
+
+    def on_isolators(
+        self,
+        law: str,
+        base_mass: float,
+        displacement_capacity: float,
+        *,
+        damper_coefficient: float = 0.0,
+        **parameters: float,
+    ) -> Self:
+        """Return the building on isolators: a storey more, the first, that carries the mass of the base.
+
+        Rayleigh damping stays that of the building on a fixed base, in proportion to the stiffness of its own storeys
+        alone (`damped_storeys`): across the isolators there is what they dissipate, and their own viscous damping. Of a
+        Rayleigh damping in two modes, the ratio at the first is kept. Damping in proportion to stiffness becomes such.
+
+        Args:
+            law: Law of the isolators: "lead_rubber_bearing" (`stiffness` before yield [N/m], `yield_force` [N],
+                `post_yield_stiffness` [N/m]), "friction_pendulum" (`stiffness` before sliding [N/m],
+                `friction_coefficient`, `radius` [m]; `weight` [N] is the building's own unless it is given), or
+                "elastic", "bilinear" or "bouc_wen".
+            base_mass: Mass between the isolators and the first storey [kg].
+            displacement_capacity: Displacement at which the isolators fail [m]. Their storey counts as ten times as
+                high, so that its drift ratio is 0.1 there: with a Scene's `collapse_drift_ratio` of 0.1 a building
+                whose isolators fail has collapsed. That ratio is no drift of the building: `of_storeys(run, 2, n + 1)`
+                leaves it out, which fragility and damage need.
+            damper_coefficient: Linear viscous damping across the isolators [N s/m].
+            **parameters: Parameters of the isolators' law.
+
+        Raises:
+            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
+                or there is P-Delta.
+        """
+        one_of("law of isolators", law, ISOLATORS)
+        mass = real_number("base_mass [kg]", base_mass, above=0)
+        capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
+        if law == "friction_pendulum":
+            weight = STANDARD_GRAVITY * (mass + self.parameters["mass"].sum())
+            parameters = {"weight": weight} | parameters
+        if "gravity_load" in self.parameters:
+            raise ValueError(
+                "a building with a gravity_load takes no isolators: P-Delta across them is in their tested stiffness, "
+                "and their storey has no height for it"
+            )
+        own = {"mass": mass, "height": capacity / CAPACITY_RATIO, **parameters}
+        return self._with_storey(0, law, own, damper_coefficient)
+
+    def with_tuned_mass_damper(
+        self,
+        mass_ratio: float,
+        frequency_ratio: float | None = None,
+        damping_ratio: float | None = None,
+        *,
+        displacement_capacity: float = 10.0,
+    ) -> Self:
+        """Return the building with a tuned mass damper on its roof: a storey more, the last, elastic, with a dashpot.
+
+        The defaults are Den Hartog's optimum, which makes the roof's largest response to a harmonic force as small as
+        it can be without other damping: frequency ratio 1 / (1 + mu), damping ratio sqrt(3 mu / (8 (1 + mu))) (Den
+        Hartog, Mechanical Vibrations, 4th edition, section 3.3; his ratio is over the building's frequency, this one
+        over the damper's own). Rayleigh damping stays that of the building without it, as in `on_isolators`.
+
+        Args:
+            mass_ratio: Mass of the damper over that of the first mode, whose shape is 1 at the roof; at most 1.
+            frequency_ratio: Its own frequency over the building's first one.
+            damping_ratio: Its own damping ratio.
+            displacement_capacity: Displacement from the roof that it has room for [m]; its storey counts as ten times
+                as high, so that its drift ratio is 0.1 there.
+
+        Raises:
+            ValueError: If a value is out of bounds, or the damping is modal, of mass or of tangents.
+        """
+        ratio = real_number("mass_ratio", mass_ratio)
+        problem = MASS_RATIO.first_violation("mass_ratio", np.array(ratio), ())
+        if problem:
+            raise ValueError(problem)
+        if frequency_ratio is None:
+            frequency_ratio = 1 / (1 + ratio)
+        if damping_ratio is None:
+            damping_ratio = np.sqrt(3 * ratio / (8 * (1 + ratio)))
+        frequency_ratio = real_number("frequency_ratio", frequency_ratio, above=0)
+        damping_ratio = real_number("damping_ratio", damping_ratio, least=0)
+        capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
+        first = self.modal().isel(mode=0)
+        shape = first["shape"].values / first["shape"].values[-1]
+        mass = ratio * float(self.parameters["mass"] @ shape**2)
+        omega = frequency_ratio * float(first["circular_frequency"])
+        own = {"mass": mass, "stiffness": mass * omega**2, "height": capacity / CAPACITY_RATIO}
+        return self._with_storey(self.storeys, "elastic", own, 2 * damping_ratio * omega * mass)
+
+    def _with_storey(self: ShearBuilding, place: int, law: str, own: dict[str, float], dashpot: float) -> ShearBuilding:
+        """Return the building with a storey more at a place, of a law, parameters and a dashpot of its own."""
+        if self.damping not in DAMPINGS:
+            raise ValueError(
+                f"a building of damping {self.damping!r} takes no isolators and no tuned mass damper: this damping is "
+                f"of the whole building and would act on them, too; use one of {', '.join(map(repr, DAMPINGS))}"
+            )
+        dashpot = real_number("damper_coefficient [N s/m]", dashpot, least=0)
+        taken = {"mass", "stiffness", "height", *LAWS[law].parameters}
+        for name in own:
+            if name not in taken:
+                raise ValueError(
+                    f"unknown parameter {name!r}: isolators of law {law!r} take {', '.join(sorted(taken))}"
+                )
+        for name, value in own.items():
+            if not isinstance(value, Real):
+                real_number(f"{name} of the storey", value)  # says what it must be
+        laws = self.storey_laws if len(self.storey_laws) > 1 else self.storey_laws * self.storeys
+        added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
+        added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
+        # A device that only the storeys of the building have: none of it here.
+        added |= {"slip_force": 0.0, "contact_stiffness": 0.0}
+        devices = self.devices
+        values: dict[str, ArrayLike] = dict(self.parameters)
+        ratio = values.pop("damping_ratio", None)
+        if dashpot > 0 and "viscous_damper" not in devices:
+            devices = (*devices, "viscous_damper")
+            values["damper_coefficient"] = np.zeros(self.storeys)
+        for name in {*values, *own}:
+            before = values.get(name, np.full(self.storeys, np.nan))
+            new = own.get(name, added.get(name))
+            if new is None and name in LAWS[law].parameters:
+                new = LAWS[law].parameters[name].default
+            elif new is None and name not in ("stiffness", "mass", "height"):
+                new = before[0]  # of what only other storeys' laws take it will not count; of devices any will do
+            if new is None:
+                raise ValueError(missing_at(name, place, law))
+            values[name] = np.insert(before, place, new)
+        if ratio is not None:
+            values["damping_ratio"] = ratio
+        damped, damping = None, self.damping
+        if damping in ("rayleigh", "stiffness_proportional"):
+            damping = "rayleigh"  # that of some storeys is in proportion to their stiffness alone
+            first, last = self.damped_storeys or (1, self.storeys)
+            damped = (first + (place == 0), last + (place == 0))
+        laws = (*laws[:place], law, *laws[place:])
+        return type(self)(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)

@@ -1,0 +1,172 @@
+"""Response of shear chains of Bouc-Wen storeys near rounding: the truth for tests and charts, never for the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from warpdyn.laws import LAWS
+from warpdyn.truth.chain import ShearChain, YieldingResponse
+
+RELATIVE_TOLERANCE = 1e-12
+# As a share of a small drift, and of what goes with it: near 0 a relative tolerance alone asks for too much.
+ABSOLUTE_TOLERANCE = 1e-13
+
+
+def bouc_wen_chain_response(
+    mass: ArrayLike,
+    stiffness: ArrayLike,
+    yield_force: ArrayLike,
+    hardening_ratio: ArrayLike,
+    damping: ArrayLike,
+    force: ArrayLike,
+    step: float,
+    initial_velocity: ArrayLike = 0.0,
+    *,
+    beta: ArrayLike = 0.5,
+    gamma: ArrayLike = 0.5,
+    exponent: ArrayLike = 1.0,
+) -> YieldingResponse:
+    """Response of Bouc-Wen storeys by scipy's eighth-order method at a relative tolerance of 1e-12.
+
+    It goes from corner to corner: of the load, and of the law where a storey's drift rate or z changes sign. These
+    instants are solved for, so that each step is of a smooth system, and each extreme of a drift ends one.
+
+    Args:
+        mass: Floor mass [kg], shape [storey].
+        stiffness: Elastic storey stiffness from the ground up [N/m], shape [storey] or one for all.
+        yield_force: Storey yield force Fy [N], shape [storey] or one for all.
+        hardening_ratio: Stiffness after yield over elastic stiffness [-], from 0 to below 1, shape [storey] or one for
+            all.
+        damping: Viscous damping matrix of the floors [N s/m], shape [storey, storey].
+        force: Force on each floor [N], linear between samples, shape [time, storey]; a ground acceleration a_g is the
+            force -mass a_g.
+        step: Time between samples [s].
+        initial_velocity: Floor velocity at the first sample, where displacement and z are 0 [m/s], shape [storey] or
+            one for all.
+        beta: Parameter of Fy / k z' = d' - |z|^n (beta |d'| sign z + gamma d') [-], shape [storey] or one for all.
+        gamma: Parameter of the same law [-], shape [storey] or one for all.
+        exponent: Exponent n of the same law [-], shape [storey] or one for all.
+
+    Raises:
+        ValueError: If a value is out of its range or a shape does not fit.
+        RuntimeError: If the tolerance cannot be met.
+    """
+    chain = ShearChain(mass, stiffness, yield_force, hardening_ratio, damping, force, step)
+    n = chain.storeys
+    law = LAWS["bouc_wen"]
+    given = {"beta": beta, "gamma": gamma, "exponent": exponent}
+    given = {name: chain.one_a_storey(name, value, law.parameters[name]) for name, value in given.items()}
+    beta, gamma, exponent = given.values()
+    problem = law.problem(given)
+    if problem:
+        raise ValueError(problem)
+    odd = exponent % 2 == 1
+    any_odd = odd.any()
+    power = exponent[0] if (exponent == exponent[0]).all() else exponent  # numpy is fast at one power of 1 or 2
+    recoverable = chain.hysteretic_force * chain.yield_drift / 2
+    state = np.concatenate([chain.start(0.0, initial_velocity), np.zeros(n)])
+    # The least drift to expect, that of the highest mode, or the yield drift where that is less.
+    least = (np.abs(chain.load).max() / chain.fastest + np.abs(state).max()) / chain.fastest
+    scale = np.minimum(chain.yield_drift, least) if least > 0 else chain.yield_drift
+    shares = scale / chain.yield_drift
+    scales = np.concatenate([scale, scale * chain.fastest, shares, recoverable * shares**2])
+    tolerances = {"rtol": RELATIVE_TOLERANCE, "atol": ABSOLUTE_TOLERANCE * scales}
+    # Signs of drift rates and memories, held through a step so that it sees a smooth system, and what follows of them.
+    signs = np.where(state[n : 3 * n] < 0, -1.0, 1.0)
+    weight = (beta * signs[:n] * signs[n:] + gamma) / chain.yield_drift
+    stiff = 1 / chain.yield_drift
+    load = rate = np.zeros(n)
+
+    def acceleration(time: float, state: np.ndarray) -> np.ndarray:
+        return chain.generator @ state[: 3 * n] + (load + rate * time)
+
+    def slope(time: float, state: np.ndarray) -> np.ndarray:
+        drift_rate, memory = state[n : 2 * n], state[2 * n : 3 * n]
+        bend = np.abs(memory) ** power
+        if any_odd:  # goes on smoothly below 0
+            bend = np.copysign(bend, np.where(odd, memory * signs[n:], 1.0))
+        return np.concatenate(
+            [
+                drift_rate,
+                acceleration(time, state),
+                drift_rate * (stiff - bend * weight),
+                chain.hysteretic_force * memory * drift_rate,  # work, recoverable and dissipated
+            ]
+        )
+
+    history, peak, stride = [state], np.zeros(n), chain.step
+    for i in range(len(chain.load) - 1):
+        load, rate, time = chain.load[i], (chain.load[i + 1] - chain.load[i]) / chain.step, 0.0
+        while time < chain.step:
+            first = min(stride, chain.step - time)
+            solver, corner = DOP853(slope, time, state, chain.step, first_step=first, **tolerances), None
+            while solver.status == "running" and corner is None:
+                before = solver.t, solver.y
+                _advance(solver, i)
+                if (before[0] == time and solver.step_size < first) or solver.step_size > stride:
+                    stride = solver.step_size
+                corner = _first_corner(solver, acceleration, before[1], signs)
+            time, state = solver.t, solver.y
+            if corner is not None:  # go there from where the last step began
+                time, state = before
+                if corner[0] > time:
+                    solver = DOP853(slope, time, state, corner[0], first_step=corner[0] - time, **tolerances)
+                    while solver.status == "running":
+                        _advance(solver, i)
+                    time, state = solver.t, solver.y
+                state = state.copy()
+                state[n : 3 * n][corner[1]] = 0.0
+                signs[corner[1]] *= -1
+                weight = (beta * signs[:n] * signs[n:] + gamma) / chain.yield_drift
+            np.maximum(peak, np.abs(state[:n]), out=peak)
+        history.append(state)
+    history = np.array(history)
+    history[:, 3 * n :] -= recoverable * history[:, 2 * n : 3 * n] ** 2
+    return chain.response(history, peak)
+
+
+def _advance(solver: DOP853, sample: int) -> None:
+    """Go one step of the solver."""
+    with np.errstate(over="ignore", invalid="ignore"):  # of a trial step far too long, which is refused then
+        message = solver.step()
+    if solver.status == "failed":
+        raise RuntimeError(f"after force[{sample}], {solver.t:g} s: {message}")
+
+
+def _first_corner(
+    solver: DOP853, acceleration: Callable[[float, np.ndarray], np.ndarray], before: np.ndarray, signs: np.ndarray
+) -> tuple[float, np.ndarray] | None:
+    """When in the last step drift rates or memories first leave their sides of 0, and which; None if none does."""
+    n = signs.size // 2
+    watched = slice(n, 3 * n)
+    may_leave = signs * solver.y[watched] < 0
+    # A drift rate that comes near 0 and goes away again may have been beyond it; a memory turns at a corner only.
+    coming, going = acceleration(solver.t_old, before), acceleration(solver.t, solver.y)
+    may_leave[:n] |= (signs[:n] * coming < 0) & (signs[:n] * going > 0)
+    candidates = np.flatnonzero(may_leave)
+    if not candidates.size:
+        return None
+    dense, instants = solver.dense_output(), np.linspace(solver.t_old, solver.t, 9)
+    values = (signs[:, None] * dense(instants)[watched])[candidates]
+    # Ends as the solver has them, which differ from the interpolant's by rounding.
+    values[:, 0], values[:, -1] = (signs * before[watched])[candidates], (signs * solver.y[watched])[candidates]
+    first, changing = np.inf, []
+    for row, component in zip(values, candidates, strict=True):
+        if not (row < 0).any():
+            continue
+        end = int(np.argmax(row < 0))
+        root = instants[max(end - 1, 0)]
+        if end and row[end - 1] > 0:
+
+            def value(time: float, component: int = component) -> float:
+                return signs[component] * dense(time)[watched][component]
+
+            root = brentq(value, instants[end - 1], instants[end], xtol=1e-16, rtol=1e-15)
+        if root <= first:
+            first, changing = root, [*(changing if root == first else []), component]
+    return (first, np.array(changing)) if changing else None
