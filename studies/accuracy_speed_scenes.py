@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from p695_fragility import BUILDING
-from p695_fragility import SCATTER as BUILDING_SCATTER
+from p695_fragility import BUILDING, SCATTER as BUILDING_SCATTER
 
 import warpdyn as wd
 from warpdyn.ground_motions.records import far_field

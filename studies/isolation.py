@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 
 import warpdyn as wd
 from warpdyn.core import netcdf
-from warpdyn.ground_motions.motions import STANDARD_GRAVITY
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.records import far_field
 from warpdyn.plots.style import COLOURS, new_figure
 

@@ -14,7 +14,7 @@ import numpy as np
 from opensees import chain_drifts
 
 import warpdyn as wd
-from warpdyn.ground_motions.motions import STANDARD_GRAVITY
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.records import far_field
 
 LIMIT = 0.1  # collapse drift ratio

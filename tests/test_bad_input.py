@@ -11,8 +11,7 @@ import xarray as xr
 
 import warpdyn as wd
 from warpdyn import plots
-from warpdyn.kernels import build
-from warpdyn.kernels import queues as devices
+from warpdyn.kernels import build, queues as devices
 
 WAVE = wd.GroundMotion(np.sin(np.arange(50) * 0.3), 0.02, name="wave")
 SILENCE = wd.GroundMotion(np.zeros(50), 0.02, name="silence")

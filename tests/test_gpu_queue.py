@@ -17,8 +17,7 @@ import warp as wp
 from test_simulate import MOTIONS, assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn.kernels import arguments, build
-from warpdyn.kernels import queues as devices
+from warpdyn.kernels import arguments, build, queues as devices
 from warpdyn.running import blocks
 
 

@@ -5,7 +5,7 @@ import pytest
 from opensees import chain_drifts
 
 import warpdyn as wd
-from warpdyn.ground_motions.motions import STANDARD_GRAVITY
+from warpdyn.core.units import STANDARD_GRAVITY
 
 
 def frame(**parameters):

@@ -6,8 +6,7 @@ million; the seeds are fixed.
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy import stats
 from scipy.stats import qmc
 

@@ -100,7 +100,7 @@ def test_no_place_to_write_is_said_before_the_run(tmp_path, monkeypatch):
 
 
 def test_chunks_lie_along_the_samples_and_are_compressed_where_it_pays(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "CHUNK", 1000)
+    monkeypatch.setattr(netcdf, "CHUNK", 1000)
     monkeypatch.setattr(blocks, "CPU_BLOCK", 1500)  # blocks that do not end where chunks do
     levels = np.linspace(0.1, 1, 20)
     scene = make_scene(excitation=wd.Stripes(MOTIONS, levels, wd.PeakGroundAcceleration()))

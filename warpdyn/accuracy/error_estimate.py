@@ -15,7 +15,6 @@ from warpdyn.integration.run import LEAST_TOLERANCE, in_float64
 from warpdyn.integration.stability_guard import Reruns, integrate_guarded
 from warpdyn.integration.time_grid import Schedule
 from warpdyn.methods.table import METHODS
-from warpdyn.running.labels import heights
 
 FEWEST_SAMPLES = 30  # a 95 % quantile of fewer says little
 # Statistics of the error over the samples, as quantiles.
@@ -68,7 +67,7 @@ def compare(
     failed = (outputs["status"] >= DIVERGED) | (reference["status"] >= DIVERGED)
     sizes = dict(reference)
     if "peak_storey_drift" in reference:
-        sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / heights(run)[run.row[chosen]].T
+        sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / run.heights[run.row[chosen]].T
     errors = {}
     for recorder in run.scene.record:
         for name, variable in RECORDERS[run.plan.family][recorder].items():

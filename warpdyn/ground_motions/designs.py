@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers
 from warpdyn.core.random_numbers import Purpose, uniforms
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
-from warpdyn.ground_motions.motions import STANDARD_GRAVITY, Assignment, GroundMotion, checked_motions
+from warpdyn.ground_motions.motions import Assignment, GroundMotion, checked_motions
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpdyn.ground_motions.motions import STANDARD_GRAVITY, GroundMotion
+from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.ground_motions.motions import GroundMotion
 
 
 def peak_ground_velocity(motion: GroundMotion) -> float:

@@ -10,9 +10,6 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_number, real_numbers
 
-STANDARD_GRAVITY = 9.80665  # m/s2, exact by definition (CGPM 1901)
-IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"  # comment of every variable in g, which UDUNITS reads as gram
-
 
 @dataclass(frozen=True, eq=False)
 class GroundMotion:

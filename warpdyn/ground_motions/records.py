@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from warpdyn.ground_motions.motions import STANDARD_GRAVITY, GroundMotion
+from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.record_text import check_last_value, lines_of, number, text_of
 
 # Factor from each unit to m/s2. Case does not matter, and "CM/SEC^2" is read as "cm/s2".

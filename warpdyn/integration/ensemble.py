@@ -13,8 +13,7 @@ from warpdyn.core.random_numbers import key_of
 from warpdyn.ground_motions.motions import Assignment
 from warpdyn.integration import packing
 from warpdyn.integration.time_grid import MOST_STEPS, Schedule, Timeline
-from warpdyn.kernels import arguments
-from warpdyn.kernels import queues as devices
+from warpdyn.kernels import arguments, queues as devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import Plan
@@ -126,6 +125,12 @@ class Ensemble:
         self.assignment, self.row = assignment, row
         self.schedule, self.sample = schedule, sample
         self._packed: Packed | None = None
+
+    @property
+    def heights(self) -> np.ndarray:
+        """Storey heights of each structure [m], shape [structure, storey]."""
+        nominal = self.scene.structure.parameters["height"]
+        return self.drawn.get("height", np.broadcast_to(nominal, (len(self.structures), nominal.size)))
 
     def take(self, samples: np.ndarray) -> Ensemble:
         """Return some of the samples with their structures, to be integrated on the same terms."""

@@ -1,6 +1,1 @@
-"""Kernels: the only folder that imports warp."""
-
-import warp as wp
-
-# A study's terminal is for its results; what warp compiles and caches is told by its log at INFO.
-wp.config.log_level = wp.LOG_WARNING
+"""Kernels that integrate whole histories, and how they are composed, fed and launched."""

@@ -1,4 +1,6 @@
-"""Base motion that is random by itself, generated interval by interval (`warpdyn.ground_motions.filtered_noise`) and never stored.
+"""Base motion that is random by itself: generated interval by interval and never stored.
+
+The process is that of `warpdyn.ground_motions.filtered_noise`.
 
 The function here takes and returns the rows of all of a thread's lanes: copying them costs little once an interval, and
 its loops over lanes hold nothing else, so that a processor runs them side by side.

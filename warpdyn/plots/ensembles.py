@@ -12,18 +12,15 @@ from matplotlib.figure import Figure
 
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.output_variables import STRIPED
-from warpdyn.ground_motions.motions import STANDARD_GRAVITY
-from warpdyn.plots.buildings import building, pushover
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.plots.style import COLOURS, new_figure, storey_panels
 
 __all__ = [
     "COLOURS",
-    "building",
     "drift_against_intensity",
     "drift_over_height",
     "fragility_curves",
     "hysteresis",
-    "pushover",
     "response_spectra",
 ]
 

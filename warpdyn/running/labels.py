@@ -11,8 +11,9 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.netcdf import trace
 from warpdyn.core.output_variables import HISTORY, STATUS_MEANINGS, STRIPED, recorded
+from warpdyn.core.units import IN_G
 from warpdyn.ground_motions.event_sequences import Sequence
-from warpdyn.ground_motions.motions import IN_G, Assignment, motion_names
+from warpdyn.ground_motions.motions import Assignment, motion_names
 from warpdyn.integration.ensemble import Each, Ensemble, Terms
 from warpdyn.integration.time_grid import motions_of
 from warpdyn.kernels.arguments import output_dtype
@@ -143,18 +144,12 @@ def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     if "peak_storey_drift" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
-    height = heights(run) if "height" in run.drawn else heights(run)[:1]
+    height = run.heights if "height" in run.drawn else run.heights[:1]
     # Inner loops over a few storeys are slow: all samples of a structure make one row.
     shape = len(run.structures), -1
     each = len(drift) // len(run.structures)
     wide = np.tile(height.astype(ratio.dtype), (1, each))
     np.divide(drift.reshape(shape), wide, out=ratio.reshape(shape))
-
-
-def heights(run: Ensemble) -> np.ndarray:
-    """Return the storey heights of each structure [m], shape [structure, storey]."""
-    nominal = run.scene.structure.parameters["height"]
-    return run.drawn.get("height", np.broadcast_to(nominal, (len(run.structures), nominal.size)))
 
 
 def _spread(values: np.ndarray, rows: np.ndarray) -> None:

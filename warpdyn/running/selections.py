@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, whole_number
-from warpdyn.ground_motions.motions import IN_G
+from warpdyn.core.units import IN_G
 
 OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # drift ratio of all storeys
 

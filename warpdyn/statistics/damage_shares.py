@@ -11,7 +11,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STRIPED
-from warpdyn.ground_motions.motions import IN_G
+from warpdyn.core.units import IN_G
 from warpdyn.running.selections import archetypes_of
 from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
 

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, real_numbers, whole_number
-from warpdyn.ground_motions.motions import IN_G
+from warpdyn.core.units import IN_G
 from warpdyn.statistics.lognormal_fit import (
     FIT_MEANINGS,
     FITTED,

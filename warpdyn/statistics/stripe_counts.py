@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.output_variables import DIVERGED, STRIPED
-from warpdyn.core.output_variables import STATUS_MEANINGS as _STATUS
+from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS as _STATUS, STRIPED
 
 LARGEST_EXCLUDED_FRACTION = 0.01  # with more diverged and unstable samples than this nothing is counted
 

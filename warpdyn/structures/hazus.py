@@ -23,9 +23,9 @@ GRAVITY_OF_LU = 9.8
 @functools.cache
 def _table() -> Mapping[tuple[str, str], Mapping[str, float]]:
     """The rows of hazus_buildings.csv by building type and design level."""
-    here = Path(__file__).parent
+    package = Path(__file__).parents[1]
     # An installed package has the table inside itself, a checkout beside it.
-    paths = (here / "data" / "hazus_buildings.csv", here.parent / "data" / "hazus_buildings.csv")
+    paths = (package / "data" / "hazus_buildings.csv", package.parent / "data" / "hazus_buildings.csv")
     text = next(path for path in paths if path.exists()).read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     table = {}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import one_of, real_number
-from warpdyn.ground_motions.motions import STANDARD_GRAVITY
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Parameter
 from warpdyn.laws.of_storeys import missing_at
 

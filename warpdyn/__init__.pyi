@@ -1,0 +1,54 @@
+"""The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
+
+from . import laws as laws, plots as plots, truth as truth
+from .accuracy.pilot import Choice as Choice, plan as plan
+from .core.netcdf import write as write
+from .ground_motions import records as records
+from .ground_motions.designs import Cloud as Cloud, Individual as Individual, Stripes as Stripes
+from .ground_motions.event_sequences import Sequence as Sequence
+from .ground_motions.filtered_noise import (
+    CloughPenzien as CloughPenzien,
+    FilteredNoise as FilteredNoise,
+    JenningsEnvelope as JenningsEnvelope,
+    KanaiTajimi as KanaiTajimi,
+    WhiteNoise as WhiteNoise,
+)
+from .ground_motions.intensity_measures import (
+    AriasIntensity as AriasIntensity,
+    AverageSpectralAcceleration as AverageSpectralAcceleration,
+    CumulativeAbsoluteVelocity as CumulativeAbsoluteVelocity,
+    PeakGroundAcceleration as PeakGroundAcceleration,
+    PeakGroundDisplacement as PeakGroundDisplacement,
+    PeakGroundVelocity as PeakGroundVelocity,
+    SignificantDuration as SignificantDuration,
+    SpectralAcceleration as SpectralAcceleration,
+    intensity_measures as intensity_measures,
+)
+from .ground_motions.motions import (
+    ForceHistory as ForceHistory,
+    FreeVibration as FreeVibration,
+    GroundMotion as GroundMotion,
+    HarmonicForce as HarmonicForce,
+)
+from .ground_motions.response_spectra import response_spectra as response_spectra
+from .portfolio.portfolio import Archetype as Archetype, Portfolio as Portfolio
+from .portfolio.simulate_portfolio import simulate_portfolio as simulate_portfolio
+from .running.histories import Histories as Histories
+from .running.labels import summary as summary
+from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
+from .running.selections import of_archetype as of_archetype, of_event as of_event, of_storeys as of_storeys
+from .running.simulate import simulate as simulate
+from .scene.scatter import (
+    Factor as Factor,
+    Listed as Listed,
+    Lognormal as Lognormal,
+    Normal as Normal,
+    Uniform as Uniform,
+    Value as Value,
+)
+from .scene.scene import Scene as Scene
+from .statistics.damage_shares import damage_shares as damage_shares
+from .statistics.fragility_curves import fragility as fragility
+from .structures.hazus import hazus_drift_limits as hazus_drift_limits
+from .structures.modal import modal_table as modal_table
+from .structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding
