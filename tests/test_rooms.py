@@ -90,7 +90,7 @@ def test_warp_is_loaded_when_something_runs():
     scene = """
 import warpdyn as wd
 from warpdyn import plots, records
-building = wd.ShearBuilding(1.0, 100.0, 3.0, law="bouc_wen", yield_force=1.0)
+building = wd.ShearBuilding(1.0, 100.0, 3.0, law="bouc_wen", yield_force=1.0, hardening_ratio=0.1)
 motion = wd.GroundMotion([0.0, 1.0, 0.0], 0.01, "pulse")
 scene = wd.Scene(building, wd.Stripes([motion], [0.1], wd.PeakGroundAcceleration()))
 assert wd.records is records
