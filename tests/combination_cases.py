@@ -29,8 +29,8 @@ from warpdyn.integration.propagators import damping_of
 from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES, Plan
-from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
+from warpdyn.laws.springs import SPRINGS
 from warpdyn.methods.stability_limits import stability_limit
 from warpdyn.methods.table import METHODS, fitting_methods
 from warpdyn.structures.modal import modal_damping_matrix

@@ -9,8 +9,8 @@ import warp as wp
 
 import warpdyn as wd
 from warpdyn.kernels.plan import DTYPES
-from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
+from warpdyn.laws.springs import SPRINGS
 
 
 @functools.cache

@@ -9,8 +9,8 @@ import warp as wp
 import xarray as xr
 
 from warpdyn.kernels.plan import DTYPES
-from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
+from warpdyn.laws.springs import SPRINGS
 from warpdyn.structures.shear_building import ShearBuilding
 
 CHORD = 1e-7  # of the path's largest drift

@@ -92,7 +92,7 @@ STRUCTURES = {
         "1 to 60 storeys",
         "61",
     ),
-    "unknown law": (lambda: building(law="plastic"), "storey law 'plastic'", "'elastic', 'bilinear', 'bouc_wen'"),
+    "unknown law": (lambda: building(law="plastic"), "storey law 'plastic'", "'elastic', 'bilinear', 'elastic_perf"),
     "unknown damping": (
         lambda: building(damping="viscous"),
         "unknown damping 'viscous'",

@@ -49,7 +49,7 @@ from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.kernels.queues import CpuQueue
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.laws.springs import SPRINGS
 from warpdyn.methods.table import METHODS, fitting_methods
 
 pytestmark = pytest.mark.usefixtures("unoptimised")

@@ -23,7 +23,7 @@ from three_storeys import (
 
 import warpdyn as wd
 from warpdyn.core.output_variables import RECORDERS
-from warpdyn.kernels.springs import SPRINGS
+from warpdyn.laws.springs import SPRINGS
 
 every_method = pytest.mark.parametrize("method", IMPLICIT)
 

@@ -9,10 +9,10 @@ import warp as wp
 from scipy.integrate import solve_ivp
 
 import warpdyn as wd
-from warpdyn.kernels.springs import SPRINGS
-from warpdyn.kernels.springs.bilinear import BILINEAR
-from warpdyn.kernels.springs.spring import Spring
 from warpdyn.laws import HARDENING_RATIO, LAWS, YIELD_FORCE, Law
+from warpdyn.laws.bilinear.device_functions import SPRINGS as BILINEAR_ROWS
+from warpdyn.laws.spring import Spring
+from warpdyn.laws.springs import SPRINGS
 
 MASS, STIFFNESS, STRENGTH = np.array([1e5, 1e5, 8e4]), np.array([8e7, 6e7, 5e7]), np.array([2.2e5, 1.8e5, 1.2e5])
 SHAKE = wd.GroundMotion(2.5 * np.sin(np.arange(300) * 0.37) * np.random.default_rng(5).normal(size=300), 0.02)
@@ -132,7 +132,7 @@ def run(law, method, step, dtype="float64"):
 )
 def test_a_plastic_drift_among_other_values(method, dtype):
     one, other = (run(law, method, 0.002, dtype) for law in ("bilinear", "counting"))
-    assert BILINEAR.memory == 1
+    assert BILINEAR_ROWS["bilinear"].memory == 1
     # The same rules, rounded alike but for what the compiler fuses.
     tolerance = {"float32": 1e-4, "float64": 1e-12}[dtype] * np.abs(one.displacement).max().item()
     np.testing.assert_allclose(other.displacement, one.displacement, rtol=0, atol=tolerance)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.kernels.springs import SPRINGS
 from warpdyn.laws import LAWS
+from warpdyn.laws.springs import SPRINGS
 
 # Storeys of 100 N/m that yield at 1 N and 0.01 m; a tenth of the stiffness is left after yield.
 STIFFNESS, YIELD_FORCE, YIELD_DRIFT, HARDENING = 100.0, 1.0, 0.01, 0.1

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
-from warpdyn.laws.devices import kind_of_dampers
+from warpdyn.laws.devices.parameters import kind_of_dampers
 from warpdyn.scene.scene import Scene
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_damping_matrix, rayleigh_coefficients
 from warpdyn.structures.p_delta import stiffness_under_gravity

@@ -17,7 +17,7 @@ from warpdyn.kernels import arguments, queues as devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import Plan
-from warpdyn.kernels.springs import spring_row
+from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 from warpdyn.scene.scene import Scene
 

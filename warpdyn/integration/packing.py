@@ -16,7 +16,7 @@ from warpdyn.integration.propagators import damping_of, pack_linear
 from warpdyn.integration.time_grid import Schedule, Timeline
 from warpdyn.kernels.build import fitted
 from warpdyn.kernels.plan import MASS_DAMPED, Plan
-from warpdyn.laws.devices import damper_values
+from warpdyn.laws.devices.parameters import damper_values
 from warpdyn.methods.table import METHODS
 from warpdyn.scene.scatter import nominal_values
 from warpdyn.scene.scene import Scene

@@ -16,7 +16,7 @@ from warpdyn.integration.packing import parameters_of, spring_of
 from warpdyn.integration.propagators import damping_of
 from warpdyn.integration.time_grid import Vibration
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
-from warpdyn.laws.devices import steepest_damping
+from warpdyn.laws.devices.parameters import steepest_damping
 from warpdyn.methods.kinds import Method
 from warpdyn.methods.stability_limits import (
     highest_damping_rate,

@@ -10,7 +10,7 @@ from warpdyn.kernels.dense import dense_kernel
 from warpdyn.kernels.implicit_chain import implicit_chain_kernel
 from warpdyn.kernels.linear import linear_kernel
 from warpdyn.kernels.plan import Plan, keeps_slopes, values_held
-from warpdyn.kernels.springs import spring_row
+from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
 # (structure's family, method's kind) -> kernel factory.

@@ -36,9 +36,9 @@ from warpdyn.kernels.recorders import (
     weight_in_mean,
     worst_storey,
 )
-from warpdyn.kernels.springs import spring_row
-from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
-from warpdyn.kernels.viscous_dampers import VALUES, damper_force
+from warpdyn.laws.devices.viscous_damper import VALUES, damper_force
+from warpdyn.laws.memory_stability import LARGEST_DEVIATION, deviation_after
+from warpdyn.laws.springs import spring_row
 
 SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at
 

@@ -26,9 +26,9 @@ from warpdyn.kernels.recorders import (
     weight_in_mean,
     worst_storey,
 )
-from warpdyn.kernels.springs import spring_row
-from warpdyn.kernels.springs.settling import LARGEST_DEVIATION, deviation_after
-from warpdyn.kernels.viscous_dampers import VALUES, damper_force, damper_tangent
+from warpdyn.laws.devices.viscous_damper import VALUES, damper_force, damper_tangent
+from warpdyn.laws.memory_stability import LARGEST_DEVIATION, deviation_after
+from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
 # What of the forces may be left unbalanced: of the largest that the sample has met or, once it falls no further, of

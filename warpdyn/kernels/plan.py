@@ -10,9 +10,9 @@ import numpy as np
 import warp as wp
 
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.springs import spring_row
-from warpdyn.kernels.springs.settling import POWERS
-from warpdyn.kernels.viscous_dampers import VALUES
+from warpdyn.laws.devices.viscous_damper import VALUES
+from warpdyn.laws.memory_stability import POWERS
+from warpdyn.laws.springs import spring_row
 from warpdyn.methods.kinds import ExplicitMethod
 from warpdyn.methods.stability_limits import relaxation_limit
 from warpdyn.methods.table import METHODS

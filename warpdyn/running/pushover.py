@@ -11,7 +11,7 @@ from warpdyn.core.checks import check_kind, finite_numbers
 from warpdyn.core.netcdf import trace
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.kernels.auxiliary.storey_step import storey_step_kernel
-from warpdyn.kernels.springs import spring_row
+from warpdyn.laws.springs import spring_row
 from warpdyn.scene.scene import structure_to_json
 from warpdyn.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.structures.p_delta import stiffness_under_gravity, storey_weight_over_height

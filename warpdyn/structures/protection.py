@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Parameter
-from warpdyn.laws.of_storeys import missing_at
+from warpdyn.laws.building_law import missing_at
 
 if TYPE_CHECKING:
     from warpdyn.structures.shear_building import ShearBuilding

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import one_of, real_numbers, whole_number
 from warpdyn.laws import DEVICES, LAWS, Parameter
-from warpdyn.laws.of_storeys import law_of_storeys, missing_at, name_of, storeys_of
+from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
 from warpdyn.structures.calibration import CalibratedChain
 from warpdyn.structures.linear_system import LinearSystem
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties

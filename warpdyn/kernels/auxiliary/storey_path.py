@@ -5,7 +5,7 @@ import functools
 import warp as wp
 
 from warpdyn.kernels.plan import DTYPES
-from warpdyn.kernels.springs import spring_row
+from warpdyn.laws.springs import spring_row
 
 
 @functools.cache

@@ -1,0 +1,1 @@
+"""Bouc-Wen storeys that degrade and pinch (Baber and Noori)."""

@@ -1,0 +1,1 @@
+"""Bilinear storeys, with or without hardening."""

@@ -1,0 +1,1 @@
+"""Bouc-Wen storeys."""

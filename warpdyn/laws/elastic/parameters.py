@@ -1,0 +1,7 @@
+"""Linear storeys."""
+
+from __future__ import annotations
+
+from warpdyn.laws.law import Law
+
+LAWS = {"elastic": Law()}

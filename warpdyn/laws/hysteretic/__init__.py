@@ -1,0 +1,1 @@
+"""Trilinear storeys with pinching, damage and softer unloading (OpenSees: Hysteretic)."""

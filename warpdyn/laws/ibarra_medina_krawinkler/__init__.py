@@ -1,0 +1,1 @@
+"""Storeys with a capping point and cyclic deterioration (Ibarra, Medina and Krawinkler)."""

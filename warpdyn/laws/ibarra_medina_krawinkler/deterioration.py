@@ -1,0 +1,124 @@
+"""What the laws of Ibarra, Medina and Krawinkler (2005) share: energy that is spent, and what it takes away.
+
+All is in units of the yield drift 1 / c0 and of the yield force c1, which makes the initial stiffness 1. A backbone has
+the hardening line, of slope c2, and the capping line, which falls at c3 from c4 at no drift; c5 is the residual force
+and c6 the ultimate drift. The energies that exhaust a storey are c7 of strength, c8 of the capping line and c9 of the
+unloading stiffness, infinite where nothing deteriorates; c10 is the rate D of deterioration, and the last coefficient
+its exponent where that is not 1. The memory begins with the drift, the force, the loss of unloading stiffness, the
+energy taken and what of it was taken before the last change of the force's sign.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import warp as wp
+
+from warpdyn.device.exponentials import power_of
+from warpdyn.laws.row_functions import device_functions, kept_force
+from warpdyn.laws.spring import Spring
+
+SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
+
+
+def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
+    """Return the functions of what energy takes away; without powers, which are slow, the exponent is 1.
+
+    Returns:
+        `(spent, left, exponent) -> share` that is lost where so much was spent of what had been left.
+        `(force, stiffness, energy, energy_before, exponent, c) -> stiffness` with which a storey that turns back
+        unloads, and whether its energy is exhausted.
+    """
+
+    def deterioration(spent: Any, left: Any, exponent: Any):
+        share = wp.min(spent / wp.max(left, type(spent)(SMALLEST)), type(spent)(1.0))
+        if POWERS:
+            share = power_of(share, exponent)
+        return share
+
+    name = f"imk_powers_{POWERS}"
+    share_of = device_functions(name, deterioration)["deterioration"]
+
+    def after_turning(force: Any, stiffness: Any, energy: Any, energy_before: Any, exponent: Any, c: Any):
+        elastic = type(force)(0.5) * force * force / wp.max(stiffness, type(force)(SMALLEST))
+        spent = wp.max(energy - energy_before - elastic, type(force)(0.0))
+        left = c[9] - (energy - elastic)
+        deteriorated = stiffness * (type(force)(1.0) - share_of(spent, left, exponent))
+        # An excursion gives back no more than was put in, which a stiffness that is about exhausted would.
+        given = wp.max(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
+        least = wp.min(force * force / given, stiffness)
+        return wp.max(deteriorated, least), spent > left
+
+    return share_of, device_functions(name, after_turning)["after_turning"]
+
+
+@wp.func
+def on_lines(drift: Any, intercept: Any, slope: Any, capping: Any, falling: Any, residual: Any):
+    """Return the force of a backbone at a drift to its own side, and its slope."""
+    hardening = intercept + slope * drift
+    capped = capping - falling * drift
+    force = wp.max(wp.min(hardening, capped), residual)
+    tangent = wp.where(hardening < capped, slope, -falling)
+    return force, wp.where(force > residual, tangent, type(drift)(0.0))
+
+
+def spring_of(
+    name: str,
+    follow: Callable,
+    go_on: Callable,
+    decides: Callable,
+    unloading: Callable,
+    memory: int,
+    gliding: int | None,
+    coefficients: int,
+) -> Spring:
+    """Return the storey law of functions that follow the path, not yet Warp's.
+
+    Args:
+        name: What the device functions' names begin with.
+        follow: `(drift, memory, c) -> memory, tangent` at the drift, in the law's units.
+        go_on: The same of a storey that decides nothing.
+        decides: `(drift, memory, c) -> bool` whether the storey turns, or goes on by another rule.
+        unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
+        memory: Number of its values.
+        gliding: Number of its first values that going on may change; None for all.
+        coefficients: Number of theirs.
+    """
+
+    follow, unloading, decides = device_functions(name, follow, unloading, decides).values()
+    go_on = device_functions(f"{name}_going_on", go_on)["follow"]
+
+    def force(drift: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return c[1] * after[1]
+
+    def evolve(drift: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return after
+
+    def glide(drift: Any, memory: Any, c: Any):
+        after, _ = go_on(drift, memory, c)
+        return after
+
+    def advance(drift: Any, increment: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return after
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        _, slope = follow(drift, before, c)
+        return slope * c[0] * c[1]
+
+    def recoverable(drift: Any, memory: Any, c: Any):
+        stiffness, holds = unloading(memory, c)
+        zero = type(drift)(0.0)
+        # A stiffness that is about exhausted would give back more than was put in, on a way that has no end: the way
+        # ends with the force, or at the ultimate drift of the other side.
+        force = wp.abs(memory[1])
+        side = wp.where(memory[1] < zero, -type(drift)(1.0), type(drift)(1.0))
+        way = wp.min(force / wp.max(stiffness, type(drift)(SMALLEST)), c[6] + side * memory[0])
+        energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[3])
+        return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
+
+    functions = device_functions(name, force, evolve, glide, advance, tangent, recoverable)
+    return Spring(
+        memory=memory, coefficients=coefficients, gliding=gliding, decides=decides, held=kept_force, **functions
+    )

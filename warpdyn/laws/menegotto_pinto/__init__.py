@@ -1,0 +1,1 @@
+"""Menegotto-Pinto storeys (OpenSees: Steel02)."""

@@ -1,0 +1,1 @@
+"""Storeys of several corners with kinematic hardening."""

@@ -1,0 +1,1 @@
+"""Peak-oriented storeys: Clough's law and Takeda's."""

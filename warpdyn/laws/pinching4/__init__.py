@@ -1,0 +1,1 @@
+"""Four-point storeys with pinching and damage (OpenSees: Pinching4)."""

@@ -1,0 +1,58 @@
+"""Storey laws as scalar device functions, one row each in SPRINGS.
+
+A law sees the storey drift [m], its own memory and its coefficients, both as short vectors, and returns a force [N].
+The coefficients are prepared once per structure (each law's `parameters.py`), so that no division stands in the time
+loop. The rows are those of the folders' `device_functions.py`; they are imported when the first row is asked for.
+
+`spring_row` also makes rows of several: "bouc_wen_1+slip" is of storeys that have both, "bilinear|bouc_wen_1+slip" of
+storeys that have the first or the second, and the third besides.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from warpdyn import laws
+
+if TYPE_CHECKING:
+    from warpdyn.laws.spring import Spring
+
+    SPRINGS: dict[str, Spring]  # rows of laws
+    DEVICE_SPRINGS: dict[str, Spring]  # rows of devices, which stand beside a storey's law
+
+
+@functools.cache
+def _tables() -> dict[str, dict[str, Spring]]:
+    """Return the tables of rows, as every folder's device functions give them."""
+    tables: dict[str, dict[str, Spring]] = {"SPRINGS": {}, "DEVICE_SPRINGS": {}}
+    for folder in laws.law_folders():
+        name = f"{laws.__name__}.{folder}.device_functions"
+        if find_spec(name) is not None:  # isolators have those of bilinear storeys
+            module = importlib.import_module(name)
+            for table, rows in tables.items():
+                rows |= getattr(module, table, {})
+    return tables
+
+
+def __getattr__(name: str) -> dict[str, Spring]:
+    if name in ("SPRINGS", "DEVICE_SPRINGS"):
+        return _tables()[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+@functools.cache
+def spring_row(name: str) -> Spring:
+    """Return the row of a name, made of several where it names several: the same name gives the same row."""
+    from warpdyn.laws.combined_springs import one_or_other, side_by_side
+
+    one, _, other = name.rpartition("+")
+    if one:
+        return side_by_side(one, spring_row(one), other, spring_row(other))
+    one, _, other = name.partition("|")
+    if other:
+        return one_or_other(one, spring_row(one), other, spring_row(other))
+    tables = _tables()
+    return (tables["SPRINGS"] | tables["DEVICE_SPRINGS"])[name]
