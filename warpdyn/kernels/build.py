@@ -87,9 +87,13 @@ def build_kernel(plan: Plan) -> wp.Kernel:
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:
     """Return the kernel of a plan, compiled for a device; threads may do so side by side."""
     kernel = build_kernel(plan)
-    warp_device = wp.get_device(device)
-    kernel.module.load(warp_device, block_dim=THREADS_OF_A_BLOCK if warp_device.is_cuda else 1)
+    kernel.module.load(wp.get_device(device), block_dim=block_size(device))
     return kernel
+
+
+def block_size(device: str) -> int:
+    """Return how many threads a block has on a device."""
+    return 1 if device == "cpu" else THREADS_OF_A_BLOCK
 
 
 def history_plan(plan: Plan) -> Plan:

@@ -1,0 +1,37 @@
+"""Kernels that are compiled side by side: in other processes, into the cache that this one reads."""
+
+import os
+import subprocess
+import sys
+
+# Without a `__main__` guard, as users write scripts: a process that ran it again would print twice, or never end.
+SCRIPT = """
+from dataclasses import replace
+import warpdyn as wd
+from warpdyn.integration.packing import plan_of
+from warpdyn.kernels.compilation import compile_side_by_side, is_compiled
+building = wd.ShearBuilding(1.0, 100.0, 3.0)
+scene = wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), {recorders}=("drift",))
+plan = replace(plan_of(scene, "heun", "float64", False), lanes=1, max_unroll=1)
+plans = [plan, replace(plan, p_delta=True), plan]
+print(*(is_compiled(plan, "cpu") for plan in plans))
+compile_side_by_side(plans, "cpu", threads=2)
+print(*(is_compiled(plan, "cpu") for plan in plans))
+"""
+
+
+def test_every_plan_is_in_the_cache_afterwards(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.replace("{recorders}", "record"))
+    environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path / "kernels")}
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment, check=False)
+    assert done.stdout.split() == ["False"] * 3 + ["True"] * 3, done.stderr
+
+
+def test_a_single_kernel_starts_no_process(monkeypatch):
+    from warpdyn.kernels import compilation
+
+    monkeypatch.setattr(compilation, "is_compiled", lambda plan, device: plan == "there")
+    monkeypatch.setattr(compilation, "ProcessPoolExecutor", None)
+    compilation.compile_side_by_side(["there", "missing", "missing"], "cpu", threads=8)
+    compilation.compile_side_by_side(["there", "missing", "other"], "cpu", threads=1)

@@ -1,0 +1,67 @@
+"""Compile the kernels of several plans side by side, before the first of them is launched.
+
+Warp generates a kernel's code in Python, which holds the interpreter's lock: threads would wait for each other. The
+compiling is shared with processes instead, which leave their results in Warp's kernel cache. They come from loky, whose
+processes do not run the user's script again, as those of the standard library do where it has no `__main__` guard.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import warp as wp
+from loky import ProcessPoolExecutor
+
+from warpdyn.kernels.build import block_size, build_kernel, load_kernel
+from warpdyn.kernels.plan import Plan
+
+# A process takes a second or two to start, and on a GPU half a gigabyte of its memory until it ends.
+MOST_PROCESSES = 8
+CONFIGURATION = (bool, int, float, str, type(None))  # types of settings that a process is started with
+
+
+def is_compiled(plan: Plan, device: str) -> bool:
+    """Return whether the kernel of a plan is in the kernel cache, compiled for a kind of device."""
+    wp.init()  # which sets the cache's folder
+    module = build_kernel(plan).module
+    folder = Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block_size(device))
+    endings = (".o",) if device == "cpu" else (".cubin", ".ptx")
+    return any(path.suffix in endings for path in folder.glob("*"))
+
+
+def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> None:
+    """Compile the kernels of plans that are not in the kernel cache, on several processor cores at once.
+
+    Args:
+        plans: The plans; one that is there twice is compiled once.
+        device: Device that they will run on, such as "cpu" or "cuda:0".
+        threads: Processor cores to use.
+    """
+    missing = [plan for plan in dict.fromkeys(plans) if not is_compiled(plan, device)]
+    helpers = min(threads, MOST_PROCESSES, len(missing)) - 1
+    if helpers < 1:
+        return
+    settings = {name: value for name, value in vars(wp.config).items() if _is_setting(name, value)}
+    with ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,)) as pool:
+        compiled = [pool.submit(_compile, plan, device) for plan in missing]
+        # This process is ready at once: it compiles from the other end what no helper has begun.
+        for plan, future in zip(reversed(missing), reversed(compiled), strict=True):
+            if future.cancel():
+                load_kernel(plan, device)
+        for future in compiled:
+            if not future.cancelled():
+                future.result()
+
+
+def _is_setting(name: str, value: object) -> bool:
+    return not name.startswith("_") and isinstance(value, CONFIGURATION) and name != "version"
+
+
+def _configure(settings: dict[str, object]) -> None:
+    """Configure Warp in a process as in the one that started it, so that they share the cache's entries."""
+    wp.init()  # which would add the version to the cache's folder, once more
+    for name, value in settings.items():
+        setattr(wp.config, name, value)
+
+
+def _compile(plan: Plan, device: str) -> None:
+    load_kernel(plan, device)
