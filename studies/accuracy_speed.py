@@ -12,11 +12,11 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 
-import accuracy_speed_figures as figures
 import numpy as np
 import xarray as xr
-from accuracy_speed_decision import decision
-from accuracy_speed_points import (
+from parts.accuracy_speed import figures
+from parts.accuracy_speed.decision import decision
+from parts.accuracy_speed.points import (
     DEMANDS,
     STATISTICS,
     STEPS,
@@ -28,9 +28,9 @@ from accuracy_speed_points import (
     compile_kernels,
     reference_of,
 )
-from accuracy_speed_promises import TARGETS, Planned, agreement, plan_scene
-from accuracy_speed_scenes import Charted, build_scenes
-from command_line import read_arguments, save_figures
+from parts.accuracy_speed.promises import TARGETS, Planned, agreement, plan_scene
+from parts.accuracy_speed.scenes import Charted, build_scenes
+from parts.command_line import read_arguments, save_figures
 from tqdm import tqdm
 
 from warpdyn.core import netcdf

@@ -17,18 +17,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import benchmark_cases as cases
 import numpy as np
 import xarray as xr
-from benchmark_figure import draw
-from benchmark_job import PARTS, measure_job
-from benchmark_kernels import compile_kernels, measure_kernels
-from benchmark_machine import available_devices, gpus, processor, versions
-from benchmark_peers import measure_peers
-from benchmark_report import print_report
-from benchmark_scaling import measure_starts, scale_gpus, scale_samples, scale_threads
-from command_line import save_figures
 from p695_fragility import build_scene
+from parts.benchmark import cases
+from parts.benchmark.figure import draw
+from parts.benchmark.job import PARTS, measure_job
+from parts.benchmark.kernels import compile_kernels, measure_kernels
+from parts.benchmark.machine import available_devices, gpus, processor, versions
+from parts.benchmark.peers import measure_peers
+from parts.benchmark.report import print_report
+from parts.benchmark.scaling import measure_starts, scale_gpus, scale_samples, scale_threads
+from parts.command_line import save_figures
 
 from warpdyn.core import netcdf
 

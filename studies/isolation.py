@@ -16,9 +16,9 @@ import warnings
 
 import numpy as np
 import xarray as xr
-from command_line import read_arguments, save_figures
 from matplotlib import ticker
 from matplotlib.figure import Figure
+from parts.command_line import read_arguments, save_figures
 
 import warpdyn as wd
 from warpdyn.core import netcdf

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from command_line import save_figures
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from parts.command_line import save_figures
 from peers.storey_laws import LAWS
 
 import warpdyn as wd

@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 import xarray as xr
-from command_line import read_arguments, save_figures
+from parts.command_line import read_arguments, save_figures
 
 import warpdyn as wd
 from warpdyn import plots

@@ -14,9 +14,9 @@ import textwrap
 from pathlib import Path
 
 import numpy as np
-import seed_frame_figures as figures
 import xarray as xr
-from command_line import read_arguments, save_figures
+from parts.command_line import read_arguments, save_figures
+from parts.seed_frame import figures
 from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
 

@@ -16,12 +16,9 @@ import time
 from importlib.metadata import version
 
 import numpy as np
-import stability_failure_figures as failure_figures
-import stability_failures as failures
-import stability_figures as figures
-import stability_oscillator as oscillator
 import xarray as xr
-from command_line import read_arguments, save_figures
+from parts.command_line import read_arguments, save_figures
+from parts.stability import failure_figures, failures, figures, oscillator
 from seed_frame import Variable, labelled
 
 from warpdyn.core import netcdf

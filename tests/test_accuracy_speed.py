@@ -18,10 +18,11 @@ from warpdyn.truth.bouc_wen import bouc_wen_chain_response
 from warpdyn.truth.linear import harmonic_response
 
 sys.path.insert(0, str(ROOT / "studies"))
-points, scenes_of, study, promises, decision = (
-    importlib.import_module(f"accuracy_speed{part}") for part in ("_points", "_scenes", "", "_promises", "_decision")
+points, scenes_of, promises, decision, figures = (
+    importlib.import_module(f"parts.accuracy_speed.{part}")
+    for part in ("points", "scenes", "promises", "decision", "figures")
 )
-figures, command_line = (importlib.import_module(name) for name in ("accuracy_speed_figures", "command_line"))
+study, command_line = (importlib.import_module(name) for name in ("accuracy_speed", "parts.command_line"))
 
 METHODS = ("rk4", "newmark_average")
 RECORDS = slice(-4, -2)  # the two shortest of 0.01 s
@@ -188,7 +189,7 @@ def test_discretisation_is_far_below_sampling(result: xr.Dataset) -> None:
 
 
 def test_file_and_figures_are_written(result: xr.Dataset, tmp_path: Path) -> None:
-    study.store.write(result, tmp_path / "accuracy_speed.nc")
+    study.netcdf.write(result, tmp_path / "accuracy_speed.nc")
     with xr.open_dataset(tmp_path / "accuracy_speed.nc") as dataset:
         read = dataset.load()
     for name, variable in read.variables.items():

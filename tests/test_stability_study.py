@@ -81,12 +81,12 @@ def studies() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def oscillator() -> ModuleType:
-    return importlib.import_module("stability_oscillator")
+    return importlib.import_module("parts.stability.oscillator")
 
 
 @pytest.fixture(scope="module")
 def failures() -> ModuleType:
-    return importlib.import_module("stability_failures")
+    return importlib.import_module("parts.stability.failures")
 
 
 @pytest.fixture(scope="module")

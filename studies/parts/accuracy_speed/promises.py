@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from accuracy_speed_points import TIMED_RUNS, Point, Settings, every, make_run, statistics, timed
-from accuracy_speed_scenes import Charted
 
+from parts.accuracy_speed.points import TIMED_RUNS, Point, Settings, every, make_run, statistics, timed
+from parts.accuracy_speed.scenes import Charted
 from warpdyn.accuracy.error_estimate import compare
 from warpdyn.accuracy.pilot import plan
 from warpdyn.integration.stability_guard import integrate_guarded

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import xarray as xr
-from benchmark_cases import LABELS
-from benchmark_report import beside_peers, measurements
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
+
+from parts.benchmark.cases import LABELS
+from parts.benchmark.report import beside_peers, measurements
 
 # Okabe and Ito's colours, told apart with any colour vision.
 BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (

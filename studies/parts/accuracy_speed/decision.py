@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import xarray as xr
-from accuracy_speed_points import Settings
 from p695_fragility import DRIFT_LIMITS, build_scene
 
 import warpdyn as wd
+from parts.accuracy_speed.points import Settings
 from warpdyn.statistics.lognormal_fit import fit_stripes
 
 LEVELS_IN_G = (0.1, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3, 1.9, 2.8, 4.2)

@@ -7,10 +7,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmark_kernels import seconds_in_kernels
 from p695_fragility import DRIFT_LIMITS, build_scene
 
 import warpdyn as wd
+from parts.benchmark.kernels import seconds_in_kernels
 from warpdyn.core import netcdf
 
 TIMED_RUNS = 2  # after a warm-up; the fastest counts, with all its parts

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from stability_figures import COLOURS, TITLE, grids, words
+
+from parts.stability.figures import COLOURS, TITLE, grids, words
 
 
 def chain(dataset: xr.Dataset) -> Figure:

@@ -11,13 +11,14 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmark_cases import scaling_case
-from benchmark_kernels import common_samples, kernel_seconds, measured
 from tqdm import tqdm
+
+from parts.benchmark.cases import scaling_case
+from parts.benchmark.kernels import common_samples, kernel_seconds, measured
 
 LONGEST = 6.0  # s in kernels, beyond which no larger ensemble is run
 STARTS = ("empty cache", "later")  # and in a new process with the kernels that the first compiled
-START = Path(__file__).with_name("benchmark_start.py")
+STUDIES = Path(__file__).parents[2]
 
 
 def scale_samples(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
@@ -72,9 +73,11 @@ def measure_starts(devices: list[str]) -> list[dict[str, Any]]:
         with tempfile.TemporaryDirectory(prefix="kernels") as cache:
             environment = os.environ | {"WARP_CACHE_PATH": cache}
             for start in STARTS:
-                command = [sys.executable, str(START), device]
+                command = [sys.executable, "-m", "parts.benchmark.start", device]
                 begun = time.perf_counter()
-                done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+                done = subprocess.run(
+                    command, cwd=STUDIES, env=environment, stdout=subprocess.PIPE, text=True, check=True
+                )
                 seconds = time.perf_counter() - begun
                 told = json.loads(done.stdout.splitlines()[-1])
                 rows.append({"device": device, "start": start, "process": seconds, **told})

@@ -9,9 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from accuracy_speed_scenes import Charted
 from tqdm import tqdm
 
+from parts.accuracy_speed.scenes import Charted
 from warpdyn.accuracy.error_estimate import compare, relative_errors
 from warpdyn.accuracy.pilot import CANDIDATES
 from warpdyn.integration.ensemble import Ensemble

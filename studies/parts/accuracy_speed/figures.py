@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from accuracy_speed_promises import FACTOR, agreement
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, NullFormatter
+
+from parts.accuracy_speed.promises import FACTOR, agreement
 
 # One colour a family of methods (Okabe and Ito, told apart with any colour vision), one marker a method in it.
 FAMILIES = {

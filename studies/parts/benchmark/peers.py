@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmark_cases import LABELS, NO_DEVICE, build_peer_case, draw_ensemble, spread_out
-from benchmark_kernels import COMMON_SAMPLES, measured
 from tqdm import tqdm
 
-FOLDER = Path(__file__).parent
+from parts.benchmark.cases import LABELS, NO_DEVICE, build_peer_case, draw_ensemble, spread_out
+from parts.benchmark.kernels import COMMON_SAMPLES, measured
+
+STUDIES = Path(__file__).parents[2]  # where the package `peers` stands
 Found = dict[str, Any]  # what a peer's process leaves of a case: status, note, seconds, peaks
 BLANK = {"seconds": np.nan, "dof_steps_per_second": np.nan, "peak_drift_difference": np.nan}
 
@@ -83,7 +84,7 @@ def _row(case: dict[str, Any], found: Found) -> dict[str, Any]:
 def _run(peer: str, device: str, threads: int, folder: Path, seconds: float) -> str:
     """Run a peer's process and return how it ended, in words; nothing if it ended well."""
     environment = os.environ | {
-        "PYTHONPATH": os.pathsep.join(filter(None, [str(FOLDER), os.environ.get("PYTHONPATH")])),
+        "PYTHONPATH": os.pathsep.join(filter(None, [str(STUDIES), os.environ.get("PYTHONPATH")])),
         "XLA_PYTHON_CLIENT_PREALLOCATE": "false",  # or JAX takes most of the GPU's memory at once
     }
     if device == "cpu":

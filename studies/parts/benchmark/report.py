@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import xarray as xr
-from benchmark_cases import LABELS, LAW_METHODS
+
+from parts.benchmark.cases import LABELS, LAW_METHODS
 
 SAME = ["device", "law", "dtype", "storeys", "substeps"]  # what two rows of kernels share that are beside each other
 

@@ -16,7 +16,7 @@ from warpdyn.ground_motions.records import far_field
 PAIRS = ("1", "2", "3", "7", "11", "15", "17", "18")
 # The part of a record between these shares of its Arias intensity is kept: what is weak at its ends only takes time.
 STRONG_PART = (0.01, 0.98)
-FRAME = json.loads((Path(__file__).parents[1] / "data" / "seed_frame.json").read_text())
+FRAME = json.loads((Path(__file__).parents[3] / "data" / "seed_frame.json").read_text())
 
 
 @dataclass(frozen=True)

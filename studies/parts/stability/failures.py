@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import seed_frame as frame
 from scipy.optimize import brentq
-from stability_oscillator import first_failure
 
 import warpdyn as wd
+from parts.stability.oscillator import first_failure
 from warpdyn.integration.run import prepare
 from warpdyn.methods.stability_limits import relaxation_limit, stability_limit
 from warpdyn.methods.table import METHODS

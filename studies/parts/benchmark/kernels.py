@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from benchmark_cases import STEP, build_scene, draw_ensemble, spread_out
 from tqdm import tqdm
 
 import warpdyn as wd
+from parts.benchmark.cases import STEP, build_scene, draw_ensemble, spread_out
 from warpdyn.integration.run import lay_out
 from warpdyn.kernels.build import load_kernel
 

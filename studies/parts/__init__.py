@@ -1,0 +1,1 @@
+"""What the studies import: a folder a study, and the command line that they share."""

@@ -1,0 +1,1 @@
+"""What the stability study is made of: its oscillators, failures and figures."""
