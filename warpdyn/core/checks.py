@@ -5,6 +5,7 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Collection
 from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -28,7 +29,7 @@ def check_kind(function: str, what: str, value: object, kind: type, advice: str 
         raise TypeError(f"{function}() takes {what}, got {type(value).__name__}{hint}")
 
 
-def check_dataset(function: str, dataset: object, *names: str, advice: str) -> None:
+def check_dataset(function: str, dataset: Any, *names: str, advice: str) -> None:
     """Raise an error that gives advice unless a function was given a dataset with these variables or attributes."""
     check_kind(function, "a Dataset", dataset, xr.Dataset, advice)
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
@@ -42,16 +43,16 @@ def one_of(what: str, name: object, allowed: Collection[str]) -> None:
         raise ValueError(f"unknown {what} {name!r}; allowed: {', '.join(repr(each) for each in allowed)}")
 
 
-def real_number(what: str, value: object, *, above: float | None = None, least: float | None = None) -> float:
+def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:
     """Return a finite number as a float, or raise a ValueError that names its bound."""
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
-    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(value) < np.inf
+    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(float(value)) < np.inf
     if not good or (above is not None and not value > above) or (least is not None and not value >= least):
         raise ValueError(f"{what} must be a finite number{bound}, got {value!r}")
     return float(value)
 
 
-def whole_number(what: str, value: object, least: int) -> int:
+def whole_number(what: str, value: Any, least: int) -> int:
     """Return a whole number as an int, or raise a ValueError that names its bounds."""
     good = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
     if not good or not least <= int(value) <= LARGEST_WHOLE_NUMBER:

@@ -112,7 +112,8 @@ class GrowingFile:
 
     def __init__(self, path: str | os.PathLike, samples: int) -> None:
         self.path, self.samples = check_writable(path), samples
-        self._temporary, self._file, self._written = _temporary(self.path), None, 0
+        self._temporary, self._written = _temporary(self.path), 0
+        self._file: netCDF4.Dataset | None = None
 
     def __enter__(self) -> GrowingFile:
         return self
@@ -133,8 +134,9 @@ class GrowingFile:
             encoding = _encoding(first, self.samples)
             # The file begins without samples, which are written as they come.
             first = first.isel(sample=slice(0))
-            options = {"format": "NETCDF4", "engine": "netcdf4", "unlimited_dims": ["sample"]}
-            first.to_netcdf(self._temporary, encoding=encoding, **options)
+            first.to_netcdf(
+                self._temporary, encoding=encoding, format="NETCDF4", engine="netcdf4", unlimited_dims=["sample"]
+            )
             self._file = netCDF4.Dataset(self._temporary, "r+")
             self._file.set_auto_maskandscale(False)
             for name in encoding:
@@ -169,12 +171,12 @@ def _encoding(dataset: xr.Dataset, samples: int) -> dict[str, dict[str, object]]
     Measured on the main job: demands shrink by a quarter, at 30 MB/s; inputs and coordinates, which repeat from sample
     to sample, shrink a hundredfold, at 300 MB/s.
     """
-    found = {}
+    found: dict[str, dict[str, object]] = {}
     for name, variable in dataset.variables.items():
         if variable.dims[:1] == ("sample",):
-            chunk = {"chunksizes": (min(CHUNK, samples), *variable.shape[1:])}
+            chunk: dict[str, object] = {"chunksizes": (min(CHUNK, samples), *variable.shape[1:])}
             pays = {"zlib": True, "complevel": 1, "shuffle": True} if _shrinks(variable) else {"zlib": False}
-            found[name] = chunk | pays
+            found[str(name)] = chunk | pays
     return found
 
 

@@ -30,8 +30,14 @@ def _units(measure: IntensityMeasure) -> str:
     return "g" if _is_acceleration(measure) else measure.units
 
 
+class _Labelled:
+    """What a design works out when it is made, beside its fields."""
+
+    _intensities: np.ndarray  # of every motion as recorded, by the design's measure
+
+
 @dataclass(frozen=True, eq=False)
-class Stripes:
+class Stripes(_Labelled):
     """Every structure under every motion, scaled to every level of an intensity measure.
 
     Samples are ordered by structure, then motion, then level, so that more structures only add samples at the end.
@@ -91,7 +97,7 @@ class Stripes:
 
 
 @dataclass(frozen=True, eq=False)
-class Cloud:
+class Cloud(_Labelled):
     """Every structure under every motion as recorded.
 
     Args:
@@ -120,7 +126,7 @@ class Cloud:
 
 
 @dataclass(frozen=True, eq=False)
-class Individual:
+class Individual(_Labelled):
     """Every structure under one motion of its own, at a scale of its own.
 
     Args:
@@ -169,7 +175,8 @@ class Individual:
             random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, event)[:, 0]
             motion = (random * len(self.motions)).astype(np.int32)
         else:
-            motion = self.motion[index]
-        scale = self.scale[index] if self.scale.ndim else np.full(index.size, float(self.scale))
+            motion = np.asarray(self.motion)[index]
+        scale = np.asarray(self.scale)
+        scale = scale[index] if scale.ndim else np.full(index.size, float(scale))
         im_level = scale**self.measure.power * self._intensities[motion]
         return Assignment(index, motion, scale, im_level, self.measure.name, _units(self.measure))

@@ -13,8 +13,15 @@ from warpdyn.ground_motions.designs import Cloud, Individual, Stripes
 from warpdyn.ground_motions.motions import Assignment, GroundMotion
 
 
+class _Placed:
+    """What a sequence works out when it is made, beside its fields."""
+
+    motions: tuple[GroundMotion, ...]  # of all events, each once
+    _places: list[np.ndarray]  # of each event's motions among these
+
+
 @dataclass(frozen=True, eq=False)
-class Sequence:
+class Sequence(_Placed):
     """Earthquakes one after the other, each on the building as the one before has left it.
 
     A building keeps its displacements, its velocities and the memory of its storeys from one event to the next. Between
@@ -60,9 +67,14 @@ class Sequence:
         object.__setattr__(self, "_places", places)
 
     @property
+    def _designs(self) -> tuple[Stripes | Cloud | Individual, ...]:
+        """The events' designs, a single motion's among them as its Cloud."""
+        return tuple(design for design in self.events.values() if not isinstance(design, GroundMotion))
+
+    @property
     def samples_by_event(self) -> tuple[int, ...]:
         """Histories of each event that a structure runs through."""
-        each = [design.samples_a_structure for design in self.events.values()]
+        each = [design.samples_a_structure for design in self._designs]
         return tuple(math.prod(each[: event + 1]) for event in range(len(each)))
 
     @property
@@ -81,7 +93,9 @@ class Sequence:
 
     def assign(self, event: int, structures: np.ndarray, seed: int) -> Assignment:
         """Return the samples of an event, given by its number, on each of these structures, which may repeat."""
-        design = tuple(self.events.values())[event]
-        own = {"event": event} if isinstance(design, Individual) else {}
-        assignment = design.assign(structures, seed, **own)
+        design = self._designs[event]
+        if isinstance(design, Individual):
+            assignment = design.assign(structures, seed, event)
+        else:
+            assignment = design.assign(structures, seed)
         return replace(assignment, motion=self._places[event][assignment.motion])

@@ -283,5 +283,5 @@ def _recursion(
 
 def _triangular(rows: np.ndarray) -> np.ndarray:
     """Return the lower factor L of L L^T = rows^T rows."""
-    factor = np.linalg.qr(rows, mode="r").T
+    factor = np.asarray(np.linalg.qr(rows, mode="r")).T
     return factor * np.where(np.diag(factor) < 0, -1.0, 1.0)

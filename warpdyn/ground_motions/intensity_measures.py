@@ -234,7 +234,8 @@ class AverageSpectralAcceleration(IntensityMeasure):
     @property
     def name(self) -> str:
         """What results and figures call this measure."""
-        span = f"{min(self.periods):.4g} to {max(self.periods):.4g} s, {len(self.periods)} periods"
+        row = np.asarray(self.periods)
+        span = f"{row.min():.4g} to {row.max():.4g} s, {row.size} periods"
         return f"Sa_avg({span}, {100 * self.damping_ratio:.4g} %)"
 
     def of(self, motion: GroundMotion) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -124,7 +125,9 @@ class Assignment:
         """Return those of several blocks of samples as one."""
         names = ("structure", "motion", "scale", "im_level")
         values = {name: [getattr(part, name) for part in parts] for name in names}
-        whole = {name: None if rows[0] is None else np.concatenate(rows) for name, rows in values.items()}
+        whole: dict[str, Any] = {
+            name: None if rows[0] is None else np.concatenate(rows) for name, rows in values.items()
+        }
         return replace(parts[0], **whole, alike=1)
 
 
@@ -191,7 +194,7 @@ class ForceHistory(OneLoad):
     @property
     def values(self) -> np.ndarray:
         """What is sampled, time first."""
-        return self.force
+        return np.asarray(self.force)
 
 
 @dataclass(frozen=True, eq=False)

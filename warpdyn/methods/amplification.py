@@ -96,8 +96,8 @@ def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, .
 def _scanned_limits(method: ExplicitMethod | ImplicitMethod, damping_ratio: np.ndarray) -> np.ndarray:
     scale = limit_scale(method, damping_ratio)
     conditions = _conditions(method, SCANNED_STEPS[:, None] / scale, damping_ratio)
-    grows = (conditions < -ROUNDING).any(axis=0)
-    first, ends = grows.argmax(axis=0), grows.any(axis=0)
+    grows = np.any(conditions < -ROUNDING, axis=0)
+    first, ends = grows.argmax(axis=0), np.array(grows.any(axis=0))
     low, high = SCANNED_STEPS[np.maximum(first - 1, 0)], SCANNED_STEPS[first]
     for column, start, bottom in _dips(method, conditions, damping_ratio):
         if not ends[column] or bottom < high[column]:

@@ -8,6 +8,7 @@ its own for displacements. An implicit method is its place in the family of Newm
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -60,7 +61,7 @@ class ExplicitMethod:
     error: tuple[float, ...] | None = None
     starts_halfway: bool = False
 
-    kind = "explicit"
+    kind: ClassVar[Literal["explicit"]] = "explicit"
 
     def __post_init__(self) -> None:
         a, b, c = np.array(self.a), np.array(self.b), np.array(self.c)
@@ -192,7 +193,7 @@ class ImplicitMethod:
     force_lag: float = 0.0
     extension: float = 1.0
 
-    kind = "implicit"
+    kind: ClassVar[Literal["implicit"]] = "implicit"
     is_adaptive = False
 
     def __post_init__(self) -> None:
@@ -233,7 +234,7 @@ class ExactMethod:
 
     name: str
 
-    kind = "exact"
+    kind: ClassVar[Literal["exact"]] = "exact"
     is_adaptive = False
 
 

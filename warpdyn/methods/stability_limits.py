@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdyn.methods.amplification import limit_scale, oscillator_limits, polynomial_limits
 from warpdyn.methods.kinds import ExplicitMethod, Method
@@ -77,6 +78,7 @@ def relaxation_limit(method: Method) -> float:
     if method.kind == "exact" or method.is_adaptive:
         return np.inf
     explicit = method if isinstance(method, ExplicitMethod) else METHODS["rk4"]
+    assert isinstance(explicit, ExplicitMethod)
     return float(polynomial_limits(explicit.stability_polynomial, np.ones(1))[0])
 
 
@@ -284,12 +286,12 @@ def _first(bad: np.ndarray) -> list[int]:
     return [int(i) for i in np.argwhere(bad)[0]]
 
 
-def _at_least_zero(name: str, value: np.ndarray) -> np.ndarray:
-    value = np.asarray(value, dtype=np.float64)
-    bad = ~(np.isfinite(value) & (value >= 0))
+def _at_least_zero(name: str, value: ArrayLike) -> np.ndarray:
+    array = np.asarray(value, dtype=np.float64)
+    bad = ~(np.isfinite(array) & (array >= 0))
     if bad.any():
-        raise ValueError(f"{name}{_first(bad) or ''} is {value[bad].flat[0]}; it must be finite and 0 or above")
-    return value
+        raise ValueError(f"{name}{_first(bad) or ''} is {array[bad].flat[0]}; it must be finite and 0 or above")
+    return array
 
 
 def _above_zero(name: str, value: np.ndarray) -> np.ndarray:

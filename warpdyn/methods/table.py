@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 from warpdyn.core.checks import one_of
 from warpdyn.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod, Method
@@ -105,7 +106,7 @@ def fitting_methods(law: str, damping: str = "none") -> tuple[str, ...]:
     return tuple(name for name in METHODS if name not in unfit)
 
 
-def check_fits(method: object, law: str, damping: str = "none") -> None:
+def check_fits(method: Any, law: str, damping: str = "none") -> None:
     """Raise an error that lists the methods there are, or that fit a law and a damping, if this is none of them."""
     one_of("method", method, METHODS)
     fitting = fitting_methods(law, damping)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -74,19 +75,19 @@ def damage_shares(
     # Failures are counted behind the last state.
     places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
     wide = (*shape[:-1], len(states) + 1)
-    places = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
-    counts = np.bincount(places, minlength=np.prod(wide)).reshape(wide)
+    cells = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
+    counts = np.bincount(cells, minlength=np.prod(wide)).reshape(wide)
     counts, failures = counts[..., :-1], counts[..., -1]
     _check_failures(failures, counts.sum(axis=-1), names, event_names if events is not None else None)
     along = "motion" if events is None else "event"
-    dims = (along, "stripe", "damage_state")
+    dims: tuple[str, ...] = (along, "stripe", "damage_state")
     if not is_striped:
         counts, failures, dims = counts[:, :, 0], failures[:, :, 0], (along, "damage_state")
     counted = counts.sum(axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         of_archetype_, of_all = counts / counted[..., None], counts.sum(axis=0) / counted.sum(axis=0)[..., None]
     units = {"units": "1"}
-    variables = {
+    variables: dict[str, Any] = {
         "damage_share": (dims, of_all, units | {"long_name": "share of all buildings in the damage state"}),
         "archetype_damage_share": (
             ("archetype_name", *dims),
@@ -131,14 +132,15 @@ def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]
     unknown = [name for name in limits if name not in names]
     if unknown:
         raise ValueError(f"limits name {unknown[0]!r}, which is no archetype of the run; it has {', '.join(names)}")
-    states, rows = None, []
+    states: list[str] = []
+    rows: list[list[float]] = []
     for name in names:
         own = limits.get(str(name))
         if not isinstance(own, Mapping) or not own:
             raise ValueError(
                 f"archetype {str(name)!r}: limits must hold a drift ratio for each damage state, got {own!r}"
             )
-        if states is not None and list(own) != states:
+        if states and list(own) != states:
             raise ValueError(
                 f"archetype {str(name)!r}: its damage states are {', '.join(own)}, those of {str(names[0])!r} "
                 f"{', '.join(states)}; they must be the same"

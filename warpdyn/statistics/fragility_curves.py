@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -97,7 +98,7 @@ def fragility(
     flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
     # Rows as above, with their bounds.
-    estimates = {
+    estimates: dict[str, tuple[np.ndarray, Any, str, dict[str, Any]]] = {
         "exceedance_fraction": (fraction, fraction_bounds, "fraction of samples exceeding", {"comment": independent}),
         "fragility_median": (
             median,
@@ -147,7 +148,7 @@ def _labelled(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: s
 
 
 def _with_bounds(
-    values: np.ndarray, bounds: Sequence[np.ndarray] | None, meaning: str, confidence: float
+    values: np.ndarray, bounds: Iterable[np.ndarray] | None, meaning: str, confidence: float
 ) -> list[tuple[str, np.ndarray, str]]:
     """Name suffix, values and wording of an estimate and, where it has them, of its lower and upper bound."""
     parts = [("", values, meaning)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -106,7 +106,7 @@ class CalibratedChain:
                 a parameter is given that follows from the curve, or ShearBuilding refuses a value.
         """
         _refuse_determined(parameters, ("stiffness", "yield_force", "hardening_ratio"), "the capacity curve")
-        chain = _masses_and_heights(storeys, mass, height)
+        chain: dict[str, Any] = {**_masses_and_heights(storeys, mass, height)}
         chain |= capacity_chain(displacement, capacity, chain["mass"], chain["height"], curve, distribution)
         return cls._of_chain(storeys, chain, law, damping, parameters)
 
@@ -167,7 +167,8 @@ class CalibratedChain:
         values = {name: value for name, value in chain.items() if name in taken} | dict(parameters)
         if np.ndim(values["mass"]) == 0:
             values["mass"] = np.full(storeys, values["mass"])  # says how many storeys there are, whatever else is given
-        return cls(law=law, damping=damping, **values)
+        building: type[Any] = cls  # a ShearBuilding, which this is a part of
+        return building(law=law, damping=damping, **values)
 
 
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:

@@ -32,6 +32,7 @@ def floor_loads(
     if isinstance(pattern, str):
         one_of("lateral load pattern", pattern, PATTERNS)
         if pattern == "first_mode":
+            assert stiffness is not None  # who asks for the first mode gives it
             shape = modal_properties(mass, chain_stiffness_matrix(stiffness))["shape"].values[0]
         else:
             shape = np.cumsum(height) if pattern == "triangular" else np.ones(len(mass))

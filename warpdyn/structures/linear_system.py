@@ -36,8 +36,8 @@ class LinearSystem:
     def __init__(
         self, mass: ArrayLike, damping: ArrayLike, stiffness: ArrayLike, *, influence: ArrayLike | None = None
     ) -> None:
-        matrices = {"mass": mass, "damping": damping, "stiffness": stiffness}
-        for name, values in matrices.items():
+        matrices: dict[str, np.ndarray] = {}
+        for name, values in {"mass": mass, "damping": damping, "stiffness": stiffness}.items():
             matrix = finite_numbers(name, values)
             if name == "mass" and matrix.ndim == 1:
                 matrix = np.diag(matrix)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
@@ -71,7 +73,7 @@ def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarra
 
     # The search may end beside the solution; it then begins again elsewhere.
     random = np.random.default_rng(0)
-    nearest = None
+    nearest: Any = None
     for scale in (0.0, *np.linspace(0.2, 2.0, RESTARTS)):
         begin = scale * np.arange(1, storeys + 1) * random.normal(size=storeys)
         found = least_squares(error, begin, slope, max_nfev=100, xtol=1e-15, ftol=1e-15, gtol=1e-15)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from numbers import Real
-from typing import TYPE_CHECKING, Self
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+import xarray as xr
 
 from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Parameter
 from warpdyn.laws.building_law import missing_at
-
-if TYPE_CHECKING:
-    from warpdyn.structures.shear_building import ShearBuilding
 
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
 CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at the end of its capacity
@@ -26,6 +24,18 @@ DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
 
 class ProtectedChain:
     """What a ShearBuilding can be given besides storeys of its own."""
+
+    # Of the ShearBuilding that this is a part of.
+    storeys: int
+    storey_laws: tuple[str, ...]
+    devices: tuple[str, ...]
+    damping: str
+    damped_storeys: tuple[int, int] | None
+    parameters: Mapping[str, np.ndarray]
+
+    def modal(self) -> xr.Dataset:
+        """Return periods and shapes; the ShearBuilding's own."""
+        raise NotImplementedError
 
     def on_isolators(
         self,
@@ -116,7 +126,7 @@ class ProtectedChain:
         own = {"mass": mass, "stiffness": mass * omega**2, "height": capacity / CAPACITY_RATIO}
         return self._with_storey(self.storeys, "elastic", own, 2 * damping_ratio * omega * mass)
 
-    def _with_storey(self: ShearBuilding, place: int, law: str, own: dict[str, float], dashpot: float) -> ShearBuilding:
+    def _with_storey(self, place: int, law: str, own: dict[str, float], dashpot: float) -> Self:
         """Return the building with a storey more at a place, of a law, parameters and a dashpot of its own."""
         if self.damping not in DAMPINGS:
             raise ValueError(
@@ -139,14 +149,14 @@ class ProtectedChain:
         # A device that only the storeys of the building have: none of it here.
         added |= {"slip_force": 0.0, "contact_stiffness": 0.0}
         devices = self.devices
-        values: dict[str, ArrayLike] = dict(self.parameters)
+        values = dict(self.parameters)
         ratio = values.pop("damping_ratio", None)
         if dashpot > 0 and "viscous_damper" not in devices:
             devices = (*devices, "viscous_damper")
             values["damper_coefficient"] = np.zeros(self.storeys)
         for name in {*values, *own}:
             before = values.get(name, np.full(self.storeys, np.nan))
-            new = own.get(name, added.get(name))
+            new: Any = own.get(name, added.get(name))
             if new is None and name in LAWS[law].parameters:
                 new = LAWS[law].parameters[name].default
             elif new is None and name not in ("stiffness", "mass", "height"):
@@ -162,4 +172,5 @@ class ProtectedChain:
             first, last = self.damped_storeys or (1, self.storeys)
             damped = (first + (place == 0), last + (place == 0))
         laws = (*laws[:place], law, *laws[place:])
-        return type(self)(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)
+        building: type[Any] = type(self)
+        return building(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)

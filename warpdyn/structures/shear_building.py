@@ -147,7 +147,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
                 raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
         several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
         lengths = {"law": several} | {n: array.size for n, array in arrays.items() if n not in BUILDING_PARAMETERS}
-        longest = max(lengths, key=lengths.get)
+        longest = max(lengths, key=lambda name: lengths[name])
         self.storeys = lengths[longest]
         if several not in (1, self.storeys):
             raise ValueError(_unequal("law", several, longest, self.storeys))

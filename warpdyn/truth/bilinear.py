@@ -151,7 +151,7 @@ def _first_switch(series: np.ndarray, bounds: tuple[np.ndarray, ...], flow: np.n
         else:
             instants += [*_descents(flow[storey] * series[:, n + storey])][:1]
         if instants and (switching is None or min(instants) < first):
-            first, switching = min(instants), storey
+            first, switching = min(instants), int(storey)
     return first, switching
 
 

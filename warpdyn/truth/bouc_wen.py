@@ -59,8 +59,10 @@ def bouc_wen_chain_response(
     chain = ShearChain(mass, stiffness, yield_force, hardening_ratio, damping, force, step)
     n = chain.storeys
     law = LAWS["bouc_wen"]
-    given = {"beta": beta, "gamma": gamma, "exponent": exponent}
-    given = {name: chain.one_a_storey(name, value, law.parameters[name]) for name, value in given.items()}
+    given = {
+        name: chain.one_a_storey(name, value, law.parameters[name])
+        for name, value in {"beta": beta, "gamma": gamma, "exponent": exponent}.items()
+    }
     beta, gamma, exponent = given.values()
     problem = law.problem(given)
     if problem:
@@ -125,9 +127,9 @@ def bouc_wen_chain_response(
                 weight = (beta * signs[:n] * signs[n:] + gamma) / chain.yield_drift
             np.maximum(peak, np.abs(state[:n]), out=peak)
         history.append(state)
-    history = np.array(history)
-    history[:, 3 * n :] -= recoverable * history[:, 2 * n : 3 * n] ** 2
-    return chain.response(history, peak)
+    rows = np.array(history)
+    rows[:, 3 * n :] -= recoverable * rows[:, 2 * n : 3 * n] ** 2
+    return chain.response(rows, peak)
 
 
 def _advance(solver: DOP853, sample: int) -> None:
@@ -155,8 +157,9 @@ def _first_corner(
     values = (signs[:, None] * dense(instants)[watched])[candidates]
     # Ends as the solver has them, which differ from the interpolant's by rounding.
     values[:, 0], values[:, -1] = (signs * before[watched])[candidates], (signs * solver.y[watched])[candidates]
-    first, changing = np.inf, []
-    for row, component in zip(values, candidates, strict=True):
+    first = np.inf
+    changing: list[int] = []
+    for row, component in zip(values, candidates.tolist(), strict=True):
         if not (row < 0).any():
             continue
         end = int(np.argmax(row < 0))
