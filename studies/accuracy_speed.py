@@ -63,7 +63,13 @@ def label_points(scenes: Mapping[str, Charted], points: Mapping[str, Points]) ->
             "1",
             relative,
         ),
-        "seconds_a_sample": (dims, seconds, "integration time a sample", "s", "least of several runs, after a warm-up"),
+        "seconds_per_sample": (
+            dims,
+            seconds,
+            "integration time a sample",
+            "s",
+            "least of several runs, after a warm-up",
+        ),
         "substepped": (dims, substepped, "share of samples given shorter steps", "1", "to hold within their limit"),
     }
     words = {
@@ -93,12 +99,12 @@ def label_plans(scenes: Mapping[str, Charted], plans: Mapping[str, list[Planned]
         "plan_dtype": ("number type that plan chose", "1"),
         "plan_step": ("longest step that plan chose", "s"),
         "plan_error": ("true 95 % error of the peak drift on plan's choice", "1"),
-        "plan_seconds_a_sample": ("integration time a sample on plan's choice", "s"),
+        "plan_seconds_per_sample": ("integration time a sample on plan's choice", "s"),
         "best_method": ("method of the cheapest charted point within the target", "1"),
         "best_dtype": ("number type of that point", "1"),
         "best_step": ("longest step of that point", "s"),
         "best_error": ("95 % error of the peak drift of that point", "1"),
-        "best_seconds_a_sample": ("integration time a sample of that point", "s"),
+        "best_seconds_per_sample": ("integration time a sample of that point", "s"),
     }
     variables = {}
     for name, (text, units) in columns.items():
@@ -145,11 +151,11 @@ def print_report(result: xr.Dataset) -> None:
             texts = []
             for who in ("best", "plan"):
                 method, dtype, step, seconds = (
-                    row[f"{who}_{name}"].item() for name in ("method", "dtype", "step", "seconds_a_sample")
+                    row[f"{who}_{name}"].item() for name in ("method", "dtype", "step", "seconds_per_sample")
                 )
                 found = f"{method} {dtype} {1e3 * step:.3g} ms: {1e6 * seconds:.3g} us" if method else "none"
                 texts.append(f"{found:<52}")
-            error, ratio = row["plan_error"] / target, row["plan_seconds_a_sample"] / row["best_seconds_a_sample"]
+            error, ratio = row["plan_error"] / target, row["plan_seconds_per_sample"] / row["best_seconds_per_sample"]
             print(f"{scene:<12} {target:>7g}  {' '.join(texts)} {error.item():.2f} {ratio.item():.2f}")
     ratio, within = agreement(result)
     print(

@@ -50,10 +50,10 @@ BUILDINGS = {
 }
 FIRST_STOREY = {"lead-rubber bearings": 2}  # of the building itself; elsewhere the first
 SCATTER = {
-    "mass": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.10)),
-    "stiffness": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.20)),
-    "yield_force": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.25)),
-    "damping_ratio": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.30)),
+    "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
+    "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),
+    "yield_force": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.25)),
+    "damping_ratio": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.30)),
 }
 KEPT = ("peak_storey_drift_ratio", "peak_floor_acceleration", "status")
 
@@ -66,7 +66,7 @@ def build_scene(name: str) -> wd.Scene:
         scatter=SCATTER,
         correlation={("stiffness", "yield_force"): 0.6},
         sampling="sobol",
-        record=("drift", "acceleration", "energy"),
+        recorders=("drift", "acceleration", "energy"),
         collapse_drift_ratio=COLLAPSE_DRIFT_RATIO,
         tail=0.0,
         title=f"Fragility of a five-storey HAZUS C1M high-code building: {name}",
@@ -75,9 +75,9 @@ def build_scene(name: str) -> wd.Scene:
 
 def curves_of(name: str, samples: int, seed: int, device: str | None) -> tuple[xr.Dataset, xr.Dataset]:
     """Return a building's demands, with its scene, and its fragility curves, along a dimension `building` of 1."""
-    run = wd.simulate(build_scene(name), samples=samples, seed=seed, device=device)
+    run = wd.simulate(build_scene(name), structures=samples, seed=seed, device=device)
     first = FIRST_STOREY.get(name, 1)
-    own = wd.of_storeys(run, first, first + BUILDING.storeys - 1)
+    own = wd.select_storeys(run, first, first + BUILDING.storeys - 1)
     with warnings.catch_warnings():
         # Isolators may fail while the building above them hardly moves.
         warnings.filterwarnings("ignore", "the limit .* lies above the drift at which samples collapsed")

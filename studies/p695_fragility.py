@@ -27,10 +27,10 @@ COLLAPSE_DRIFT_RATIO = 0.10
 LEVELS_IN_G = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.5)
 CHECKED_SHARE = 0.01  # of the histories run again at half the step, to tell the error of the rest
 SCATTER = {
-    "mass": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.10)),
-    "stiffness": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.20)),
-    "yield_force": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.25), per="storey", storey_correlation=0.8),
-    "damping_ratio": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.30)),
+    "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
+    "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),
+    "yield_force": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.25), per="storey", storey_correlation=0.8),
+    "damping_ratio": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.30)),
 }
 
 
@@ -80,11 +80,11 @@ def main() -> None:
     )
     run = wd.simulate(
         scene,
-        samples=arguments.samples,
+        structures=arguments.samples,
         device=arguments.device,
         seed=arguments.seed,
         histories=loop,
-        check=CHECKED_SHARE,
+        checked_share=CHECKED_SHARE,
     )
     simulated = time.perf_counter()
     result = run.merge(wd.fragility(run, DRIFT_LIMITS, seed=arguments.seed), combine_attrs="no_conflicts")

@@ -66,10 +66,10 @@ LEVELS = {
 }
 # As for the building of studies/p695_fragility.py: what buildings of one class differ by.
 SCATTER = {
-    "mass": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.10)),
-    "stiffness": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.20)),
-    "yield_force": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.25), per="storey", storey_correlation=0.8),
-    "damping_ratio": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.30)),
+    "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
+    "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),
+    "yield_force": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.25), per="storey", storey_correlation=0.8),
+    "damping_ratio": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.30)),
 }
 CORRELATION = {("stiffness", "yield_force"): 0.6}
 # From no damage to complete, so that darker is worse, and told apart in grey, too.
@@ -110,7 +110,7 @@ def pairs_of(names: list[str]) -> list[str]:
 
 def by_type(shares: xr.Dataset) -> xr.DataArray:
     """Return the share of each building type's buildings in each damage state by record pair."""
-    kind = xr.DataArray([name.split()[0] for name in shares["archetype_name"].values], dims="archetype_name")
+    kind = xr.DataArray([name.split()[0] for name in shares["archetype"].values], dims="archetype")
     counted = shares["counted_buildings"]
     buildings = (shares["archetype_damage_share"] * counted).groupby(kind.rename("building_type")).sum()
     found = buildings / counted.groupby(kind.rename("building_type")).sum()
@@ -155,12 +155,12 @@ def main() -> None:
     run = wd.simulate_portfolio(
         portfolio,
         wd.Cloud(motions),
-        record=("drift",),
+        recorders=("drift",),
         title="Hazus buildings of a city under the FEMA P-695 far-field record pairs",
         device=arguments.device,
         seed=arguments.seed,
         keep_inputs=False,
-        check=0.01,
+        checked_share=0.01,
         path=arguments.out / "portfolio_histories.nc",
     )
     simulated = time.perf_counter()

@@ -33,8 +33,8 @@ SCATTERED_SCENE = wd.Scene(
     STRUCTURE,
     LOAD,
     scatter={
-        "damping": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.30)),
-        "stiffness": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.10)),
+        "damping": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.30)),
+        "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
     },
 )
 STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005)
@@ -196,7 +196,9 @@ def convergence(device: str | None) -> dict[str, Variable]:
 
 def ensemble(samples: int, device: str | None, seed: int) -> tuple[dict[str, Variable], float]:
     """Return the peaks of scattered frames, and the integration time per frame [s]."""
-    run = wd.simulate(SCATTERED_SCENE, samples=samples, step=FRAME["step"], dtype="float64", device=device, seed=seed)
+    run = wd.simulate(
+        SCATTERED_SCENE, structures=samples, step=FRAME["step"], dtype="float64", device=device, seed=seed
+    )
     text = "peak absolute displacement of frames with scatter"
     variables = {"ensemble_peak_displacement": labelled(("sample", "dof"), run["peak_displacement"], "m", text)}
     variables |= {name: run[name] for name in ("damping_factor", "stiffness_factor", "status", "sample")}

@@ -49,8 +49,8 @@ def scenes(storeys, count, seed, motion):
             listed["gamma"] = np.minimum(1.0 - listed["beta"], listed["beta"])
         nominal = {name: values[0] for name, values in listed.items() if name != "damping_ratio"}
         building = wd.ShearBuilding(**nominal, height=3.0, law=law, damping=damping, damping_ratio=0.05)
-        scatter = {name: wd.Listed(values) for name, values in listed.items()}
-        found.append(wd.Scene(building, motion, scatter=scatter, record=("drift",), tail=2.0))
+        scatter = {name: wd.GivenValues(values) for name, values in listed.items()}
+        found.append(wd.Scene(building, motion, scatter=scatter, recorders=("drift",), tail=2.0))
     return found
 
 
@@ -85,7 +85,7 @@ def sweep(storeys, count, seed=0):
     )
 
     def prepared(scene, **settings):
-        return prepare(scene, samples=count, method="rk4", device="cpu", **settings)
+        return prepare(scene, structures=count, method="rk4", device="cpu", **settings)
 
     built = [prepared(scene, dtype="float64")[0].plan for scene in scenes(storeys, count, seed, motion)]
     with ThreadPoolExecutor(build.cores()) as pool:  # compiled side by side; each thread compiles warp's headers first
@@ -94,7 +94,7 @@ def sweep(storeys, count, seed=0):
         everything = np.arange(count)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
-            substepped = wd.simulate(scene, samples=count, step=step, dtype="float64", device="cpu")
+            substepped = wd.simulate(scene, structures=count, step=step, dtype="float64", device="cpu")
             run, vibration = prepared(scene, dtype="float64", step=step)
             unstable = guard(run, vibration, "flag")
             raw = run.integrate(everything)

@@ -121,12 +121,12 @@ def paths(
         device: Warp device.
     """
     scene = wd.Scene(OSCILLATOR, noise)
-    timeline = prepare(scene, samples=1, method="rk4", dtype=dtype, device=device)[0].timeline
+    timeline = prepare(scene, structures=1, method="rk4", dtype=dtype, device=device)[0].timeline
     loads = brought("Load", packing.pack_load(scene, timeline), dtype, device)
     shape = (noise.intervals + 1, samples)
     begin, change = (wp.full(shape, np.nan, dtype=getattr(wp, dtype), device=device) for _ in range(2))
     arguments = [loads, key_of(seed), first, run or noise.intervals + 1, begin, change]
-    wp.launch(path_kernel(packing.load_of(scene), dtype), dim=samples // LANES, inputs=arguments, device=device)
+    wp.launch(path_kernel(packing.kernel_load(scene), dtype), dim=samples // LANES, inputs=arguments, device=device)
     return begin.numpy(), change.numpy()
 
 
@@ -141,9 +141,9 @@ def displacements(
     at_a_time=100_000,
 ) -> np.ndarray:
     """Return the oscillator's displacement under each sample's motion at some times [s], shape [time, sample]."""
-    scene = wd.Scene(OSCILLATOR, noise, record=("drift",), tail=0.0)
+    scene = wd.Scene(OSCILLATOR, noise, recorders=("drift",), tail=0.0)
     step = noise.interval
-    run, _ = prepare(scene, samples=samples, method=method, dtype="float32", step=step, seed=seed, device=device)
+    run, _ = prepare(scene, structures=samples, method=method, dtype="float32", step=step, seed=seed, device=device)
     every = int(np.gcd.reduce(np.round(np.array(times) / step).astype(int)))
     rows = np.round(np.array(times) / step).astype(int) // every
     parts = []

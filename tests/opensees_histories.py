@@ -197,7 +197,7 @@ def compare(compared: Compared, record: int, level: float, ours: float = OURS, t
     scene = wd.Scene(
         building,
         wd.Stripes([far_field()[record]], [level], wd.SpectralAcceleration(period)),
-        record=("drift", "residual"),
+        recorders=("drift", "residual"),
         collapse_drift_ratio=LIMIT,
         tail=TAIL * period,
     )

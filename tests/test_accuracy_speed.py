@@ -132,14 +132,14 @@ def test_errors_fall_along_every_curve(result: xr.Dataset) -> None:
 
 
 def test_what_is_not_charted_is_blank(result: xr.Dataset) -> None:
-    charted = np.isfinite(result["seconds_a_sample"])
+    charted = np.isfinite(result["seconds_per_sample"])
     assert not charted.sel({"method": "exact"}).any()
     assert not charted.sel(scene="bilinear", step=[0.08, 0.04]).any()
     errors = np.isfinite(result["error"])
     assert (errors.sel(demand="peak_storey_drift").all("statistic") == charted).all()
     residual = errors.sel(demand="residual_drift_ratio").any(["method", "dtype", "step", "statistic"])
     assert residual.values.tolist() == [False, True]
-    assert (result["seconds_a_sample"].where(charted, 1) > 0).all()
+    assert (result["seconds_per_sample"].where(charted, 1) > 0).all()
 
 
 def test_check_and_plan_keep_their_word(result: xr.Dataset) -> None:
@@ -148,7 +148,7 @@ def test_check_and_plan_keep_their_word(result: xr.Dataset) -> None:
     assert within >= 0.9
     assert (result["plan_error"] <= result["target"]).all()
     assert set(result["plan_method"].values.ravel()) == {"rk4"}
-    assert (result["plan_seconds_a_sample"] > 0).all()
+    assert (result["plan_seconds_per_sample"] > 0).all()
 
 
 def test_agreement_counts_factors_of_two() -> None:

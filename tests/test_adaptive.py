@@ -32,7 +32,7 @@ def simulate(law, tolerance, **settings):
         MASS, STIFFNESS, 3.0, law=law.split()[0], damping="storey", damping_coefficient=DAMPERS, **LAWS[law]
     )
     return wd.simulate(
-        wd.Scene(building, wd.GroundMotion(BASE, STEP), tail=0.0, record=("drift", "energy")),
+        wd.Scene(building, wd.GroundMotion(BASE, STEP), tail=0.0, recorders=("drift", "energy")),
         method="dormand_prince54",
         tolerance=tolerance,
         step=STEP,
@@ -99,10 +99,15 @@ def test_each_sample_has_steps_of_its_own():
 
     def run(chosen):
         scene = wd.Scene(
-            wd.ShearBuilding([1.0], 1.0, 1.0), wave, scatter={"stiffness": wd.Listed(stiffness[chosen])}, tail=0.3
+            wd.ShearBuilding([1.0], 1.0, 1.0), wave, scatter={"stiffness": wd.GivenValues(stiffness[chosen])}, tail=0.3
         )
         return wd.simulate(
-            scene, samples=len(stiffness[chosen]), method="dormand_prince54", step=STEP, dtype="float64", device="cpu"
+            scene,
+            structures=len(stiffness[chosen]),
+            method="dormand_prince54",
+            step=STEP,
+            dtype="float64",
+            device="cpu",
         )
 
     together = run(slice(None))
@@ -124,7 +129,7 @@ def test_a_dense_system_takes_the_same_steps():
     chain = wd.ShearBuilding(MASS, STIFFNESS, 3.0, damping="storey", damping_coefficient=DAMPERS)
     runs = [
         wd.simulate(
-            wd.Scene(structure, wd.ForceHistory(FORCE, STEP), tail=0.0, record=("energy",)),
+            wd.Scene(structure, wd.ForceHistory(FORCE, STEP), tail=0.0, recorders=("energy",)),
             method="dormand_prince54",
             tolerance=1e-7,
             step=STEP,

@@ -54,7 +54,7 @@ def changed(matrix, at, value):
 
 
 def with_correlation(pair, value, **more):
-    factor = wd.Factor(wd.Lognormal(1, 0.1))
+    factor = wd.RandomFactor(wd.Lognormal(1, 0.1))
     return scene(scatter={"mass": factor, "stiffness": factor, "height": 3.0} | more, correlation={pair: value})
 
 
@@ -160,16 +160,19 @@ SCENES = {
     "levels that fall": (lambda: wd.Stripes([WAVE], [0.2, 0.1], PGA), "levels_in_g must increase, got [0.2, 0.1]"),
     "all-zero record": (lambda: wd.Stripes([WAVE, SILENCE], [0.1], PGA), "motion 1 ('silence')", "all-zero"),
     "all-zero record, Sa": (lambda: wd.Stripes([SILENCE], [0.1], wd.SpectralAcceleration(1.0)), "motion 0 ('silence')"),
-    "index of no motion": (lambda: wd.Individual([WAVE], motion=[1]), "motion indexes 1 motions from 0, got 1 to 1"),
-    "scale": (lambda: wd.Individual([WAVE], scale=[1.0, 0.0]), "scale must be", "finite and above 0"),
-    "unknown recorder": (lambda: scene(record=("drifts",)), "recorder of a ShearBuilding 'drifts'", "'base_shear'"),
+    "index of no motion": (
+        lambda: wd.OneMotionPerStructure([WAVE], motion=[1]),
+        "motion indexes 1 motions from 0, got 1 to 1",
+    ),
+    "scale": (lambda: wd.OneMotionPerStructure([WAVE], scale=[1.0, 0.0]), "scale must be", "finite and above 0"),
+    "unknown recorder": (lambda: scene(recorders=("drifts",)), "recorder of a ShearBuilding 'drifts'", "'base_shear'"),
     "recorder of a chain": (
-        lambda: scene(structure=system(), record=("drift",)),
+        lambda: scene(structure=system(), recorders=("drift",)),
         "LinearSystem 'drift'",
         "'displacement'",
     ),
     "collapse limit": (lambda: scene(collapse_drift_ratio=0.0), "collapse_drift_ratio must be a finite number above 0"),
-    "collapse unseen": (lambda: scene(record=("energy",), collapse_drift_ratio=0.1), "needs the recorder 'drift'"),
+    "collapse unseen": (lambda: scene(recorders=("energy",), collapse_drift_ratio=0.1), "needs the recorder 'drift'"),
     "tail": (lambda: scene(tail=-1.0), "tail [s] must be a finite number of at least 0, got -1.0"),
     "unknown sampling": (lambda: scene(sampling="halton"), "unknown sampling 'halton'", "'latin_hypercube', 'sobol'"),
     "scatter of nothing": (
@@ -182,12 +185,12 @@ SCENES = {
         "scatter['mass'] is -2; it must be finite and above 0",
     ),
     "storeys of one value": (
-        lambda: scene(scatter={"damping_ratio": wd.Factor(wd.Normal(1, 0.1), per="storey")}),
+        lambda: scene(scatter={"damping_ratio": wd.RandomFactor(wd.Normal(1, 0.1), per="storey")}),
         "scatter['damping_ratio']: damping_ratio has no values by storey; use per='building'",
     ),
     "matrix for a value": (
-        lambda: scene(structure=system(), scatter={"stiffness": wd.Value(wd.Normal(1, 0.1))}),
-        "scatter['stiffness']: a matrix can only be scaled, by a Factor",
+        lambda: scene(structure=system(), scatter={"stiffness": wd.RandomValue(wd.Normal(1, 0.1))}),
+        "scatter['stiffness']: a matrix can only be scaled, by a RandomFactor",
     ),
     "median": (lambda: wd.Lognormal(0.0, 0.1), "Lognormal.median must be a finite number above 0, got 0.0"),
     "dispersion": (
@@ -200,12 +203,19 @@ SCENES = {
         "Normal.standard_deviation must be a finite number of at least 0, got -0.1",
     ),
     "bounds": (lambda: wd.Uniform(2.0, 1.0), "Uniform.high must be a finite number above 2, got 1.0"),
-    "unknown per": (lambda: wd.Factor(wd.Normal(1, 0.1), per="floor"), "unknown per 'floor'", "'building', 'storey'"),
+    "unknown per": (
+        lambda: wd.RandomFactor(wd.Normal(1, 0.1), per="floor"),
+        "unknown per 'floor'",
+        "'building', 'storey'",
+    ),
     "storey correlation": (
-        lambda: wd.Factor(wd.Normal(1, 0.1), "storey", 1.5),
+        lambda: wd.RandomFactor(wd.Normal(1, 0.1), "storey", 1.5),
         "storey_correlation must be at most 1, got 1.5",
     ),
-    "correlated storeys of one draw": (lambda: wd.Factor(wd.Normal(1, 0.1), "building", 0.5), "needs per='storey'"),
+    "correlated storeys of one draw": (
+        lambda: wd.RandomFactor(wd.Normal(1, 0.1), "building", 0.5),
+        "needs per='storey'",
+    ),
     "correlation": (
         lambda: with_correlation(("mass", "stiffness"), 1.1),
         "('mass', 'stiffness') must be from -1 to 1, got 1.1",
@@ -218,16 +228,16 @@ SCENES = {
     ),
     "correlations that contradict": (
         lambda: scene(
-            scatter={name: wd.Factor(wd.Normal(1, 0.1)) for name in ("mass", "stiffness", "yield_force")},
+            scatter={name: wd.RandomFactor(wd.Normal(1, 0.1)) for name in ("mass", "stiffness", "yield_force")},
             correlation={("mass", "stiffness"): 0.9, ("stiffness", "yield_force"): 0.9, ("mass", "yield_force"): -0.9},
         ),
         "the correlations contradict each other",
     ),
 }
 RUNS = {
-    "no samples": (lambda: run(samples=0), "samples must be a whole number of at least 1, got 0"),
-    "more than can be counted": (lambda: run(samples=2**31), "have more than 2147483647 samples"),
-    "half a sample": (lambda: run(samples=1.5), "samples must be a whole number", "1.5"),
+    "no samples": (lambda: run(structures=0), "structures must be a whole number of at least 1, got 0"),
+    "more than can be counted": (lambda: run(structures=2**31), "have more than 2147483647 samples"),
+    "half a sample": (lambda: run(structures=1.5), "structures must be a whole number", "1.5"),
     "negative seed": (lambda: run(seed=-1), "seed must be a whole number of at least 0, got -1"),
     "no threads": (lambda: run(threads=0), "threads must be a whole number of at least 1, got 0"),
     "no memory": (lambda: run(memory=0), "memory [bytes] must be a whole number of at least 1, got 0"),
@@ -248,7 +258,7 @@ RUNS = {
     "step above the record's": (lambda: run(step=0.04), "step 0.04 s does not divide", "0.02 s", "0.01 s"),
     "too many steps": (lambda: run(step=1e-10), "1073741824", "longer step"),
     "history of no sample": (
-        lambda: run(histories=wd.Histories((0, 3)), samples=3),
+        lambda: run(histories=wd.Histories((0, 3)), structures=3),
         "histories ask for sample 3, but the run has samples 0 to 2",
     ),
     "history of every nothing": (lambda: run(histories=wd.Histories((0,), 0)), "histories.every", "at least 1, got 0"),
@@ -269,15 +279,15 @@ RUNS = {
     "step in words": (lambda: run({}, step="0.01"), "step [s] must be a finite number", "'0.01'"),
     "damping that feeds": (lambda: run({"structure": system(damping=-MASS)}), "damping", "put energy in"),
     "motions for other samples": (
-        lambda: run({"excitation": wd.Individual([WAVE], motion=[0, 0])}, samples=3),
-        "Individual.motion has 2 values for 3 samples",
+        lambda: run({"excitation": wd.OneMotionPerStructure([WAVE], motion=[0, 0])}, structures=3),
+        "OneMotionPerStructure.motion has 2 values for 3 samples",
     ),
     "draw out of bounds": (
-        lambda: run({"scatter": {"mass": wd.Factor(wd.Normal(-1, 0.0))}}, samples=3),
+        lambda: run({"scatter": {"mass": wd.RandomFactor(wd.Normal(-1, 0.0))}}, structures=3),
         "the drawn mass is -2000 at structure 0, storey 1; it must be finite and above 0; narrow its scatter",
     ),
     "ratio drawn out of bounds": (
-        lambda: run({"scatter": {"damping_ratio": wd.Value(wd.Uniform(1.0, 2.0))}}, samples=3),
+        lambda: run({"scatter": {"damping_ratio": wd.RandomValue(wd.Uniform(1.0, 2.0))}}, structures=3),
         "the drawn damping_ratio is 1.",
         "at structure 0",
         "below 1",
@@ -287,7 +297,7 @@ WRONG_TYPES = {
     "keep_inputs by name": (lambda: run(keep_inputs="mass"), "keep_inputs must be True or False, got 'mass'"),
     "histories as a list": (lambda: run({}, histories=[0]), "histories must be Histories"),
     "structure for a scene": (lambda: wd.simulate(system()), "takes a Scene", "LinearSystem"),
-    "one recorder as text": (lambda: scene(record="drift"), "record must be a tuple", "'drift'"),
+    "one recorder as text": (lambda: scene(recorders="drift"), "recorders must be a tuple", "'drift'"),
     "measure by name": (
         lambda: wd.Cloud([wd.GroundMotion([0.0, 1.0], 0.1)], measure="PGA"),
         "measure must be",
@@ -296,8 +306,13 @@ WRONG_TYPES = {
     "structure": (lambda: scene(structure=3.0), "structure must be a ShearBuilding or a LinearSystem, got float"),
     "excitation": (lambda: scene(excitation=[WAVE]), "excitation must be", "Stripes", "got list"),
     "motion": (lambda: wd.Cloud([WAVE, 3.0]), "motions[1] is a float", "GroundMotion"),
-    "scatter": (lambda: scene(scatter={"mass": "much"}), "scatter['mass'] must be a Factor", "or a number", "much"),
-    "distribution": (lambda: wd.Factor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),
+    "scatter": (
+        lambda: scene(scatter={"mass": "much"}),
+        "scatter['mass'] must be a RandomFactor",
+        "or a number",
+        "much",
+    ),
+    "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),
 }
 LIMITS = {"slight": 0.01}
 NO_BUILDING = {
@@ -322,15 +337,18 @@ NO_DATASET = {
         lambda given: wd.damage_shares(given, {"A": LIMITS}),
         "; give what simulate_portfolio() returned",
     ),
-    "of_event": (lambda given: wd.of_event(given, "mainshock"), "; give what simulate() returned of a Sequence"),
-    "of_archetype": (lambda given: wd.of_archetype(given, "A"), "; give what simulate_portfolio() returned"),
-    "of_storeys": (lambda given: wd.of_storeys(given, 1, 2), "; give what simulate() returned"),
+    "select_event": (
+        lambda given: wd.select_event(given, "mainshock"),
+        "; give what simulate() returned of an EventSequence",
+    ),
+    "select_archetype": (lambda given: wd.select_archetype(given, "A"), "; give what simulate_portfolio() returned"),
+    "select_storeys": (lambda given: wd.select_storeys(given, 1, 2), "; give what simulate() returned"),
     "plots.fragility_curves": (plots.fragility_curves, "; draw run.merge(fragility(run, limits)"),
     "plots.drift_over_height": (plots.drift_over_height, "; draw a run"),
     "plots.drift_against_intensity": (plots.drift_against_intensity, "; draw a run"),
-    "plots.response_spectra": (plots.response_spectra, "; draw what response_spectra("),
+    "plots.spectra": (plots.spectra, "; draw what response_spectra("),
     "plots.hysteresis": (plots.hysteresis, "; run simulate("),
-    "plots.pushover": (plots.pushover, "; draw what pushover("),
+    "plots.pushover_curve": (plots.pushover_curve, "; draw what pushover("),
 }
 for name, (call, told) in NO_BUILDING.items():
     for given in (None, system()):

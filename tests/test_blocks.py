@@ -16,7 +16,7 @@ from test_simulate import MOTIONS, SEEDED, assert_same_bits, make_scene
 import warpdyn as wd
 from warpdyn.core.thread_pool import in_parts
 from warpdyn.integration import stability_guard as guard
-from warpdyn.integration.run import lay_out
+from warpdyn.integration.run import build_run
 from warpdyn.kernels import queues as devices
 from warpdyn.running import blocks
 from warpdyn.running.labels import columns_of
@@ -49,9 +49,11 @@ DESIGNS = {
     "sobol": {"sampling": "sobol"},
     "latin hypercube": {"sampling": "latin_hypercube"},
     "cloud": {"excitation": wd.Cloud(MOTIONS)},
-    "motion drawn": {"excitation": wd.Individual(MOTIONS)},
-    "motion given": {"excitation": wd.Individual(MOTIONS, motion=[0, 2, 1, 1, 0, 2, 2], scale=np.linspace(0.5, 2, 7))},
-    "listed": {"scatter": {"mass": wd.Listed(np.linspace(1e3, 2e3, 7))}},
+    "motion drawn": {"excitation": wd.OneMotionPerStructure(MOTIONS)},
+    "motion given": {
+        "excitation": wd.OneMotionPerStructure(MOTIONS, motion=[0, 2, 1, 1, 0, 2, 2], scale=np.linspace(0.5, 2, 7))
+    },
+    "listed": {"scatter": {"mass": wd.GivenValues(np.linspace(1e3, 2e3, 7))}},
     "no scatter": {"scatter": {}},
 }
 
@@ -59,8 +61,8 @@ DESIGNS = {
 @pytest.mark.parametrize("design", DESIGNS)
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_no_division_changes_a_bit(design, dtype, divided):
-    scene, settings = make_scene(**DESIGNS[design]), {"samples": 7, "seed": 5, "dtype": dtype, "device": "cpu"}
-    each = scene.excitation.samples_a_structure
+    scene, settings = make_scene(**DESIGNS[design]), {"structures": 7, "seed": 5, "dtype": dtype, "device": "cpu"}
+    each = scene.excitation.samples_per_structure
     found = divided(2**20)
     whole = wd.simulate(scene, threads=1, **settings)
     assert [len(block) for block in found] == [7]
@@ -73,7 +75,7 @@ def test_no_division_changes_a_bit(design, dtype, divided):
 @pytest.mark.parametrize("sampling", SAMPLING)
 def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
     scene = make_scene(sampling=sampling)
-    run = lay_out(scene, samples=50, method="rk4", dtype="float32", device="cpu", threads=3)
+    run = build_run(scene, structures=50, method="rk4", dtype="float32", device="cpu", threads=3)
 
     def prepared():
         block, vibration = run.ensemble(np.arange(50), devices.CpuQueue(3))
@@ -89,12 +91,12 @@ def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
 
 def test_a_block_each_for_every_device(divided):
     found = divided(2**20, ("cpu",) * 3)
-    wd.simulate(make_scene(), samples=7, device="cpu")
+    wd.simulate(make_scene(), structures=7, device="cpu")
     assert [block.tolist() for block in found] == [[0, 1, 2], [3, 4], [5, 6]]
 
 
 def test_what_is_run_again_or_kept_does_not_depend_on_the_division(divided):
-    settings = {"samples": 9, "check": 0.6, "histories": wd.Histories((50, 3, 26), 2), "device": "cpu"}
+    settings = {"structures": 9, "checked_share": 0.6, "histories": wd.Histories((50, 3, 26), 2), "device": "cpu"}
     scene = make_scene()
     divided(2**20)
     whole = wd.simulate(scene, **settings)
@@ -110,9 +112,9 @@ def test_how_often_failures_are_run_again_does_not_depend_on_the_division(divide
     building = wd.ShearBuilding(
         1e9, 1e3, 1.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=2.0, damping="none"
     )
-    scatter = {"yield_force": wd.Factor(wd.Lognormal(1, 1.2))}
+    scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1, 1.2))}
     scene = wd.Scene(building, wd.FreeVibration(4.0, velocity=1.0), scatter=scatter)
-    settings = {"samples": 60, "step": 0.05, "dtype": "float64", "device": "cpu"}
+    settings = {"structures": 60, "step": 0.05, "dtype": "float64", "device": "cpu"}
     divided(2**20)
     with pytest.warns(UserWarning, match="of 60 samples are flagged unstable_step"):
         whole = wd.simulate(scene, **settings)
@@ -126,13 +128,13 @@ def test_how_often_failures_are_run_again_does_not_depend_on_the_division(divide
 
 def test_a_run_warns_once_whatever_its_blocks(divided):
     building = wd.ShearBuilding([2e3, 1e3], [6e5, 4e5], [3.5, 3.0])
-    scene = wd.Scene(building, wd.Cloud(MOTIONS), {"mass": wd.Factor(wd.Lognormal(0.02, 0.5))}, tail=0.01)
+    scene = wd.Scene(building, wd.Cloud(MOTIONS), {"mass": wd.RandomFactor(wd.Lognormal(0.02, 0.5))}, tail=0.01)
     told = []
     for size in (2**20, 3):
         divided(size)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            wd.simulate(scene, samples=8, step=0.01, resample=True, on_unstable="flag", device="cpu")
+            wd.simulate(scene, structures=8, step=0.01, resample=True, on_unstable="flag", device="cpu")
         told.append([str(warning.message) for warning in caught])
         assert {warning.filename for warning in caught} == {__file__}
     assert told[0] == told[1]
@@ -147,18 +149,18 @@ def test_an_unstable_sample_is_refused_before_any_block_runs(divided, monkeypatc
 
     divided(1)
     monkeypatch.setattr(devices.CpuQueue, "launch", refuse)
-    oscillators = {"mass": wd.Listed([1.0, 1.0, 1e-6, 1.0, 1e-7])}
+    oscillators = {"mass": wd.GivenValues([1.0, 1.0, 1e-6, 1.0, 1e-7])}
     scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(4.0, velocity=1.0), oscillators)
     with pytest.raises(ValueError, match=r"limit of 2 of 5 samples, the first of them sample 2: first period 0\.00628"):
-        wd.simulate(scene, samples=5, step=0.5, on_unstable="raise", device="cpu")
+        wd.simulate(scene, structures=5, step=0.5, on_unstable="raise", device="cpu")
 
 
 def test_what_is_wrong_in_a_later_block_is_told_by_the_run_s_own_numbers(divided):
     divided(2)
-    scatter = {"mass": wd.Listed([[1.0], [1.0], [1.0], [-1.0]])}
+    scatter = {"mass": wd.GivenValues([[1.0], [1.0], [1.0], [-1.0]])}
     scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(1.0, velocity=1.0), scatter)
     with pytest.raises(ValueError, match="drawn mass is -1 at structure 3, storey 1"):
-        wd.simulate(scene, samples=4, device="cpu")
+        wd.simulate(scene, structures=4, device="cpu")
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -174,7 +176,7 @@ def test_threads_are_as_many_as_asked_for(threads, monkeypatch):
 
     original = wp.launch
     monkeypatch.setattr(wp, "launch", launch)
-    wd.simulate(make_scene(), samples=200, device="cpu", threads=threads)
+    wd.simulate(make_scene(), structures=200, device="cpu", threads=threads)
     assert max(most) <= threads
     # This thread itself draws a few structures, while no other works.
     assert 0 < len(everyone - {threading.get_ident()}) <= threads
@@ -207,7 +209,7 @@ def test_time_in_kernels_counts_what_overlaps_once():
     for queue, device, spans in zip(queues, "aba", ([(0, 1)], [(0, 3)], [(0.5, 2)]), strict=True):
         queue.device, queue.spans = device, spans
     assert devices.seconds_in_kernels(queues) == 3
-    run = wd.simulate(make_scene(), samples=50, device="cpu")
+    run = wd.simulate(make_scene(), structures=50, device="cpu")
     assert 0 < run.attrs["seconds_in_kernels"] <= run.attrs["seconds_integrating"]
 
 
@@ -234,7 +236,7 @@ def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
     monkeypatch.setattr(blocks, "free_memory", lambda device: 2**40)
 
     def sizes(samples, memory=None):
-        run = lay_out(make_scene(), samples=samples, method="rk4", dtype="float32")
+        run = build_run(make_scene(), structures=samples, method="rk4", dtype="float32")
         return [6 * len(block) for block in blocks.divide(run, columns_of(run.terms, True), memory)]
 
     assert sizes(100) == [300, 300]
@@ -246,8 +248,8 @@ def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
 
 
 def test_inputs_are_left_out_if_asked():
-    scene = make_scene(scatter=SEEDED | {"height": wd.Factor(wd.Lognormal(1, 0.1))})
-    kept, bare = (wd.simulate(scene, samples=2, keep_inputs=keep) for keep in (True, False))
+    scene = make_scene(scatter=SEEDED | {"height": wd.RandomFactor(wd.Lognormal(1, 0.1))})
+    kept, bare = (wd.simulate(scene, structures=2, keep_inputs=keep) for keep in (True, False))
     assert set(kept.variables) - set(bare.variables) == {"mass", "yield_force", "height"}
     assert_same_bits(kept.drop_vars(["mass", "yield_force", "height"]), bare)  # the ratios know their heights
 
@@ -265,17 +267,17 @@ def peak():
 motion = wd.GroundMotion(np.sin(np.arange(20.0)), 0.02)
 building = wd.ShearBuilding([1e5] * 5, 1e8, 3.0, law="bouc_wen", yield_force=1e6, hardening_ratio=0.1,
                             damping="rayleigh", damping_ratio=0.05)
-scatter = {name: wd.Factor(wd.Lognormal(1, 0.1), per="storey") for name in ("mass", "stiffness")}
+scatter = {name: wd.RandomFactor(wd.Lognormal(1, 0.1), per="storey") for name in ("mass", "stiffness")}
 design = {
-    "individual": lambda: wd.Individual([motion]),
+    "individual": lambda: wd.OneMotionPerStructure([motion]),
     "stripes": lambda: wd.Stripes([motion], np.linspace(0.1, 1, 500), wd.PeakGroundAcceleration()),
 }[sys.argv[1]]()
 scene = wd.Scene(building, design, scatter, tail=0.0)
-settings = {"path": sys.argv[2], "device": "cpu", "step": 0.02, "check": 0.01}
-wd.simulate(scene, samples=1, **settings).close()
+settings = {"path": sys.argv[2], "device": "cpu", "step": 0.02, "checked_share": 0.01}
+wd.simulate(scene, structures=1, **settings).close()
 base = peak()
 for memory in (int(sys.argv[4]), None):
-    wd.simulate(scene, samples=int(sys.argv[3]), memory=memory, **settings).close()
+    wd.simulate(scene, structures=int(sys.argv[3]), memory=memory, **settings).close()
     print(peak() - base)
 """
 

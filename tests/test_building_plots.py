@@ -49,7 +49,7 @@ def test_drawings_of_low_and_tall_buildings(storeys: int) -> None:
 
 
 def test_pushover_and_hysteresis_are_drawn_from_one_dataset() -> None:
-    curve, profile = plots.pushover(PUSHED).axes
+    curve, profile = plots.pushover_curve(PUSHED).axes
     line = curve.lines[0]
     np.testing.assert_allclose(line.get_xdata()[1:], 1000 * PUSHED["roof_displacement"])
     np.testing.assert_allclose(line.get_ydata()[1:], PUSHED["base_shear"] / 1e6)
@@ -71,4 +71,4 @@ def test_a_dataset_without_a_pushover_is_refused() -> None:
     with pytest.raises(
         ValueError, match=r"no roof_displacement, base_shear: draw what pushover\(building, ...\) returned"
     ):
-        plots.pushover(xr.Dataset())
+        plots.pushover_curve(xr.Dataset())

@@ -140,11 +140,11 @@ def test_combination(case, launched, monkeypatch):
     structure, excitation = make_structure(family, dofs, damping, spring), make_excitation(load, dofs)
     alone, kernels = recorder_alone(*case), recorded_in(case)
 
-    def run_of(record, **kept):
-        scene = wd.Scene(structure, excitation, record=record, tail=1.2)
+    def run_of(recorders, **kept):
+        scene = wd.Scene(structure, excitation, recorders=recorders, tail=1.2)
         # Pinching is quick: two stages a step follow it at half the step alone.
         step = 0.0025 if spring.startswith("baber_noori_pinching") else 0.005
-        settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": step, "on_unstable": "raise"}
+        settings = {"structures": SAMPLES, "method": method, "dtype": dtype, "step": step, "on_unstable": "raise"}
         return wd.simulate(scene, device="cpu", **settings, **kept)
 
     runs = {}
@@ -208,7 +208,7 @@ def test_devices(case, launched):
     row, damping, load, method, dtype = case
     structure = combined_structure(row, damping)
     scene = wd.Scene(structure, make_excitation(load, structure.storeys), tail=1.2)
-    settings = {"samples": SAMPLES, "method": method, "dtype": dtype, "step": 0.0025, "device": "cpu"}
+    settings = {"structures": SAMPLES, "method": method, "dtype": dtype, "step": 0.0025, "device": "cpu"}
     run = wd.simulate(scene, **settings)
     assert launched[0].law == row
     assert launched[0].viscous_dampers == ("power" if "viscous_damper" in structure.devices else "none")

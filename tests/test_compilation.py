@@ -22,7 +22,7 @@ print(*(is_compiled(plan, "cpu") for plan in plans))
 
 def test_every_plan_is_in_the_cache_afterwards(tmp_path):
     script = tmp_path / "script.py"
-    script.write_text(SCRIPT.replace("{recorders}", "record"))
+    script.write_text(SCRIPT.replace("{recorders}", "motion_index"))
     environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path / "kernels")}
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment, check=False)
     assert done.stdout.split() == ["False"] * 3 + ["True"] * 3, done.stderr

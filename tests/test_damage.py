@@ -30,30 +30,29 @@ def made(drifts=DRIFTS, status=None, counts=(3, 2), **extra):
     }
     columns = {
         "building": np.repeat(np.arange(buildings), each),
-        "archetype": np.repeat([0, 1], np.multiply(counts, each)),
-        "record": np.tile(np.arange(each), buildings),
+        "archetype_index": np.repeat([0, 1], np.multiply(counts, each)),
+        "motion_index": np.tile(np.arange(each), buildings),
     }
     return xr.Dataset(
         {
             "peak_storey_drift_ratio": (("sample", "storey"), drift),
             "status": ("sample", np.zeros(samples, np.int8) if status is None else status, flags),
             "motion_name": ("motion", [f"m{i}" for i in range(4)]),
-            "buildings_of_archetype": ("archetype_name", list(counts)),
-            "storeys_of_archetype": ("archetype_name", [1, 2]),
+            "buildings_of_archetype": ("archetype", list(counts)),
+            "storeys_of_archetype": ("archetype", [1, 2]),
         },
-        {"archetype_name": ["light", "heavy"]}
-        | {name: ("sample", values) for name, values in (columns | extra).items()},
+        {"archetype": ["light", "heavy"]} | {name: ("sample", values) for name, values in (columns | extra).items()},
     )
 
 
 def test_shares_are_those_counted_by_hand():
     shares = wd.damage_shares(made(), LIMITS)
     assert shares["damage_state"].values.tolist() == ["none", "slight", "complete"]
-    light = shares["archetype_damage_share"].sel(archetype_name="light")
+    light = shares["archetype_damage_share"].sel(archetype="light")
     assert light.dims == ("motion", "damage_state")
     # A drift equal to a limit does not pass it.
     np.testing.assert_array_equal(light * 3, [[2, 1, 0], [2, 0, 1], [1, 1, 1], [1, 1, 1]])
-    heavy = shares["archetype_damage_share"].sel(archetype_name="heavy")
+    heavy = shares["archetype_damage_share"].sel(archetype="heavy")
     np.testing.assert_array_equal(heavy * 2, [[1, 1, 0], [1, 0, 1], [1, 1, 0], [1, 1, 0]])
     np.testing.assert_allclose(shares["damage_share"] * 5, [[3, 2, 0], [3, 0, 2], [2, 2, 1], [2, 2, 1]])
     np.testing.assert_array_equal(shares["counted_buildings"], [[3] * 4, [2] * 4])
@@ -64,9 +63,9 @@ def test_shares_are_those_counted_by_hand():
 def test_the_worse_component_of_a_pair_counts():
     shares = wd.damage_shares(made(), LIMITS, events=["first", "first", "second", "second"])
     assert shares["event"].values.tolist() == ["first", "second"]
-    light = shares["archetype_damage_share"].sel(archetype_name="light")
+    light = shares["archetype_damage_share"].sel(archetype="light")
     np.testing.assert_allclose(light * 3, [[1, 1, 1], [1, 0, 2]])
-    heavy = shares["archetype_damage_share"].sel(archetype_name="heavy")
+    heavy = shares["archetype_damage_share"].sel(archetype="heavy")
     np.testing.assert_allclose(heavy * 2, [[1, 0, 1], [1, 1, 0]])
     # Components need not stand side by side.
     crossed = wd.damage_shares(made(), LIMITS, events=["b", "a", "a", "b"])
@@ -121,7 +120,7 @@ def test_one_archetype_of_some_of_the_samples():
     run = made()
     some = run.isel(sample=[0, 5, 13, 18, 3])
     for name, expected in (("light", [0, 5, 3]), ("heavy", [13, 18])):
-        part = wd.of_archetype(some, name)
+        part = wd.select_archetype(some, name)
         rows = run["peak_storey_drift_ratio"][expected, : part.sizes["storey"]]
         np.testing.assert_array_equal(part["peak_storey_drift_ratio"], rows)
 
@@ -139,7 +138,7 @@ def test_shares_come_back_from_a_file(tmp_path, events):
 
 def test_stripes_are_counted_apart():
     level = ("sample", np.tile([0.2, 0.1, 0.2, 0.1], 5), {"design": "stripes", "units": "g"})
-    run = made(record=np.tile([0, 0, 1, 1], 5)).assign_coords(im_level=level).drop_vars("motion_name")
+    run = made(motion_index=np.tile([0, 0, 1, 1], 5)).assign_coords(im_level=level).drop_vars("motion_name")
     run = run.assign(motion_name=("motion", ["a", "b"]))
     shares = wd.damage_shares(run, LIMITS)
     assert shares["damage_share"].dims == ("motion", "stripe", "damage_state")
@@ -150,7 +149,7 @@ def test_stripes_are_counted_apart():
 
 
 BAD = {
-    "no portfolio": (lambda run: run.drop_vars("archetype"), LIMITS, {}, "no 'archetype'"),
+    "no portfolio": (lambda run: run.drop_vars("archetype_index"), LIMITS, {}, "no 'archetype_index'"),
     "no drift": (lambda run: run.drop_vars("peak_storey_drift_ratio"), LIMITS, {}, "leave 'drift' in what is recorded"),
     "missing": (None, {"light": LIMITS["light"]}, {}, "archetype 'heavy': limits must hold"),
     "unknown": (None, {"lihgt": {}}, {}, "limits name 'lihgt'"),
@@ -174,36 +173,34 @@ def test_bad_input(case):
 
 @pytest.fixture(scope="module")
 def run():
-    scatter = {"yield_force": wd.Factor(wd.Lognormal(1, 0.3))}
+    scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1, 0.3))}
     city = wd.Portfolio({"low": wd.Archetype(chain(1), 12, scatter), "high": wd.Archetype(chain(2), 8, scatter)})
     levels = [0.05, 0.1, 0.2, 0.4, 0.8, 1.6]
     stripes = wd.Stripes(MOTIONS, levels, wd.PeakGroundAcceleration())
-    return wd.simulate_portfolio(city, stripes, device="cpu", record=("drift",), tail=1.0, seed=3)
+    return wd.simulate_portfolio(city, stripes, device="cpu", recorders=("drift",), tail=1.0, seed=3)
 
 
 @pytest.mark.filterwarnings("ignore:.*:UserWarning")  # three records make no intervals
 def test_one_archetype_reads_as_an_ordinary_run(run):
-    part = wd.of_archetype(run, "high")
+    part = wd.select_archetype(run, "high")
     assert dict(part.sizes) == {"sample": 8 * 3 * 6, "storey": 2, "motion": 3}
     assert np.isfinite(part["peak_storey_drift_ratio"]).all()
-    assert wd.of_archetype(run, "low").sizes["storey"] == 1
+    assert wd.select_archetype(run, "low").sizes["storey"] == 1
     limits = {"slight": 0.001, "complete": 0.005}
     with pytest.raises(ValueError, match="no archetype 'tall' in the run; it has low, high"):
-        wd.of_archetype(run, "tall")
+        wd.select_archetype(run, "tall")
     # Its fragility is that of the same buildings by themselves, drawn apart.
-    scatter = {"yield_force": wd.Listed(part["yield_force"].values[:: 3 * 6].astype(np.float64))}
+    scatter = {"yield_force": wd.GivenValues(part["yield_force"].values[:: 3 * 6].astype(np.float64))}
     stripes = wd.Stripes(MOTIONS, np.unique(part["im_level"]), wd.PeakGroundAcceleration())
     building = wd.ShearBuilding(2e3, [6e5] * 2, 3.0, **(YIELDING | DAMPED))
-    scene = wd.Scene(building, stripes, scatter, record=("drift",), tail=1.0)
-    alone = wd.simulate(scene, samples=8, longest_step=0.005, device="cpu")
+    scene = wd.Scene(building, stripes, scatter, recorders=("drift",), tail=1.0)
+    alone = wd.simulate(scene, structures=8, longest_step=0.005, device="cpu")
     curves, own = (wd.fragility(each, limits, bootstrap=50) for each in (part, alone))
     xr.testing.assert_equal(curves, own)
     assert np.isfinite(curves["fragility_median"]).all()
     # The shares agree with the fragility's count of exceeding samples.
     shares = wd.damage_shares(run, {"low": limits, "high": limits})
-    in_or_beyond = (
-        shares["archetype_damage_share"].sel(archetype_name="high").mean("motion")[:, ::-1].cumsum("damage_state")
-    )
+    in_or_beyond = shares["archetype_damage_share"].sel(archetype="high").mean("motion")[:, ::-1].cumsum("damage_state")
     exceeding = curves["exceedance_fraction"].values.T
     np.testing.assert_allclose(in_or_beyond.values[:, 1::-1], exceeding, atol=1e-12)
     merged = run.merge(shares, combine_attrs="no_conflicts", compat="override")

@@ -51,7 +51,7 @@ def test_tangent_rayleigh_against_opensees(law, methods):
     step, seconds = 0.01, 6.0
     time = np.arange(0, seconds, step)
     acceleration = 4.0 * np.sin(5.0 * time) * np.exp(-(((time - 2.5) / 1.5) ** 2))
-    scene = wd.Scene(yielding, wd.Cloud([wd.GroundMotion(acceleration, step)]), tail=1.0, record=("drift",))
+    scene = wd.Scene(yielding, wd.Cloud([wd.GroundMotion(acceleration, step)]), tail=1.0, recorders=("drift",))
     peaks = {m: wd.simulate(scene, method=m, step=step / 10, dtype="float64", device="cpu") for m in methods}
     modes = yielding.modal()["circular_frequency"].values
     of_mass, of_stiffness = np.array([modes[0] * modes[1], 1]) * 2 * RATIO / (modes[0] + modes[1])
@@ -67,7 +67,9 @@ def test_tangent_rayleigh_against_opensees(law, methods):
     assert (expected > 2 * strength / STIFFNESS).any()
     fixed = wd.simulate(
         wd.Scene(
-            building("rayleigh", law, yield_force=strength, hardening_ratio=0.03), scene.excitation, record=("drift",)
+            building("rayleigh", law, yield_force=strength, hardening_ratio=0.03),
+            scene.excitation,
+            recorders=("drift",),
         ),
         dtype="float64",
         device="cpu",
@@ -110,7 +112,7 @@ def test_no_damping_on_falling_branches():
     )
     spent = []
     for end in (0.085, 0.09, 0.1, 0.11):
-        scene = wd.Scene(falling, wd.FreeVibration(end, velocity=0.3), record=("energy", "drift"))
+        scene = wd.Scene(falling, wd.FreeVibration(end, velocity=0.3), recorders=("energy", "drift"))
         spent.append(float(wd.simulate(scene, step=5e-4, dtype="float64", device="cpu")["viscous_energy"][0]))
     assert (np.diff(spent) >= 0).all()  # OpenSees' would give 10 % of it back
 

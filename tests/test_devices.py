@@ -46,7 +46,7 @@ def forces(drift, **parameters):
 
 def history(building, load, step, method="rk4", dtype="float64", **options):
     """Return the run of one structure with its whole history."""
-    scene = wd.Scene(building, load, tail=0.0, record=("drift", "energy"), **options)
+    scene = wd.Scene(building, load, tail=0.0, recorders=("drift", "energy"), **options)
     run = wd.simulate(scene, method=method, dtype=dtype, step=step, histories=wd.Histories(), device="cpu")
     assert run.status.item() == 0
     return run
@@ -335,10 +335,12 @@ def test_bad_scatter_of_a_device_names_it():
         [1e3, 1e3], 1e5, 3.0, law=("lead_rubber_bearing", "elastic"), yield_force=1e3, post_yield_stiffness=1e4
     )
     scene = wd.Scene(
-        building, wd.FreeVibration(1.0, velocity=0.1), scatter={"post_yield_stiffness": wd.Value(wd.Uniform(1e5, 2e5))}
+        building,
+        wd.FreeVibration(1.0, velocity=0.1),
+        scatter={"post_yield_stiffness": wd.RandomValue(wd.Uniform(1e5, 2e5))},
     )
     with pytest.raises(ValueError, match=r"post_yield_stiffness .*structure 0, storey 1.*below"):
-        wd.simulate(scene, samples=4, device="cpu")
+        wd.simulate(scene, structures=4, device="cpu")
 
 
 @pytest.mark.parametrize(
@@ -356,7 +358,7 @@ def test_linear_dampers_on_elastic_storeys_are_integrated_exactly(damping):
     mass, stiffness, dampers = np.array([2e5, 2e5, 1e5]), np.array([2e8, 1.6e8, 1.2e8]), np.array([0.0, 2e6, 5e5])
     device = {"devices": ("viscous_damper",), "damper_coefficient": dampers}
     building = wd.ShearBuilding(mass, stiffness, 3.0, **device, **damping)
-    scene = wd.Scene(building, wd.FreeVibration(2.0, velocity=[0.1, 0.3, 0.2]), record=("drift", "energy"))
+    scene = wd.Scene(building, wd.FreeVibration(2.0, velocity=[0.1, 0.3, 0.2]), recorders=("drift", "energy"))
     run = wd.simulate(scene, method="exact", step=0.02, dtype="float64", device="cpu", histories=wd.Histories())
     steps = np.eye(3) - np.eye(3, k=-1)
     own = np.array(damping.get("damping_coefficient", [0.0] * 3), float)
@@ -382,7 +384,9 @@ def test_exact_does_not_take_power_law_dampers():
     scene = wd.Scene(wd.ShearBuilding(2e5, 2e8, 3.0, **power), wd.FreeVibration(1.0, velocity=0.1))
     with pytest.raises(ValueError, match="needs a linear structure, whose viscous dampers have the exponent 1"):
         wd.simulate(scene, method="exact", device="cpu")
-    scattered = {"velocity_exponent": wd.Value(wd.Uniform(0.5, 1.0))}
+    scattered = {"velocity_exponent": wd.RandomValue(wd.Uniform(0.5, 1.0))}
     linear = wd.ShearBuilding(2e5, 2e8, 3.0, **power | {"velocity_exponent": 1.0})
     with pytest.raises(ValueError, match="'exact' does not fit"):
-        wd.simulate(wd.Scene(linear, wd.FreeVibration(1.0, velocity=0.1), scatter=scattered), method="exact", samples=2)
+        wd.simulate(
+            wd.Scene(linear, wd.FreeVibration(1.0, velocity=0.1), scatter=scattered), method="exact", structures=2
+        )

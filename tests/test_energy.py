@@ -58,8 +58,8 @@ def balance_errors(structure, load):
     runs = []
     for step in STEPS:
         # What test_linear.py records too, so that a kernel serves both.
-        record = None if structure.family == "dense" else ("energy",)
-        scene = wd.Scene(structure, LOADS[load], record=record, tail=TAIL)
+        recorders = None if structure.family == "dense" else ("energy",)
+        scene = wd.Scene(structure, LOADS[load], recorders=recorders, tail=TAIL)
         runs.append(wd.simulate(scene, step=step, dtype="float64", device="cpu"))
     errors = np.abs([run.energy_balance_error.item() for run in runs])
     assert errors[-1] < 1e-8  # of the energy supplied: closed, not only closing
@@ -130,7 +130,7 @@ def test_energies_of_velocity_verlet_where_the_motion_jumps_from_step_to_step():
     lost = simpson(np.einsum("ti,ij,tj->t", velocity, damping, velocity), dx=fine)
     errors = []
     for step in (0.01, 0.005, 0.0025):
-        scene = wd.Scene(building, noise, record=("energy",), tail=0.0)
+        scene = wd.Scene(building, noise, recorders=("energy",), tail=0.0)
         found = wd.simulate(scene, method="velocity_verlet", step=step, dtype="float64", device="cpu")
         errors.append(np.array([found.input_energy.item() / given - 1, found.viscous_energy.item() / lost - 1]))
         assert abs(found.energy_balance_error.item()) < 1.5 * np.abs(errors[-1]).max()

@@ -117,13 +117,20 @@ def test_every_kernel_runs_as_under_the_same_records(structure, method, dtype, s
     noise = wd.FilteredNoise(SPECTRA[spectrum], 1.0, 0.02, ENVELOPE)
     samples, seed = 19, 7
     records = [noise.motion(sample, seed) for sample in range(samples)]
-    scatter = {"mass" if structure == "dense" else "stiffness": wd.Factor(wd.Lognormal(1, 0.1))}
+    scatter = {"mass" if structure == "dense" else "stiffness": wd.RandomFactor(wd.Lognormal(1, 0.1))}
     for step, tail in ((0.02, 0.0), (0.01, 0.4)):
-        settings = {"samples": samples, "method": method, "dtype": dtype, "step": step, "seed": seed, "device": "cpu"}
+        settings = {
+            "structures": samples,
+            "method": method,
+            "dtype": dtype,
+            "step": step,
+            "seed": seed,
+            "device": "cpu",
+        }
         settings["histories"] = wd.Histories((3, 18))
         generated, recorded = (
             wd.simulate(wd.Scene(STRUCTURES[structure], excitation, scatter=scatter, tail=tail), **settings)
-            for excitation in (noise, wd.Individual(records, motion=np.arange(samples)))
+            for excitation in (noise, wd.OneMotionPerStructure(records, motion=np.arange(samples)))
         )
         assert not np.any(generated["status"])
         for name in generated.data_vars:
@@ -135,14 +142,14 @@ def test_every_kernel_runs_as_under_the_same_records(structure, method, dtype, s
             # The energies of a linear structure that ought to be 0 are nothing but rounding.
             if name not in ("energy_balance_error", "hysteretic_energy") or structure == "yielding":
                 np.testing.assert_allclose(one, other, rtol=0, atol=tolerance * size, err_msg=name)
-        assert {"record", "scale_factor_of_motion"} <= set(recorded.coords) - set(generated.coords)
+        assert {"motion_index", "scale_factor_of_motion"} <= set(recorded.coords) - set(generated.coords)
 
 
 @pytest.mark.usefixtures("unoptimised")  # one run is held to another
 def test_a_samples_motion_is_its_own_however_it_is_run(monkeypatch):
     noise = wd.FilteredNoise(KANAI_TAJIMI, 1.0, 0.02)
     scene = wd.Scene(STRUCTURES["yielding"], noise)
-    settings = {"samples": 50, "device": "cpu", "dtype": "float64"}
+    settings = {"structures": 50, "device": "cpu", "dtype": "float64"}
     run = wd.simulate(scene, seed=1, threads=1, **settings)
     drifts = run["peak_storey_drift"].values
     assert np.unique(drifts[:, 0]).size == 50
@@ -150,7 +157,7 @@ def test_a_samples_motion_is_its_own_however_it_is_run(monkeypatch):
         patched.setattr(blocks, "CPU_BLOCK", 7)
         again = wd.simulate(scene, seed=1, threads=2, **settings)
     assert again["peak_storey_drift"].values.tobytes() == drifts.tobytes()
-    fewer = wd.simulate(scene, seed=1, **(settings | {"samples": 20}))
+    fewer = wd.simulate(scene, seed=1, **(settings | {"structures": 20}))
     assert fewer["peak_storey_drift"].values.tobytes() == drifts[:20].tobytes()
     assert not np.any(wd.simulate(scene, seed=2, **settings)["peak_storey_drift"].values == drifts)
     # A rerun of some, as the guard does it, and at another step.
@@ -161,13 +168,13 @@ def test_a_samples_motion_is_its_own_however_it_is_run(monkeypatch):
     ensemble.schedule = ensemble.schedule.with_substeps(some, 2 * ensemble.schedule.substeps[some])
     np.testing.assert_allclose(ensemble.integrate(some)["peak_storey_drift"], drifts[some].T, rtol=2e-3)
     # The estimate of the error is of a run at half the step: another motion would show as an error of the order of 1.
-    checked = wd.simulate(scene, seed=1, check=1.0, **settings)
+    checked = wd.simulate(scene, seed=1, checked_share=1.0, **settings)
     assert checked["estimated_relative_error"].sel(demand="peak_storey_drift", error_statistic="worst") < 5e-3
 
 
 def test_a_plan_meets_its_target_under_noise():
-    scene = wd.Scene(STRUCTURES["chain"], wd.FilteredNoise(KANAI_TAJIMI, 2.0, 0.02, ENVELOPE), record=("drift",))
-    choice = wd.plan(scene, error=0.01, samples=100, device="cpu", method="rk4", dtype="float64")
+    scene = wd.Scene(STRUCTURES["chain"], wd.FilteredNoise(KANAI_TAJIMI, 2.0, 0.02, ENVELOPE), recorders=("drift",))
+    choice = wd.plan(scene, target_error=0.01, structures=100, device="cpu", method="rk4", dtype="float64")
     assert choice.table["error"].item() < 0.01
     assert choice.carried["state a sample [values]"] == 2 * 2 + 2
 

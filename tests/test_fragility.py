@@ -19,12 +19,12 @@ def make_run(drift, record, level):
     variables = {
         "peak_storey_drift_ratio": (("sample", "storey"), drift),
         "status": ("sample", np.zeros(samples, np.int8), flags),
-        "record": ("sample", np.asarray(record, dtype=np.int32)),
+        "motion_index": ("sample", np.asarray(record, dtype=np.int32)),
         "im_level": ("sample", np.asarray(level, dtype=np.float64), {"units": "g"}),
         "structure": ("sample", np.arange(samples, dtype=np.int32)),
         "storey": np.arange(1, drift.shape[1] + 1),
     }
-    return xr.Dataset(variables).set_coords(["record", "im_level", "structure"])
+    return xr.Dataset(variables).set_coords(["motion_index", "im_level", "structure"])
 
 
 def with_status(run, samples, code, demand=np.nan):
@@ -122,12 +122,12 @@ def test_diverged_and_unstable_samples_are_kept_out():
 
 def test_more_than_one_per_cent_kept_out_is_refused():
     run = synthetic_run(3)
-    first = np.flatnonzero((run["record"] == 7).values & (run["im_level"] == 2.0).values)
-    second = np.flatnonzero((run["record"] == 4).values & (run["im_level"] == 1.5).values)
+    first = np.flatnonzero((run["motion_index"] == 7).values & (run["im_level"] == 2.0).values)
+    second = np.flatnonzero((run["motion_index"] == 4).values & (run["im_level"] == 1.5).values)
     marked = with_status(with_status(run, first, 2), second[:9], 3)
     with pytest.raises(ValueError, match=r"19 of 1800 samples \(1.06 %\).*10 diverged, 9 unstable_step") as raised:
         fragility(marked, {"light": 0.02})
-    assert "record 7 (10), 4 (9); and in im_level 2.0 (10), 1.5 (9) g" in str(raised.value)
+    assert "motion_index 7 (10), 4 (9); and in im_level 2.0 (10), 1.5 (9) g" in str(raised.value)
 
 
 def test_status_is_read_by_its_meanings():
@@ -143,7 +143,7 @@ def test_bootstrap_equals_a_direct_loop():
     result = fragility(run, {"light": 0.02}, bootstrap=60, confidence=0.8, seed=9)
     # The same records drawn, then everything by hand: samples copied, counted and fitted one replicate at a time.
     worst = run["peak_storey_drift_ratio"].values.max(axis=1)
-    record, level = run["record"].values, run["im_level"].values
+    record, level = run["motion_index"].values, run["im_level"].values
 
     def cost(parameters, logarithm, exceeds):
         score = (logarithm - parameters[0]) / np.exp(parameters[1])
@@ -205,7 +205,7 @@ def test_the_same_seed_gives_the_same_result_and_another_does_not():
     xr.testing.assert_identical(first, fragility(run, limits, bootstrap=30, seed=1))
     # Neither the order of the samples nor the labels of the records matter beyond their order.
     shuffled = run.isel(sample=np.random.default_rng(0).permutation(1800))
-    shuffled = shuffled.assign_coords(record=shuffled["record"] * 3)
+    shuffled = shuffled.assign_coords(motion_index=shuffled["motion_index"] * 3)
     xr.testing.assert_identical(first, fragility(shuffled, limits, bootstrap=30, seed=1))
     other = fragility(run, limits, bootstrap=30, seed=2)
     assert (other["fragility_median_lower"] != first["fragility_median_lower"]).all()
@@ -254,13 +254,13 @@ def test_a_storey_is_fitted_as_if_it_were_the_only_one():
     ("change", "message"),
     [
         (lambda d: d.drop_vars("im_level"), "no 'im_level'.*stripes.*cloud"),
-        (lambda d: d.drop_vars("record"), "no 'record'"),
+        (lambda d: d.drop_vars("motion_index"), "no 'motion_index'"),
         (lambda d: d.drop_vars("status"), "no 'status'"),
         (lambda d: d.drop_vars("peak_storey_drift_ratio"), "no 'peak_storey_drift_ratio'"),
         (lambda d: d.isel(storey=0), "dimensions"),
         (lambda d: d.isel(sample=[]), "empty"),
         (lambda d: d.isel(sample=(d["im_level"] == 0.6).values), "stripe of 0.6 g.*at least 2"),
-        (lambda d: d.assign_coords(im_level=0.1 + d["record"]), "30 values for 30 pairs.*stripes"),  # a cloud
+        (lambda d: d.assign_coords(im_level=0.1 + d["motion_index"]), "30 values for 30 pairs.*stripes"),  # a cloud
         # Mirrored motions share their levels two by two: the design tells, not the numbers.
         (lambda d: d.assign_coords(im_level=d["im_level"].assign_attrs(design="of a cloud")), "of a cloud.*stripes"),
         (lambda d: d.assign_coords(im_level=d["im_level"] * np.nan), "'im_level' of sample 0 is nan"),
@@ -272,8 +272,8 @@ def test_a_storey_is_fitted_as_if_it_were_the_only_one():
         ),
         (lambda d: d.assign(status=d["status"].copy(data=np.full(1800, 9))), "'status' of sample 0 is 9"),
         (
-            lambda d: d.assign(peak_storey_drift_ratio=d["peak_storey_drift_ratio"].where(d["record"] != 3)),
-            r"sample 180 \(record 3, im_level 0.3 g\) is 'ok'.*nan.*60 of 1800",
+            lambda d: d.assign(peak_storey_drift_ratio=d["peak_storey_drift_ratio"].where(d["motion_index"] != 3)),
+            r"sample 180 \(motion_index 3, im_level 0.3 g\) is 'ok'.*nan.*60 of 1800",
         ),
         (lambda d: d.assign(peak_storey_drift_ratio=-d["peak_storey_drift_ratio"]), "not negative"),
     ],

@@ -13,17 +13,17 @@ SHAKE = wd.GroundMotion(np.random.default_rng(3).normal(size=300), 0.02)
 def test_no_residual_drift_without_yielding(period, ratio):
     """Whatever the period, its scatter, the damping and the record's step: a tenth of a per cent of the peak."""
     building = wd.ShearBuilding(1.0, (2 * np.pi / period) ** 2, 1.0, damping="modal", damping_ratio=ratio)
-    scatter = {"stiffness": wd.Factor(wd.Lognormal(1, 0.3))}
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1, 0.3))}
     if ratio:
-        scatter["damping_ratio"] = wd.Factor(wd.Lognormal(1, 0.4))
-    run = wd.simulate(wd.Scene(building, SHAKE, scatter=scatter), samples=20, dtype="float64")
+        scatter["damping_ratio"] = wd.RandomFactor(wd.Lognormal(1, 0.4))
+    run = wd.simulate(wd.Scene(building, SHAKE, scatter=scatter), structures=20, dtype="float64")
     assert np.all(np.abs(run.residual_drift_ratio) < 1e-3 * run.peak_storey_drift_ratio)
 
 
 def test_tails_do_not_depend_on_the_other_structures():
     building = wd.ShearBuilding([2e3, 1e3], 4e5, 3.0, damping="rayleigh", damping_ratio=0.05)
-    scene = wd.Scene(building, SHAKE, scatter={"stiffness": wd.Factor(wd.Lognormal(1, 1.0))})
-    few, many = (wd.simulate(scene, samples=n, dtype="float64", step=0.002) for n in (3, 40))
+    scene = wd.Scene(building, SHAKE, scatter={"stiffness": wd.RandomFactor(wd.Lognormal(1, 1.0))})
+    few, many = (wd.simulate(scene, structures=n, dtype="float64", step=0.002) for n in (3, 40))
     for name in few.data_vars:
         if "sample" in few[name].dims:
             np.testing.assert_array_equal(few[name], many[name].isel(sample=slice(3)), err_msg=name)
@@ -41,7 +41,7 @@ def test_forces_of_the_last_state_are_seen(kind):
     omega = 10.0
     structure = wd.ShearBuilding(1.0, 100.0, 1.0) if kind == "chain" else wd.LinearSystem([[1.0]], [[0.0]], [[100.0]])
     scene = wd.Scene(structure, wd.FreeVibration(np.pi / 2 / omega, velocity=1.0))
-    run = wd.simulate(scene, samples=3, step=np.pi / 2 / omega / 100, dtype="float64")
+    run = wd.simulate(scene, structures=3, step=np.pi / 2 / omega / 100, dtype="float64")
     name = "peak_floor_acceleration" if kind == "chain" else "peak_acceleration"
     # RK4 over 100 steps of 0.0157 rad: 100 x^5 / 120, about 1e-9.
     np.testing.assert_allclose(run[name].values.ravel(), omega, rtol=1e-8)
@@ -52,7 +52,7 @@ def test_forces_of_the_last_state_are_seen(kind):
 def test_force_history_without_a_tail_ends_under_its_last_force():
     """A force that grows until the end holds the mass back there: M u'' = F - k u, and not -k u."""
     scene = wd.Scene(
-        wd.ShearBuilding(1.0, 1e-6, 1.0), wd.ForceHistory([[0.0], [2.0]], 1.0), tail=0.0, record=("acceleration",)
+        wd.ShearBuilding(1.0, 1e-6, 1.0), wd.ForceHistory([[0.0], [2.0]], 1.0), tail=0.0, recorders=("acceleration",)
     )
     run = wd.simulate(scene, step=0.01, dtype="float64")
     assert run.peak_floor_acceleration.item() == pytest.approx(2.0, rel=1e-6)

@@ -180,7 +180,13 @@ def tell(work, threads):
     return told
 
 
-SETTINGS = {"samples": 23, "seed": 2, "dtype": "float64", "check": 0.3, "histories": wd.Histories((7, 1, 133))}
+SETTINGS = {
+    "structures": 23,
+    "seed": 2,
+    "dtype": "float64",
+    "checked_share": 0.3,
+    "histories": wd.Histories((7, 1, 133)),
+}
 
 
 def test_gpus_give_what_the_processor_gives(pretended, monkeypatch, tmp_path):
@@ -205,9 +211,9 @@ def test_failures_are_run_again_beside_other_blocks(pretended, monkeypatch):
     building = wd.ShearBuilding(
         1e9, 1e3, 1.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=2.0, damping="none"
     )
-    scatter = {"yield_force": wd.Factor(wd.Lognormal(1, 1.2))}
+    scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1, 1.2))}
     scene = wd.Scene(building, wd.FreeVibration(4.0, velocity=1.0), scatter=scatter)
-    settings = {"samples": 40, "step": 0.05, "dtype": "float64"}
+    settings = {"structures": 40, "step": 0.05, "dtype": "float64"}
     whole = wd.simulate(scene, device="cpu", **settings)
     assert len(np.unique(whole["integration_step"])) >= 4
     monkeypatch.setattr(blocks, "GPU_BLOCK", 7)
@@ -216,11 +222,11 @@ def test_failures_are_run_again_beside_other_blocks(pretended, monkeypatch):
 
 def test_what_fails_in_a_block_prepared_ahead_is_raised(pretended, monkeypatch):
     monkeypatch.setattr(blocks, "GPU_BLOCK", 1)
-    scatter = {"mass": wd.Listed([[1.0], [1.0], [1.0], [1.0], [-1.0], [1.0], [1.0], [1.0]])}
+    scatter = {"mass": wd.GivenValues([[1.0], [1.0], [1.0], [1.0], [-1.0], [1.0], [1.0], [1.0]])}
     scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(1.0, velocity=1.0), scatter)
     before = threading.active_count()
     with pytest.raises(ValueError, match="drawn mass is -1 at structure 4, storey 1"):
-        wd.simulate(scene, samples=8, device="cuda:0")
+        wd.simulate(scene, structures=8, device="cuda:0")
     assert threading.active_count() == before
 
 
@@ -241,7 +247,7 @@ def test_blocks_are_queued_before_the_first_is_waited_for(pretended, monkeypatch
     spy("read_into")
     started = {threading.get_ident()}
     monkeypatch.setattr(pretended, "launch", tell(pretended.launch, started))
-    wd.simulate(make_scene(), samples=50, device="cuda:0")
+    wd.simulate(make_scene(), structures=50, device="cuda:0")
     assert started == {threading.get_ident()}  # warp's launches from several threads crash
     blocks_there = order.count("launch")
     assert blocks_there == 10
@@ -255,8 +261,8 @@ def test_events_of_a_sequence_go_through_gpus_in_turn(pretended, monkeypatch):
         "mainshock": wd.Cloud(MOTIONS),
         "aftershock": wd.Stripes(MOTIONS[:2], [0.2, 0.6], wd.PeakGroundAcceleration()),
     }
-    scene = make_scene(excitation=wd.Sequence(events), collapse_drift_ratio=0.004)
-    settings = {"samples": 11, "seed": 2, "dtype": "float64", "check": 0.3}
+    scene = make_scene(excitation=wd.EventSequence(events), collapse_drift_ratio=0.004)
+    settings = {"structures": 11, "seed": 2, "dtype": "float64", "checked_share": 0.3}
     whole = wd.simulate(scene, device="cpu", **settings)
     assert len(np.unique(whole["status"])) == 2
     one = wd.simulate(scene, device="cuda:0", **settings)

@@ -11,7 +11,7 @@ LIMIT = 2.82842712474619  # of w h, RK4 without damping
 
 def oscillators(frequencies, duration=40.0, **building):
     """Return a scene of undamped oscillators of 1 kg in free vibration."""
-    scatter = {"stiffness": wd.Listed(np.square(frequencies))}
+    scatter = {"stiffness": wd.GivenValues(np.square(frequencies))}
     return wd.Scene(
         wd.ShearBuilding([1.0], 1.0, 1.0, **building), wd.FreeVibration(duration, velocity=1.0), scatter=scatter
     )
@@ -20,7 +20,7 @@ def oscillators(frequencies, duration=40.0, **building):
 def test_unstable_samples_alone_take_the_fewest_steps_that_hold():
     frequencies = np.array([1.0, 0.99 * LIMIT, 1.01 * LIMIT, 1.99 * LIMIT, 2.01 * LIMIT, 7.5 * LIMIT])
     with pytest.warns(UserWarning, match="beyond the stability limit of 4 of 6 samples.* up to 8 times"):
-        run = wd.simulate(oscillators(frequencies), samples=6, step=1.0, dtype="float64", device="cpu")
+        run = wd.simulate(oscillators(frequencies), structures=6, step=1.0, dtype="float64", device="cpu")
     np.testing.assert_allclose(1 / run["integration_step"], [1, 1, 2, 2, 3, 8], rtol=1e-12)
     assert np.all(run["status"] == 0)
     # What none of them may do is grow: the amplitude of free vibration is v / w, and steps only lower it.
@@ -31,8 +31,8 @@ def test_unstable_samples_alone_take_the_fewest_steps_that_hold():
 def test_a_sample_without_need_is_the_same_bits_as_ever():
     frequencies = np.array([1.0, 2.0, 5.0])
     with pytest.warns(UserWarning, match="1 of 3 samples"):
-        run = wd.simulate(oscillators(frequencies), samples=3, step=1.0, dtype="float64", device="cpu")
-    alone = wd.simulate(oscillators(frequencies[:2]), samples=2, step=1.0, dtype="float64", device="cpu")
+        run = wd.simulate(oscillators(frequencies), structures=3, step=1.0, dtype="float64", device="cpu")
+    alone = wd.simulate(oscillators(frequencies[:2]), structures=2, step=1.0, dtype="float64", device="cpu")
     for name in ("peak_storey_drift", "residual_drift_ratio", "viscous_energy", "integration_step"):
         assert np.array_equal(run[name].values[:2], alone[name].values), name
 
@@ -40,17 +40,19 @@ def test_a_sample_without_need_is_the_same_bits_as_ever():
 def test_raise_names_the_sample_its_period_and_the_step_that_holds():
     frequencies = np.array([1.0, 4.0, 8.0])
     with pytest.raises(ValueError, match=r"2 of 3 samples, the first of them sample 1") as told:
-        wd.simulate(oscillators(frequencies), samples=3, step=1.0, on_unstable="raise")
+        wd.simulate(oscillators(frequencies), structures=3, step=1.0, on_unstable="raise")
     assert f"first period {2 * np.pi / 4:.4g} s" in str(told.value)
     holds = float(str(told.value).split("A step of at most ")[1].split(" s")[0])
     assert holds == pytest.approx(LIMIT / 8, rel=2.2e-3)  # what the engine's table may lie below the limit
-    run = wd.simulate(oscillators(frequencies, 39.9), samples=3, step=39.9 / np.ceil(39.9 / holds), on_unstable="raise")
+    run = wd.simulate(
+        oscillators(frequencies, 39.9), structures=3, step=39.9 / np.ceil(39.9 / holds), on_unstable="raise"
+    )
     assert np.all(run["status"] == 0)
 
 
 def test_flag_runs_them_and_keeps_nothing_of_them():
     with pytest.warns(UserWarning, match="1 of 2 samples; their status is unstable_step"):
-        run = wd.simulate(oscillators([1.0, 4.0]), samples=2, step=1.0, on_unstable="flag")
+        run = wd.simulate(oscillators([1.0, 4.0]), structures=2, step=1.0, on_unstable="flag")
     assert run["status"].values.tolist() == [0, 3]
     assert np.isnan(run["peak_storey_drift"].values[1, 0])
 
@@ -65,7 +67,7 @@ def test_a_method_without_a_stable_step_is_refused():
 
 @pytest.mark.parametrize("method", ["newmark_average", "hht_alpha", "generalised_alpha", "wilson_theta", "exact"])
 def test_methods_without_a_limit_take_the_step_asked_for(method):
-    run = wd.simulate(oscillators([1.0, 400.0]), samples=2, step=1.0, method=method, on_unstable="raise")
+    run = wd.simulate(oscillators([1.0, 400.0]), structures=2, step=1.0, method=method, on_unstable="raise")
     assert np.all(run["integration_step"] == 1.0)
     assert np.all(run["status"] == 0)
 
@@ -84,7 +86,7 @@ def test_a_storey_that_unloads_stiffer_is_held_by_that_stiffness():
 def test_steps_that_do_not_divide_cost_the_order_and_must_be_asked_for():
     # TRUTHS: h = 0.0016 s on a record of 0.02 s errs by 1e-6 where 4e-9 was due. Cutting the corners costs as much.
     wave = 3 * np.random.default_rng(0).normal(size=400)
-    scene = wd.Scene(wd.ShearBuilding([1.0], 160.0, 1.0), wd.GroundMotion(wave, 0.02), record=("drift",))
+    scene = wd.Scene(wd.ShearBuilding([1.0], 160.0, 1.0), wd.GroundMotion(wave, 0.02), recorders=("drift",))
 
     def peak(**settings):
         return wd.simulate(scene, dtype="float64", device="cpu", **settings)["peak_storey_drift"].item()

@@ -100,9 +100,9 @@ def test_chopra_5_1_to_5_4(line):
         at = np.arange(11)
         pulse = wd.ForceHistory(np.where(at <= 6, 10 * np.sin(np.pi * at / 6), 0.0)[:, None], 0.1)
     tail = {} if method == "exact" else {"tail": 0.0}
-    _, (u, v, _) = simulate(system, pulse, 0.1, method, record=(), **tail)
+    _, (u, v, _) = simulate(system, pulse, 0.1, method, recorders=(), **tail)
     if method == "exact":
-        rest = simulate(system, wd.FreeVibration(0.4, u[-1], v[-1]), 0.1, record=())[1][0]
+        rest = simulate(system, wd.FreeVibration(0.4, u[-1], v[-1]), 0.1, recorders=())[1][0]
         u = np.concatenate([u, rest[1:]])
     np.testing.assert_allclose(u[1:, 0], np.array(printed, dtype=float), rtol=0, atol=0.51e-7)
 

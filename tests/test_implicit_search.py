@@ -116,9 +116,9 @@ def test_tangents_are_the_slopes_of_forces(row):
 
 
 SCATTER = {
-    "mass": wd.Factor(wd.Lognormal(1.0, 0.5)),
-    "stiffness": wd.Factor(wd.Lognormal(1.0, 0.5)),
-    "yield_force": wd.Factor(wd.Lognormal(1.0, 0.5)),
+    "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.5)),
+    "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.5)),
+    "yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.5)),
 }
 
 
@@ -130,9 +130,9 @@ def frame(storeys, law="bilinear", damping="rayleigh", ratio=0.03):
 def test_long_steps_between_yield_and_reversal_converge():
     """Newton's iteration alone would go from one side of a yield point to the other and back for ever."""
     motion = wd.GroundMotion(8 * np.random.default_rng(3).normal(size=100), 0.2)
-    scene = wd.Scene(frame(8), motion, scatter=SCATTER, record=("drift",), tail=0.0)
+    scene = wd.Scene(frame(8), motion, scatter=SCATTER, recorders=("drift",), tail=0.0)
     kept = wd.Histories(tuple(range(32)))
-    options = {"samples": 32, "step": 0.2, "dtype": "float64", "device": "cpu", "histories": kept}
+    options = {"structures": 32, "step": 0.2, "dtype": "float64", "device": "cpu", "histories": kept}
     run = wd.simulate(scene, method="newmark_average", **options)
     assert (run.status == 0).all()
     assert (run.peak_storey_drift > 3 * 1e4 / 4e6).any("storey").all()
@@ -147,7 +147,7 @@ def test_not_converged_is_flagged():
     # Sixty storeys damped critically in every mode: over a long step most of the damping is beyond the three diagonals
     # that the search solves with, and each correction takes off little of the error.
     motion = wd.GroundMotion(np.sin(np.arange(20)), 1.0)
-    scene = wd.Scene(frame(60, "elastic", "modal", 0.95), motion, record=("drift",), tail=0.0)
+    scene = wd.Scene(frame(60, "elastic", "modal", 0.95), motion, recorders=("drift",), tail=0.0)
     options = {"step": 1.0, "method": "newmark_average", "dtype": "float64", "device": "cpu"}
     with pytest.warns(UserWarning, match="1 of 1 samples are flagged not_converged"):
         run = wd.simulate(scene, on_unstable="flag", **options)
@@ -198,7 +198,7 @@ def test_energy_balance_closes_at_order_2(method):
 @pytest.mark.parametrize(("law", "damping"), [("elastic", "rayleigh"), ("bilinear", "modal"), ("bouc_wen", "modal")])
 def test_float32_follows_float64(law, damping):
     motion = wd.GroundMotion(np.sin(np.arange(300) * 0.3) + np.sin(np.arange(300) * 0.05), 0.02)
-    scene = wd.Scene(frame(20, law, damping), motion, record=("drift", "acceleration"), tail=0.0)
+    scene = wd.Scene(frame(20, law, damping), motion, recorders=("drift", "acceleration"), tail=0.0)
     options = {"step": 0.02, "device": "cpu", "on_unstable": "flag"}
     for method in ("newmark_average", "generalised_alpha"):
         single, double = (wd.simulate(scene, method=method, dtype=dtype, **options) for dtype in ("float32", "float64"))
@@ -216,10 +216,10 @@ def test_samples_of_a_launch_do_not_see_each_other(law, damping):
     motions = [wd.GroundMotion(size * random.normal(size=20 * size), 0.02, name=f"{size}") for size in (1, 2, 3, 5)]
     structure = building(law, damping)
     options = {"step": 0.01, "method": "hht_alpha", "device": "cpu"}
-    together = wd.simulate(wd.Scene(structure, wd.Cloud(motions), tail=TAIL), samples=5, **options)
+    together = wd.simulate(wd.Scene(structure, wd.Cloud(motions), tail=TAIL), structures=5, **options)
     assert (together.status == 0).all()
     for index, motion in enumerate(motions):
         alone = wd.simulate(wd.Scene(structure, motion, tail=TAIL), **options)
         for name in DEMANDS:
-            for sample in np.flatnonzero(together.record.values == index):
+            for sample in np.flatnonzero(together.motion_index.values == index):
                 np.testing.assert_array_equal(together[name][sample], alone[name][0], err_msg=name)

@@ -42,12 +42,12 @@ def test_shapes():
 
 def test_measures():
     motion = GroundMotion([0.0, 1.0, -2.0, 0.5], 0.1)
-    assert PeakGroundAcceleration().of(motion) == 2.0
+    assert PeakGroundAcceleration().value(motion) == 2.0
     assert PeakGroundAcceleration().name == "PGA"
     measure = SpectralAcceleration(0.75)
     assert measure.name == "Sa(0.75 s, 5 %)"
     assert SpectralAcceleration(2, damping_ratio=0.025).name == "Sa(2 s, 2.5 %)"
-    assert measure.of(motion) == spectral_acceleration(motion, 0.75, 0.05)
+    assert measure.value(motion) == spectral_acceleration(motion, 0.75, 0.05)
     assert measure == SpectralAcceleration(0.75, 0.05)
     assert SignificantDuration(0.05, 0.75).name == "D5-75"
     with pytest.raises(AttributeError):
@@ -59,11 +59,11 @@ def test_average_spectral_acceleration():
     measure = AverageSpectralAcceleration(periods, 0.02)
     assert measure.name == "Sa_avg(0.15 to 2.24 s, 210 periods, 2 %)"
     assert measure == AverageSpectralAcceleration(list(periods), 0.02)
-    for motion, value in zip(MOTIONS, measure.of_all(MOTIONS), strict=True):
+    for motion, value in zip(MOTIONS, measure.values(MOTIONS), strict=True):
         assert value == pytest.approx(gmean(spectral_acceleration(motion, periods, 0.02)), rel=1e-13)
-        assert value == measure.of(motion)
+        assert value == measure.value(motion)
     single = AverageSpectralAcceleration([0.7])
-    np.testing.assert_allclose(single.of_all(MOTIONS), SpectralAcceleration(0.7).of_all(MOTIONS), rtol=1e-15)
+    np.testing.assert_allclose(single.values(MOTIONS), SpectralAcceleration(0.7).values(MOTIONS), rtol=1e-15)
 
 
 @pytest.mark.parametrize("measure", [SpectralAcceleration(0.6), AverageSpectralAcceleration([0.2, 0.6, 1.8])])
@@ -74,7 +74,7 @@ def test_stripes_are_scaled_to_their_level(measure):
     assert assignment.measure == measure.name
     for motion, scale, level in zip(assignment.motion, assignment.scale, assignment.im_level, strict=True):
         scaled = GroundMotion(scale * MOTIONS[motion].acceleration, MOTIONS[motion].step)
-        assert measure.of(scaled) == pytest.approx(level * G, rel=1e-13)
+        assert measure.value(scaled) == pytest.approx(level * G, rel=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -83,10 +83,10 @@ def test_stripes_are_scaled_to_their_level(measure):
 def test_other_measures_label_what_runs_at_any_scale(measure, units):
     cloud = wd.Cloud(MOTIONS, measure).assign(structures=[0, 1], seed=0)
     assert cloud.units == units
-    np.testing.assert_allclose(cloud.im_level, np.tile(measure.of_all(MOTIONS), 2), rtol=1e-15)
-    individual = wd.Individual(MOTIONS, motion=[2, 0], scale=[0.5, 3.0], measure=measure).assign([0, 1], 0)
+    np.testing.assert_allclose(cloud.im_level, np.tile(measure.values(MOTIONS), 2), rtol=1e-15)
+    individual = wd.OneMotionPerStructure(MOTIONS, motion=[2, 0], scale=[0.5, 3.0], measure=measure).assign([0, 1], 0)
     scaled = [GroundMotion(0.5 * MOTIONS[2].acceleration, 0.1), GroundMotion(3.0 * MOTIONS[0].acceleration, 0.1)]
-    np.testing.assert_allclose(individual.im_level, measure.of_all(scaled), rtol=1e-12)
+    np.testing.assert_allclose(individual.im_level, measure.values(scaled), rtol=1e-12)
     with pytest.raises(ValueError, match=r"levels_in_g are of an acceleration: .*, got .*"):
         wd.Stripes(MOTIONS, [0.1, 0.2], measure)
 
@@ -109,15 +109,15 @@ def test_every_measure_is_in_si_units_and_named():
         instance = measure(*arguments.get(measure.__name__, ()))
         assert instance.units in ("m s-2", "m s-1", "m", "s")
         assert instance.name
-        assert instance.of_all(MOTIONS).shape == (3,)
-        assert instance.of_all(MOTIONS)[1] == instance.of(MOTIONS[1])
+        assert instance.values(MOTIONS).shape == (3,)
+        assert instance.values(MOTIONS)[1] == instance.value(MOTIONS[1])
 
 
 def test_silence_has_no_intensity():
     motion = GroundMotion(np.zeros(5), 0.1)
-    assert AverageSpectralAcceleration([0.5, 1.0]).of(motion) == 0.0
-    assert SpectralAcceleration(1.0).of(motion) == 0.0
-    assert PeakGroundAcceleration().of(motion) == 0.0
+    assert AverageSpectralAcceleration([0.5, 1.0]).value(motion) == 0.0
+    assert SpectralAcceleration(1.0).value(motion) == 0.0
+    assert PeakGroundAcceleration().value(motion) == 0.0
 
 
 @pytest.mark.parametrize("period", [0.0, -1.0, np.nan, np.inf, "1", None])

@@ -113,9 +113,9 @@ def run(law, method, step, dtype="float64"):
         MASS, STIFFNESS, 3.0, law=law, yield_force=STRENGTH, hardening_ratio=0.05,
         damping="storey", damping_coefficient=2e5,
     )  # fmt: skip
-    scene = wd.Scene(building, SHAKE, tail=0.0, record=("drift", "energy"))
+    scene = wd.Scene(building, SHAKE, tail=0.0, recorders=("drift", "energy"))
     kept = wd.Histories((0,))
-    return wd.simulate(scene, samples=3, method=method, step=step, dtype=dtype, device="cpu", histories=kept)
+    return wd.simulate(scene, structures=3, method=method, step=step, dtype=dtype, device="cpu", histories=kept)
 
 
 @pytest.mark.parametrize(

@@ -34,8 +34,8 @@ def simulate(structure, excitation, step, dtype="float64", every=1, **scene):
     return run
 
 
-def seed_problem(step, dtype="float64", duration=10.0, every=1, structure=SEED, record=None):
-    run = simulate(structure, wd.HarmonicForce(AMPLITUDE, 10.0, duration), step, dtype, every, record=record)
+def seed_problem(step, dtype="float64", duration=10.0, every=1, structure=SEED, recorders=None):
+    run = simulate(structure, wd.HarmonicForce(AMPLITUDE, 10.0, duration), step, dtype, every, recorders=recorders)
     return run, run.displacement.values[0]
 
 
@@ -74,14 +74,14 @@ def test_seed_problem_converges_at_order_4():
 
 @pytest.mark.parametrize(("duration", "tolerance"), [(10.0, 1e-5), (100.0, 1e-4)])
 def test_seed_problem_in_float32(duration, tolerance):
-    displacement = seed_problem(0.001, "float32", duration, every=10, record=())[1]
+    displacement = seed_problem(0.001, "float32", duration, every=10, recorders=())[1]
     error = np.abs(displacement - exact_seed_problem(0.01, duration)[0]).max()
     assert 1e-8 * SEED_PEAK < error < tolerance * SEED_PEAK  # and it was float32 indeed
 
 
 def test_chain_equals_dense_under_harmonic_force():
     for step in (0.01, 0.001):
-        run, displacement = seed_problem(step, structure=SEED_CHAIN, record=("energy",))
+        run, displacement = seed_problem(step, structure=SEED_CHAIN, recorders=("energy",))
         dense, expected = seed_problem(step)
         # Both take the same steps: rounding of 0.014 m, adding up over up to 10,000 of them.
         np.testing.assert_allclose(displacement, expected, rtol=0, atol=2e-15)
@@ -112,7 +112,7 @@ def test_chain_and_dense_under_sampled_loads(kind):
     largest = np.abs(exact).max()
     for step in (0.01, 0.005, 0.0025):
         every = round(0.05 / step)
-        run = simulate(SEED_CHAIN, loads[0], step, tail=1.0, record=("drift", "energy"))
+        run = simulate(SEED_CHAIN, loads[0], step, tail=1.0, recorders=("drift", "energy"))
         displacement, velocity = run.displacement.values[0], run.velocity.values[0]
         # RK4's phase error is (w h)^4 / 120 a radian; the third mode goes through 63 of them and has a small share.
         tolerance = 60 * (20.9 * step) ** 4 / 120 * largest
@@ -147,7 +147,7 @@ def test_piecewise_linear_base_motion():
     errors = []
     for step in (0.025, 0.0125, 0.00625):
         every = round(0.05 / step)
-        run = simulate(oscillator(1.0, 0.05), motion, step, every=every, tail=1.5, record=("drift",))
+        run = simulate(oscillator(1.0, 0.05), motion, step, every=every, tail=1.5, recorders=("drift",))
         displacement = run.displacement.values[0, [8, 10, 40], 0]
         errors.append(displacement - [-0.02028422540627496, -0.004978677451611657, 0.003283299086913671])
         assert np.abs(errors[-1]).max() < 3 * step**4  # (w h)^4 / 120 a radian, for 12.6 radians of 0.02 m
@@ -178,7 +178,7 @@ def el_centro() -> wd.GroundMotion:
 def test_el_centro_spectral_displacement(el_centro, period, damping_ratio, dense, sampled):
     for step in (0.02, 0.01, 0.005, 0.0005):
         every = round(0.02 / step)
-        run = simulate(oscillator(period, damping_ratio), el_centro, step, every=every, tail=0.0, record=("drift",))
+        run = simulate(oscillator(period, damping_ratio), el_centro, step, every=every, tail=0.0, recorders=("drift",))
         # RK4's error constant at T = 0.5 s, measured as 1.829e-5 / 0.02^4 = 114 m/s4 at worst and a tenth of it at the
         # peak, and the table's last digit.
         bound = 12 * step**4 + 1e-12
@@ -205,9 +205,9 @@ def test_el_centro_errors(el_centro):
     tabulated = {0.02: 1.829e-5, 0.01: 1.132e-6, 0.005: 7.077e-8, 0.0025: 4.428e-9, 0.00125: 2.768e-10}
     for step, error in tabulated.items():
         every = round(0.02 / step)
-        run = simulate(oscillator(0.5, 0.05), el_centro, step, every=every, tail=0.0, record=("drift",))
+        run = simulate(oscillator(0.5, 0.05), el_centro, step, every=every, tail=0.0, recorders=("drift",))
         assert np.abs(run.displacement[0, :, 0] - exact).max() == pytest.approx(error, rel=0.001)
-        run = simulate(plastic, el_centro, step, every=every, tail=0.0, record=("drift",))
+        run = simulate(plastic, el_centro, step, every=every, tail=0.0, recorders=("drift",))
         # Yielding and unloading within a step are found at its end: order 2, and not smoothly.
         assert np.abs(run.displacement[0, :, 0] - exact_plastic.displacement[:, 0]).max() < 3 * step**2
 
@@ -229,7 +229,7 @@ def test_free_vibration_of_each_mode(damping):
     step = 0.001
     for w, zeta, shape in zip(omega, ratios, shapes.T, strict=True):
         shape = shape / np.abs(shape).max()
-        run = simulate(building, wd.FreeVibration(1.0, shape), step, record=("energy",))
+        run = simulate(building, wd.FreeVibration(1.0, shape), step, recorders=("energy",))
         time = run.time.values
         damped = w * np.sqrt(1 - zeta**2)
         decay = np.exp(-zeta * w * time) * (np.cos(damped * time) + zeta * w / damped * np.sin(damped * time))

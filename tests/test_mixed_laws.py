@@ -20,11 +20,11 @@ def building(**changed):
     )
 
 
-def run_of(scatter, samples=4, structure=None, **settings):
+def run_of(scatter, structures=4, structure=None, **settings):
     scene = wd.Scene(structure or building(), SHAKE, scatter=scatter, **settings)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        return wd.simulate(scene, samples=samples, device="cpu", dtype="float64")
+        return wd.simulate(scene, structures=structures, device="cpu", dtype="float64")
 
 
 def test_values_are_of_storeys_whose_law_takes_them():
@@ -41,10 +41,13 @@ def test_values_are_of_storeys_whose_law_takes_them():
 def test_a_dataset_has_values_only_where_they_count():
     spread = wd.Lognormal(1.0, 0.2)
     scatters = [
-        {"yield_force": wd.Factor(spread, per="storey", storey_correlation=0.4), "hardening_ratio": 0.03},
-        {"yield_force": wd.Value(wd.Uniform(2e5, 4e5)), "stiffness": wd.Factor(spread)},
-        {"yield_force": wd.Listed(np.linspace(2e5, 4e5, 4)), "hardening_ratio": wd.Listed(np.full((4, 3), 0.05))},
-        {"yield_force": wd.Listed(np.array([[np.nan, 2e5, 3e5]] * 4))},
+        {"yield_force": wd.RandomFactor(spread, per="storey", storey_correlation=0.4), "hardening_ratio": 0.03},
+        {"yield_force": wd.RandomValue(wd.Uniform(2e5, 4e5)), "stiffness": wd.RandomFactor(spread)},
+        {
+            "yield_force": wd.GivenValues(np.linspace(2e5, 4e5, 4)),
+            "hardening_ratio": wd.GivenValues(np.full((4, 3), 0.05)),
+        },
+        {"yield_force": wd.GivenValues(np.array([[np.nan, 2e5, 3e5]] * 4))},
     ]
     for scatter in scatters:
         run = run_of(scatter, correlation={})
@@ -56,8 +59,8 @@ def test_a_dataset_has_values_only_where_they_count():
 
 
 def test_an_unscattered_building_is_the_one_whose_values_are_listed():
-    nominal = run_of({}, samples=1)
-    listed = run_of({"yield_force": wd.Listed([[1.0, 3e5, 3e5]])}, samples=1)
+    nominal = run_of({}, structures=1)
+    listed = run_of({"yield_force": wd.GivenValues([[1.0, 3e5, 3e5]])}, structures=1)
     np.testing.assert_array_equal(nominal.peak_storey_drift, listed.peak_storey_drift)
     drift = nominal.peak_storey_drift.values[0]
     assert drift[0] * 2e8 > 3e5  # an elastic storey above the others' yield force
@@ -65,7 +68,7 @@ def test_an_unscattered_building_is_the_one_whose_values_are_listed():
 
 
 def test_json_has_null():
-    scatter = {"yield_force": wd.Listed([[np.nan, 2e5, 3e5]])}
+    scatter = {"yield_force": wd.GivenValues([[np.nan, 2e5, 3e5]])}
     text = wd.Scene(building(), SHAKE, scatter=scatter).to_json()
     told = json.loads(text, parse_constant=pytest.fail)
     assert told["structure"]["yield_force"] == [None, 3e5, 3e5]
@@ -79,25 +82,25 @@ def test_a_plot_names_yield_forces_where_there_are_any():
 
 
 def test_drawn_values_are_checked_where_they_count():
-    scatter = {"yield_force": wd.Listed([[1, 2e5, 3e5], [1, 2e5, -3e5]])}
+    scatter = {"yield_force": wd.GivenValues([[1, 2e5, 3e5], [1, 2e5, -3e5]])}
     with pytest.raises(ValueError, match="the drawn yield_force is -300000 at structure 1, storey 3"):
-        run_of(scatter, samples=2)
+        run_of(scatter, structures=2)
     with pytest.raises(ValueError, match=r"scatter\['yield_force'\] lists nan at storey 3, whose law takes"):
-        run_of({"yield_force": wd.Listed([[1, 2e5, np.nan]])}, samples=1)
-    with pytest.raises(ValueError, match=r"Listed.values\[1, 2\] is nan"):
-        wd.Listed([[1, 2e5, 3e5], [1, 2e5, np.nan]])
+        run_of({"yield_force": wd.GivenValues([[1, 2e5, np.nan]])}, structures=1)
+    with pytest.raises(ValueError, match=r"GivenValues.values\[1, 2\] is nan"):
+        wd.GivenValues([[1, 2e5, 3e5], [1, 2e5, np.nan]])
 
 
 def test_a_portfolio_of_them_is_each_by_itself():
     weak, strong = building(), building(yield_force=4e5)
-    spread = {"yield_force": wd.Factor(wd.Lognormal(1.0, 0.2))}
+    spread = {"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2))}
     portfolio = wd.Portfolio({"weak": wd.Archetype(weak, 3, spread), "strong": wd.Archetype(strong, 2)})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        run = wd.simulate_portfolio(portfolio, wd.Cloud([SHAKE]), record=("drift",), device="cpu", dtype="float64")
+        run = wd.simulate_portfolio(portfolio, wd.Cloud([SHAKE]), recorders=("drift",), device="cpu", dtype="float64")
     assert (run.status == 0).all()
     step = float(run.integration_step[-1])
-    scene = wd.Scene(strong, wd.Cloud([SHAKE]), record=("drift",))
+    scene = wd.Scene(strong, wd.Cloud([SHAKE]), recorders=("drift",))
     alone = wd.simulate(scene, device="cpu", dtype="float64", step=step)
     np.testing.assert_allclose(run.peak_storey_drift.values[-1], alone.peak_storey_drift.values[0], rtol=1e-12)
 

@@ -65,10 +65,10 @@ def test_displacement_that_is_largest_within_an_interval():
     """a = 1, then -3, linear in between: velocity t - 2 t^2 is zero at t = 1/2 of the first interval, of one second."""
     # d = t^2 / 2 - 2 t^3 / 3 = 1/24 there, and 1/2 - 2/3 = -1/6 at the end of the record.
     motion = wd.GroundMotion([1.0, -3.0], 1.0)
-    assert wd.PeakGroundDisplacement().of(motion) == pytest.approx(1 / 6, rel=1e-14)
+    assert wd.PeakGroundDisplacement().value(motion) == pytest.approx(1 / 6, rel=1e-14)
     # Ends at t = 3/4 where d = 9/32 - 9/32 = 0: what is within is all there is.
     motion = wd.GroundMotion([1.0, -2.0], 0.75)
-    assert wd.PeakGroundDisplacement().of(motion) == pytest.approx(1 / 24, rel=1e-14)
+    assert wd.PeakGroundDisplacement().value(motion) == pytest.approx(1 / 24, rel=1e-14)
 
 
 def test_two_triangles():
@@ -149,5 +149,5 @@ def test_scale_is_only_a_factor(scale):
         wd.SpectralAcceleration(0.5),
         wd.AverageSpectralAcceleration([0.1, 0.5, 2.0]),
     ):
-        plain, scaled = measure.of_all(motions)
+        plain, scaled = measure.values(motions)
         assert scaled == pytest.approx(scale**measure.power * plain, rel=1e-12), measure.name

@@ -19,7 +19,7 @@ STEPS = {1: (5e-5, 2.5e-5), 2: (2e-3, 1e-3), 3: (2e-3, 1e-3), 4: (4e-3, 2e-3), 5
 
 def moved(scene, step, every=1, **settings):
     """Return times [s] and displacements [time, dof] of the only sample, from the kernel of histories alone."""
-    run, _ = prepare(scene, samples=1, step=step, dtype="float64", device="cpu", **settings)
+    run, _ = prepare(scene, structures=1, step=step, dtype="float64", device="cpu", **settings)
     assert run.schedule.step == pytest.approx(step)
     time, histories = run.integrate_histories((0,), every, step)
     assert np.isfinite(histories["displacement"]).all()
@@ -37,7 +37,7 @@ def moved(scene, step, every=1, **settings):
 )
 def test_measured_order(name, structure):
     method, errors = METHODS[name], []
-    scene = wd.Scene(structure, wd.HarmonicForce(AMPLITUDE, 10.0, DURATION), record=())
+    scene = wd.Scene(structure, wd.HarmonicForce(AMPLITUDE, 10.0, DURATION), recorders=())
     # The adaptive method takes each step in one part at a tolerance that accepts all: its weights are what is measured.
     loose = {"tolerance": 0.1} if method.is_adaptive else {}
     for step in STEPS[method.order]:
@@ -51,7 +51,7 @@ def test_measured_order(name, structure):
 
 @pytest.mark.parametrize("structure", [CHAIN, DENSE], ids=["chain", "dense"])
 def test_the_exact_method_has_no_error_at_any_step(structure):
-    scene = wd.Scene(structure, wd.HarmonicForce(AMPLITUDE, 10.0, DURATION), record=())
+    scene = wd.Scene(structure, wd.HarmonicForce(AMPLITUDE, 10.0, DURATION), recorders=())
     for step in (0.2, 0.02):
         time, found = moved(scene, step, method="exact")
         exact = harmonic_response(MASS, DAMPING, STIFFNESS, AMPLITUDE, 10.0, 0.0, time)[0]

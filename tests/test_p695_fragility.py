@@ -31,10 +31,10 @@ def result(main_job: tuple[Path, str]) -> xr.Dataset:
 
 
 def test_samples_are_flat_and_traceable(result: xr.Dataset) -> None:
-    for name in ("record", "im_level", "structure", "status"):
+    for name in ("motion_index", "im_level", "structure", "status"):
         assert result[name].dims == ("sample",)
     assert result.sizes["sample"] >= 21_120
-    cells = np.unique(np.stack([result["record"], result["im_level"]]), axis=1, return_counts=True)
+    cells = np.unique(np.stack([result["motion_index"], result["im_level"]]), axis=1, return_counts=True)
     assert cells[0].shape[1] == 44 * np.unique(result["im_level"]).size
     assert np.unique(result["im_level"]).size >= 12
     assert cells[1].min() >= 40
@@ -104,7 +104,7 @@ def test_default_step_errs_as_little_as_the_readme_says(monkeypatch: pytest.Monk
     monkeypatch.syspath_prepend(ROOT / "studies")
     scene = importlib.import_module("p695_fragility").build_scene()
     default, fine = (
-        wd.simulate(scene, samples=2, device="cpu", **how) for how in ({}, {"step": 0.00125, "dtype": "float64"})
+        wd.simulate(scene, structures=2, device="cpu", **how) for how in ({}, {"step": 0.00125, "dtype": "float64"})
     )
     error = np.abs(default["peak_storey_drift_ratio"] / fine["peak_storey_drift_ratio"] - 1)
     assert error.quantile(0.95) < 0.0007

@@ -56,7 +56,7 @@ def test_an_elastic_oscillator_swings_slower(method):
 def test_static_drifts():
     forces = np.array([1e5, 5e4, 2e4])
     damped = storeys(damping="storey", damping_coefficient=[9e5, 6e5, 4e5])
-    found = run(damped, wd.ForceHistory(np.tile(forces, (40, 1)), 0.1), step=0.002, record=("energy",))
+    found = run(damped, wd.ForceHistory(np.tile(forces, (40, 1)), 0.1), step=0.002, recorders=("energy",))
     reduced = np.array([2e7 - 6.5e6 / 4, 1.5e7 - 3.5e6 / 3, 8e6 - 1.5e6 / 3])
     drift = np.array([1.7e5, 7e4, 2e4]) / reduced
     np.testing.assert_allclose(np.diff(found.displacement.values[0, -1], prepend=0.0), drift, rtol=1e-6)
@@ -90,7 +90,7 @@ def test_collapse_threshold(hardening, method):
         scene = wd.Scene(
             building,
             wd.FreeVibration(8.0, velocity=middle),
-            record=("drift",),
+            recorders=("drift",),
             collapse_drift_ratio=1.5 * drift / HEIGHT,
         )
         status = wd.simulate(scene, method=method, step=0.004, dtype="float64", device="cpu").status.item()
@@ -121,7 +121,7 @@ def test_what_still_falls_when_the_run_ends_is_a_collapse(method):
     building = oscillator("bilinear", yield_force=YIELD_FORCE, hardening_ratio=0.0)
     velocity, _ = threshold(0.0)
     for factor, status in ((0.95, OK), (1.2, COLLAPSED)):
-        scene = wd.Scene(building, wd.FreeVibration(2.0, velocity=factor * velocity), record=("drift",))
+        scene = wd.Scene(building, wd.FreeVibration(2.0, velocity=factor * velocity), recorders=("drift",))
         found = wd.simulate(scene, method=method, step=0.005, dtype="float64", device="cpu")
         assert found.status.item() == status
         assert found.peak_storey_drift_ratio.max() < 20  # far from where a fall is followed no further
@@ -131,7 +131,7 @@ def test_what_still_falls_when_the_run_ends_is_a_collapse(method):
 def test_a_blow_up_is_no_collapse(method):
     # A step of 3.5 rad, beyond any explicit method's limit, past what holds such runs back.
     scene = wd.Scene(oscillator(), wd.FreeVibration(70.0, velocity=0.1))
-    ensemble, _ = prepare(scene, samples=1, method=method, dtype="float64", step=0.35)
+    ensemble, _ = prepare(scene, structures=1, method=method, dtype="float64", step=0.35)
     assert ensemble.integrate(np.arange(1))["status"][0] == DIVERGED
 
 
@@ -223,9 +223,9 @@ def test_no_load_is_no_p_delta():
 
 
 def test_scattered_loads():
-    scatter = {"gravity_load": wd.Listed([4e5, 8e5])}
-    scene = wd.Scene(oscillator(), wd.FreeVibration(1.0, velocity=0.1), scatter=scatter, record=("drift",))
-    drift = wd.simulate(scene, samples=2, dtype="float64", device="cpu").peak_storey_drift.values[:, 0]
+    scatter = {"gravity_load": wd.GivenValues([4e5, 8e5])}
+    scene = wd.Scene(oscillator(), wd.FreeVibration(1.0, velocity=0.1), scatter=scatter, recorders=("drift",))
+    drift = wd.simulate(scene, structures=2, dtype="float64", device="cpu").peak_storey_drift.values[:, 0]
     expected = 0.1 * np.sqrt(MASS / (STIFFNESS - np.array([4e5, 8e5]) / HEIGHT))
     np.testing.assert_allclose(drift, expected, rtol=6e-4)  # a peak between 100 steps a period: (w h)^2 / 8
 
@@ -239,6 +239,6 @@ def test_what_is_refused():
         wd.ShearBuilding([1e4, 1e4, 1e4], 2e7, 3.0, gravity_load=[1, 1])
     with pytest.raises(ValueError, match="gravity_load"):
         wd.Scene(wd.ShearBuilding(1e4, 2e7, 3.0), SHAKE, scatter={"gravity_load": 3.0})
-    weak = wd.Scene(oscillator(), SHAKE, scatter={"stiffness": wd.Listed([STIFFNESS, TOPPLING / 2])})
+    weak = wd.Scene(oscillator(), SHAKE, scatter={"stiffness": wd.GivenValues([STIFFNESS, TOPPLING / 2])})
     with pytest.raises(ValueError, match="drawn: gravity_load adds up to 600000 N on structure 1, storey 1"):
-        wd.simulate(weak, samples=2, device="cpu")
+        wd.simulate(weak, structures=2, device="cpu")

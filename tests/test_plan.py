@@ -17,13 +17,13 @@ MOTIONS = [wd.GroundMotion(wave, STEP, f"wave {i}") for i, wave in enumerate(WAV
 FACTORS = np.linspace(0.7, 1.3, 5)
 
 
-def scene(law="bilinear", record=("drift", "residual"), **settings):
+def scene(law="bilinear", recorders=("drift", "residual"), **settings):
     yields = {"yield_force": YIELD_FORCE, "hardening_ratio": 0.05} if law != "elastic" else {}
     building = wd.ShearBuilding(
         MASS, STIFFNESS, 3.0, law=law, damping="storey", damping_coefficient=DAMPERS, **yields, **settings
     )
-    scatter = {"stiffness": wd.Listed(FACTORS[:, None] * STIFFNESS)}
-    return wd.Scene(building, wd.Cloud(MOTIONS), scatter=scatter, record=record, tail=0.6)
+    scatter = {"stiffness": wd.GivenValues(FACTORS[:, None] * STIFFNESS)}
+    return wd.Scene(building, wd.Cloud(MOTIONS), scatter=scatter, recorders=recorders, tail=0.6)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def quantiles(peaks, truth):
 
 @pytest.mark.parametrize("step", [0.02, 0.005])
 def test_the_estimate_tells_the_true_error(true_peaks, step):
-    run = wd.simulate(scene(), samples=5, step=step, check=1.0, device="cpu")
+    run = wd.simulate(scene(), structures=5, step=step, checked_share=1.0, device="cpu")
     told = run["estimated_relative_error"].sel(demand="peak_storey_drift", error_statistic=["median", "95 %"]).values
     true = quantiles(run["peak_storey_drift"].values, true_peaks)
     # Half the step leaves a quarter of an error of order 2, by which the estimate falls short; half is promised.
@@ -59,7 +59,7 @@ def test_the_estimate_tells_the_true_error(true_peaks, step):
 
 
 def test_the_estimate_is_of_a_share_of_the_samples_and_of_every_demand():
-    run = wd.simulate(scene(record=None), samples=5, check=0.01, device="cpu")
+    run = wd.simulate(scene(recorders=None), structures=5, checked_share=0.01, device="cpu")
     told = run["estimated_relative_error"]
     demands = {
         "peak_storey_drift",
@@ -76,14 +76,14 @@ def test_the_estimate_is_of_a_share_of_the_samples_and_of_every_demand():
     assert np.all(told >= 0)
     assert np.all(np.diff(told.values, axis=1) >= 0)
     assert "of 30 samples" in told.attrs["comment"]  # 1 % of 40 would be one
-    again = wd.simulate(scene(record=None), samples=5, check=0.01, device="cpu")
+    again = wd.simulate(scene(recorders=None), structures=5, checked_share=0.01, device="cpu")
     assert np.array_equal(told, again["estimated_relative_error"])  # the seed chooses them
     text = wd.summary(run)
     assert "peak_storey_drift" in text
     assert "40 samples" in text
     for share in (0.0, 1.5, -1, "all"):
         with pytest.raises((ValueError, TypeError), match="check"):
-            wd.simulate(scene(), samples=5, check=share)
+            wd.simulate(scene(), structures=5, checked_share=share)
 
 
 @pytest.mark.parametrize("target", [1e-2, 1e-3])
@@ -91,7 +91,7 @@ def test_the_plan_keeps_its_target(true_peaks, target):
     choice = wd.plan(scene(), target, device="cpu")
     run = wd.simulate(
         scene(),
-        samples=5,
+        structures=5,
         method=choice.method,
         dtype=choice.dtype,
         longest_step=choice.longest_step,
@@ -99,20 +99,20 @@ def test_the_plan_keeps_its_target(true_peaks, target):
     )
     assert quantiles(run["peak_storey_drift"].values, true_peaks)[1] < target
     table = choice.table
-    row = table.isel(candidate=int(table["seconds_a_sample"].argmin()))
+    row = table.isel(candidate=int(table["seconds_per_sample"].argmin()))
     assert row["method"].item() == choice.method
     assert np.all(table["error"] <= target)
 
 
 def test_simulate_takes_what_the_plan_chooses(true_peaks):
-    run = wd.simulate(scene(), samples=5, error=1e-3, device="cpu")
+    run = wd.simulate(scene(), structures=5, target_error=1e-3, device="cpu")
     assert quantiles(run["peak_storey_drift"].values, true_peaks)[1] < 1e-3
-    fixed = wd.simulate(scene(), samples=5, error=1e-3, method="heun", dtype="float64", device="cpu")
+    fixed = wd.simulate(scene(), structures=5, target_error=1e-3, method="heun", dtype="float64", device="cpu")
     assert (fixed.attrs["method"], fixed.attrs["dtype"]) == ("heun", "float64")
     assert quantiles(fixed["peak_storey_drift"].values, true_peaks)[1] < 1e-3
     assert fixed["integration_step"].max() < 0.02
     with pytest.raises(ValueError, match="error chooses the step"):
-        wd.simulate(scene(), samples=5, error=1e-3, step=0.01)
+        wd.simulate(scene(), structures=5, target_error=1e-3, step=0.01)
     with pytest.raises(ValueError, match="no method keeps"):
         wd.plan(scene(), 1e-6, method="newmark_average", dtype="float32", device="cpu")
     with pytest.raises(ValueError, match="'exact' does not fit storeys of law 'bilinear'"):
@@ -127,9 +127,9 @@ def carried(the_scene):
 
 def test_a_scene_that_names_less_carries_less():
     values = [f"{part} a sample [values]" for part in ("state", "structure", "method", "recorders")]
-    bouc_wen = carried(scene("bouc_wen", record=None))
-    elastic = carried(scene("elastic", record=None))
-    fewer = carried(scene("elastic", record=("drift",)))
+    bouc_wen = carried(scene("bouc_wen", recorders=None))
+    elastic = carried(scene("elastic", recorders=None))
+    fewer = carried(scene("elastic", recorders=("drift",)))
     # Displacement, velocity and z of two storeys; a stiffness in place of five coefficients a storey.
     assert [bouc_wen[name] for name in values[:2]] == [6, 2 * (1 + 5) + 2]
     assert [elastic[name] for name in values[:2]] == [4, 2 * (1 + 1) + 2]
@@ -137,11 +137,11 @@ def test_a_scene_that_names_less_carries_less():
     for less, more in ((elastic, bouc_wen), (fewer, elastic)):
         for name in ("registers a sample, all held [32 bits]", "bytes read and written a sample"):
             assert less[name] < more[name], name
-    one_storey = wd.Scene(wd.ShearBuilding(1e5, [6e7], 3.0), wd.Cloud(MOTIONS), record=("drift",), tail=0.6)
+    one_storey = wd.Scene(wd.ShearBuilding(1e5, [6e7], 3.0), wd.Cloud(MOTIONS), recorders=("drift",), tail=0.6)
     assert (
         carried(one_storey)["registers a sample, all held [32 bits]"] < fewer["registers a sample, all held [32 bits]"]
     )
-    free = wd.Scene(wd.ShearBuilding(1e5, [6e7], 3.0), wd.FreeVibration(5.0, velocity=0.1), record=("drift",))
+    free = wd.Scene(wd.ShearBuilding(1e5, [6e7], 3.0), wd.FreeVibration(5.0, velocity=0.1), recorders=("drift",))
     assert (
         carried(free)["bytes read and written a sample"] < 200 < carried(one_storey)["bytes read and written a sample"]
     )

@@ -22,9 +22,9 @@ STRIPES = wd.Stripes(MOTIONS, [0.1, 0.4], wd.PeakGroundAcceleration())
 DAMPED = {"damping": "rayleigh", "damping_ratio": 0.05}
 YIELDING = {"law": "bilinear", "yield_force": 4e3, "hardening_ratio": 0.05}
 SCATTER = {
-    "mass": wd.Factor(wd.Lognormal(1, 0.1)),
-    "stiffness": wd.Factor(wd.Lognormal(1, 0.2), per="storey"),
-    "damping_ratio": wd.Value(wd.Uniform(0.02, 0.08)),
+    "mass": wd.RandomFactor(wd.Lognormal(1, 0.1)),
+    "stiffness": wd.RandomFactor(wd.Lognormal(1, 0.2), per="storey"),
+    "damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08)),
 }
 
 
@@ -36,15 +36,18 @@ def smooth(storeys, **changes):
     return chain(storeys, law="bouc_wen", **changes)
 
 
-TABLE = {"stiffness": wd.Listed(np.linspace(3e5, 9e5, 12).reshape(4, 3)), "mass": wd.Listed([1e3, 2e3, 3e3, 4e3])}
+TABLE = {
+    "stiffness": wd.GivenValues(np.linspace(3e5, 9e5, 12).reshape(4, 3)),
+    "mass": wd.GivenValues([1e3, 2e3, 3e3, 4e3]),
+}
 ARCHETYPES = {
     "low": wd.Archetype(chain(1), 5, SCATTER),
     "house": wd.Archetype(chain(2)),
     "table": wd.Archetype(chain(3), scatter=TABLE),
     "high": wd.Archetype(chain(3, 5e5, hardening_ratio=0.1), 3, SCATTER, {("mass", "stiffness"): 0.5}),
-    "smooth": wd.Archetype(smooth(2), 4, {"yield_force": wd.Factor(wd.Lognormal(1, 0.3))}),
-    "linear": wd.Archetype(wd.ShearBuilding(2e3, [6e5, 4e5], 3.0, **DAMPED), 2, {"mass": wd.Listed([1e3, 2e3])}),
-    "again": wd.Archetype(chain(2, 7e5), 6, {"yield_force": 5e3, "mass": wd.Listed(np.linspace(1.5e3, 3e3, 6))}),
+    "smooth": wd.Archetype(smooth(2), 4, {"yield_force": wd.RandomFactor(wd.Lognormal(1, 0.3))}),
+    "linear": wd.Archetype(wd.ShearBuilding(2e3, [6e5, 4e5], 3.0, **DAMPED), 2, {"mass": wd.GivenValues([1e3, 2e3])}),
+    "again": wd.Archetype(chain(2, 7e5), 6, {"yield_force": 5e3, "mass": wd.GivenValues(np.linspace(1.5e3, 3e3, 6))}),
 }
 SETTINGS = {"tail": 1.0, "collapse_drift_ratio": 0.05}
 CITY = wd.Portfolio(ARCHETYPES)
@@ -77,10 +80,10 @@ def test_a_building_is_what_its_archetype_by_itself_makes_of_it(name, city):
     part = city.isel(sample=rows_of(CITY, name, 6))
     archetype = ARCHETYPES[name]
     values = CITY.parameters(name, seed=5)
-    scatter = {key: wd.Listed(value) for key, value in values.items()}
+    scatter = {key: wd.GivenValues(value) for key, value in values.items()}
     scene = wd.Scene(archetype.building, STRIPES, scatter, **SETTINGS)
     steps = part["integration_step"].values
-    alone = wd.simulate(scene, samples=len(values["mass"]), longest_step=steps.max(), device="cpu", seed=99)
+    alone = wd.simulate(scene, structures=len(values["mass"]), longest_step=steps.max(), device="cpu", seed=99)
     np.testing.assert_array_equal(alone["integration_step"].values, steps)
     assert_same(part, alone)
 
@@ -89,16 +92,16 @@ def test_the_dataset_says_which_sample_is_of_what(city):
     each = 6
     np.testing.assert_array_equal(city["sample"], np.arange(CITY.buildings * each))
     np.testing.assert_array_equal(city["building"], np.repeat(np.arange(25), each))
-    names = city["archetype_name"].values[city["archetype"].values]
+    names = city["archetype"].values[city["archetype_index"].values]
     np.testing.assert_array_equal(names, np.repeat(list(ARCHETYPES), np.multiply([5, 1, 4, 3, 4, 2, 6], each)))
-    np.testing.assert_array_equal(city["record"], np.tile(np.repeat(np.arange(3), 2), 25))
+    np.testing.assert_array_equal(city["motion_index"], np.tile(np.repeat(np.arange(3), 2), 25))
     np.testing.assert_array_equal(city["im_level"], np.tile([0.1, 0.4], 75))
     np.testing.assert_array_equal(city["storeys_of_archetype"], [1, 2, 3, 3, 2, 2, 2])
     np.testing.assert_array_equal(city["buildings_of_archetype"], [5, 1, 4, 3, 4, 2, 6])
     assert city["peak_storey_drift_ratio"].dims == ("sample", "storey")
     assert city["peak_floor_acceleration"].dims == ("sample", "floor")
     assert city.sizes["storey"] == 3
-    storeys = city["storeys_of_archetype"].values[city["archetype"].values]
+    storeys = city["storeys_of_archetype"].values[city["archetype_index"].values]
     padded = np.arange(3) >= storeys[:, None]
     np.testing.assert_array_equal(np.isnan(city["peak_storey_drift_ratio"]), padded)
     assert "structure" not in city.variables
@@ -117,7 +120,7 @@ def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
     runs = []
 
     def count(scene, **settings):
-        runs.append(settings["samples"])
+        runs.append(settings["structures"])
         return original(scene, **settings)
 
     original = module.simulate
@@ -126,7 +129,7 @@ def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
     # 300 archetypes whose strengths differ, and whose periods do within an octave.
     many = {f"{i}": wd.Archetype(replaced(kinds[i % 3], 1 + i / 1000), 2, SCATTER) for i in range(300)}
     short = wd.Cloud([MOTIONS[0]])
-    run = wd.simulate_portfolio(wd.Portfolio(many), short, record=("drift",), tail=0.0, device="cpu")
+    run = wd.simulate_portfolio(wd.Portfolio(many), short, recorders=("drift",), tail=0.0, device="cpu")
     assert run.sizes["sample"] == 600
     assert len(runs) <= 6
     assert sum(runs) == 600
@@ -184,7 +187,7 @@ def test_no_other_building_changes_a_bit(city):
 def test_dampers_of_another_kind_beside_it_change_no_bit_of_a_building():
     viscous = {"devices": ("viscous_damper",), "damper_coefficient": 2e4}
     linear, power = (wd.Archetype(chain(2, **viscous, velocity_exponent=exponent)) for exponent in (1.0, 0.4))
-    settings = {"record": ("drift",), "tail": 0.0, "device": "cpu"}
+    settings = {"recorders": ("drift",), "tail": 0.0, "device": "cpu"}
     both = wd.simulate_portfolio(wd.Portfolio({"linear": linear, "power": power}), MOTIONS[0], **settings)
     for place, archetype in enumerate((linear, power)):
         alone = wd.simulate_portfolio(wd.Portfolio({"alone": archetype}), MOTIONS[0], **settings)
@@ -211,26 +214,28 @@ def test_draws_go_by_seed_and_number_alone():
 def test_each_building_can_have_a_motion_of_its_own():
     motion = np.arange(CITY.buildings) % 3
     scale = np.linspace(0.5, 2, CITY.buildings)
-    run = wd.simulate_portfolio(CITY, wd.Individual(MOTIONS, motion, scale), device="cpu", seed=5, tail=1.0)
-    np.testing.assert_array_equal(run["record"], motion)
+    run = wd.simulate_portfolio(CITY, wd.OneMotionPerStructure(MOTIONS, motion, scale), device="cpu", seed=5, tail=1.0)
+    np.testing.assert_array_equal(run["motion_index"], motion)
     np.testing.assert_allclose(run["scale_factor_of_motion"], scale)
     name = "high"
     part = run.isel(sample=rows_of(CITY, name, 1))
-    own = wd.Individual(MOTIONS, motion[10:13], scale[10:13])
-    scatter = {key: wd.Listed(value) for key, value in CITY.parameters(name, 5).items()}
+    own = wd.OneMotionPerStructure(MOTIONS, motion[10:13], scale[10:13])
+    scatter = {key: wd.GivenValues(value) for key, value in CITY.parameters(name, 5).items()}
     scene = wd.Scene(ARCHETYPES[name].building, own, scatter, tail=1.0)
-    alone = wd.simulate(scene, samples=3, longest_step=part["integration_step"].values.max(), device="cpu")
+    alone = wd.simulate(scene, structures=3, longest_step=part["integration_step"].values.max(), device="cpu")
     assert_same(part, alone)
     # Drawn ones go by the building's number, too.
-    drawn = wd.simulate_portfolio(CITY, wd.Individual(MOTIONS), record=("drift",), device="cpu", seed=5, tail=0.0)
-    expected = wd.Individual(MOTIONS).assign(np.arange(CITY.buildings), 5)
-    np.testing.assert_array_equal(drawn["record"], expected.motion)
+    drawn = wd.simulate_portfolio(
+        CITY, wd.OneMotionPerStructure(MOTIONS), recorders=("drift",), device="cpu", seed=5, tail=0.0
+    )
+    expected = wd.OneMotionPerStructure(MOTIONS).assign(np.arange(CITY.buildings), 5)
+    np.testing.assert_array_equal(drawn["motion_index"], expected.motion)
 
 
 @pytest.mark.parametrize("keep_inputs", [True, False])
 def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monkeypatch):
     monkeypatch.setattr("warpdyn.portfolio.labels.SAMPLES_AT_A_TIME", 7 * 6)
-    settings = {"keep_inputs": keep_inputs, "check": 0.1, "memory": 10**9, **SETTINGS}
+    settings = {"keep_inputs": keep_inputs, "checked_share": 0.1, "memory": 10**9, **SETTINGS}
     held = wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", **settings)
     with wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", path=tmp_path / "run.nc", **settings) as read:
         assert os.listdir(tmp_path) == ["run.nc"]
@@ -261,7 +266,7 @@ def test_nothing_is_left_of_an_unfinished_file(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "simulate", fail)
     (tmp_path / "run.nc").write_text("what stood there")
     with pytest.raises(KeyboardInterrupt):
-        wd.simulate_portfolio(CITY, MOTIONS[0], tail=0.0, record=("drift",), device="cpu", path=tmp_path / "run.nc")
+        wd.simulate_portfolio(CITY, MOTIONS[0], tail=0.0, recorders=("drift",), device="cpu", path=tmp_path / "run.nc")
     assert os.listdir(tmp_path) == ["run.nc"]
     assert (tmp_path / "run.nc").read_text() == "what stood there"
 
@@ -279,7 +284,7 @@ def test_attributes_hold_what_there_is_of_all_groups(city):
 
 def test_a_plan_is_made_for_each_group():
     two = wd.Portfolio({name: ARCHETYPES[name] for name in ("house", "linear")})
-    run = wd.simulate_portfolio(two, MOTIONS[0], record=("drift",), tail=0.0, device="cpu", error=0.05)
+    run = wd.simulate_portfolio(two, MOTIONS[0], recorders=("drift",), tail=0.0, device="cpu", target_error=0.05)
     assert run.attrs["target_error"] == 0.05
     assert run.attrs["groups"] == 2
     assert np.isfinite(run["peak_storey_drift"].values).all()
@@ -335,37 +340,37 @@ def refuse(*arguments, **named):
     pytest.fail("a kernel was reached")
 
 
-WILD = {"mass": wd.Value(wd.Normal(0.0, 1.0))}
+WILD = {"mass": wd.RandomValue(wd.Normal(0.0, 1.0))}
 BAD_DRAW = wd.Portfolio({"bad": wd.Archetype(chain(1), 9, WILD)})
 RUNS = {
     "no portfolio": ({"portfolio": chain(1)}, "takes a Portfolio, got ShearBuilding"),
-    "excitation": ({"excitation": wd.FreeVibration(1.0)}, "must be Stripes, Cloud or Individual, got FreeVibration"),
-    "samples": ({"samples": 3}, "takes no samples: an archetype's `count`"),
+    "excitation": ({"excitation": wd.FreeVibration(1.0)}, "must be Stripes, Cloud or OneMotionPerStructure, got FreeVibration"),
+    "structures": ({"structures": 3}, "takes no structures: an archetype's `count`"),
     "histories": ({"histories": wd.Histories([0])}, "takes no histories"),
-    "individual": ({"excitation": wd.Individual(MOTIONS, [0, 1])}, "motion has 2 values for 25 samples"),
+    "individual": ({"excitation": wd.OneMotionPerStructure(MOTIONS, [0, 1])}, "motion has 2 values for 25 samples"),
     "method": ({"method": "exact"}, "archetype 'low': method 'exact' does not fit storeys of law 'bilinear'"),
     "unknown method": ({"method": "euler"}, "unknown method 'euler'"),
-    "recorder": ({"record": ("drifts",)}, "unknown recorder"),
+    "recorder": ({"recorders": ("drifts",)}, "unknown recorder"),
     "seed": ({"seed": -1}, "seed must be a whole number of at least 0"),
     "drawn": (
         {"portfolio": wd.Portfolio({"ok": wd.Archetype(chain(1)), "bad": wd.Archetype(chain(1), 9, WILD)})},
         "archetype 'bad': the drawn mass is",
     ),
     "listed": (
-        {"portfolio": wd.Portfolio({"bad": wd.Archetype(chain(1), scatter={"mass": wd.Listed([1.0, -1.0])})})},
+        {"portfolio": wd.Portfolio({"bad": wd.Archetype(chain(1), scatter={"mass": wd.GivenValues([1.0, -1.0])})})},
         "archetype 'bad': the drawn mass is -1 at structure 1",
     ),
     "between parameters": (
-        {"portfolio": wd.Portfolio({"bad": wd.Archetype(smooth(1), scatter={"gamma": wd.Listed([0.1, 0.9])})})},
+        {"portfolio": wd.Portfolio({"bad": wd.Archetype(smooth(1), scatter={"gamma": wd.GivenValues([0.1, 0.9])})})},
         "archetype 'bad': .*gamma is 0.9 where beta is 0.5",
     ),
     # Settings are judged before anything is drawn, and are no archetype's fault.
     "step": ({"step": 0.007}, "^step 0.007 s does not divide"),
-    "typo": ({"stpe": 0.01, "portfolio": BAD_DRAW}, "takes no setting 'stpe'; it takes check, device, .*step, threads"),
+    "typo": ({"stpe": 0.01, "portfolio": BAD_DRAW}, "takes no setting 'stpe'; it takes checked_share, device, .*step, threads"),
     "dtype": ({"dtype": "float16", "portfolio": BAD_DRAW}, "^unknown dtype 'float16'"),
-    "check": ({"check": 2, "portfolio": BAD_DRAW}, "^check must be a share"),
-    "error": ({"error": -1.0, "portfolio": BAD_DRAW}, "^error must be"),
-    "error and step": ({"error": 0.01, "step": 0.01}, "^error chooses the step"),
+    "check": ({"checked_share": 2, "portfolio": BAD_DRAW}, "^checked_share must be a share"),
+    "error": ({"target_error": -1.0, "portfolio": BAD_DRAW}, "^target_error must be"),
+    "error and step": ({"target_error": 0.01, "step": 0.01}, "^target_error chooses the step"),
     "on_unstable": ({"on_unstable": "stop", "portfolio": BAD_DRAW}, "^unknown on_unstable 'stop'"),
     "threads": ({"threads": 0, "portfolio": BAD_DRAW}, "^threads must be"),
     "tolerance": ({"tolerance": 1e-6, "portfolio": BAD_DRAW}, "^method 'rk4' takes no tolerance"),
@@ -390,15 +395,15 @@ def test_one_bar_shows_how_far_all_groups_are(monkeypatch):
 
     monkeypatch.setattr("warpdyn.core.progress.tqdm", make)
     for _ in range(2):
-        wd.simulate_portfolio(CITY, MOTIONS[0], record=("drift",), tail=0.0, device="cpu")
-    wd.simulate(wd.Scene(chain(1), MOTIONS[0], record=("drift",), tail=0.0), device="cpu")
+        wd.simulate_portfolio(CITY, MOTIONS[0], recorders=("drift",), tail=0.0, device="cpu")
+    wd.simulate(wd.Scene(chain(1), MOTIONS[0], recorders=("drift",), tail=0.0), device="cpu")
     assert [bar.total for bar in bars] == [25, 25, 1]
 
 
 def test_a_thousand_archetypes_are_laid_out_in_seconds():
     city = {f"{i}": wd.Archetype(chain(1 + i % 2, 6e5 * (1 + i / 1e4)), 3, SCATTER) for i in range(1000)}
     motion = make_motion(0.02, 30, 4)
-    run = wd.simulate_portfolio(wd.Portfolio(city), motion, record=("drift",), tail=0.0, device="cpu")
+    run = wd.simulate_portfolio(wd.Portfolio(city), motion, recorders=("drift",), tail=0.0, device="cpu")
     assert run.sizes["sample"] == 3000
     assert run.attrs["groups"] <= 4
     assert len(run.attrs["scene"]) > 100_000  # and is written, all the same
@@ -410,8 +415,8 @@ def test_listed_and_drawn_values_must_fit_each_other():
     def drawn(**scatter):
         return wd.Portfolio({"tall": wd.Archetype(tall, scatter=scatter)}).parameters("tall", seed=0)
 
-    soft, stiff = wd.Value(wd.Uniform(0.5e7, 0.9e7)), wd.Value(wd.Uniform(2e7, 3e7))
+    soft, stiff = wd.RandomValue(wd.Uniform(0.5e7, 0.9e7)), wd.RandomValue(wd.Uniform(2e7, 3e7))
     with pytest.raises(ValueError, match=r"tall.*gravity_load adds up to 2\.9e\+07 N.*buckles"):
-        drawn(gravity_load=wd.Listed([2.9e7]), stiffness=soft)
+        drawn(gravity_load=wd.GivenValues([2.9e7]), stiffness=soft)
     # More than the nominal storey would bear, and less than this one does.
-    assert drawn(gravity_load=wd.Listed([4e7]), stiffness=stiff)["stiffness"].min() >= 2e7
+    assert drawn(gravity_load=wd.GivenValues([4e7]), stiffness=stiff)["stiffness"].min() >= 2e7

@@ -44,17 +44,17 @@ def test_shares_are_those_counted_one_by_one(study: tuple[Path, str]) -> None:
         np.testing.assert_allclose(result["damage_share"].sum("damage_state"), 1)
         motions = run["motion_name"].values.astype(str)
         for name, limits in LIMITS.items():
-            place = result["archetype_name"].values.tolist().index(name)
+            place = result["archetype"].values.tolist().index(name)
             for event in result["event"].values[[0, 9, 21]]:
                 number = event.split()[0]
                 pair = [i for i, motion in enumerate(motions) if motion.split()[0] in (f"{number}a", f"{number}b")]
                 assert len(pair) == 2
                 counts = np.zeros(5)
-                for building in np.unique(run["building"].values[run["archetype"].values == place]):
-                    own = (run["building"].values == building) & np.isin(run["record"].values, pair)
+                for building in np.unique(run["building"].values[run["archetype_index"].values == place]):
+                    own = (run["building"].values == building) & np.isin(run["motion_index"].values, pair)
                     worst = np.nanmax(run["peak_storey_drift_ratio"].values[own])
                     counts[sum(worst > limit for limit in limits)] += 1
-                share = result["archetype_damage_share"].sel(archetype_name=name, event=event)
+                share = result["archetype_damage_share"].sel(archetype=name, event=event)
                 np.testing.assert_allclose(share, counts / counts.sum(), err_msg=f"{name} {event}")
         assert result.attrs["groups"] <= 8
         # What the README says of the error, and the study prints.

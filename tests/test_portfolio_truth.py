@@ -37,10 +37,10 @@ def test_every_building_has_its_own_exact_response(tmp_path, to_file):
     kinds = {"two": (2, 0.05, 3), "one": (1, 0.0, 2), "more": (2, 0.1, 2), "three": (3, 0.05, 2)}
     tables = {name: table(storeys, count, seed) for seed, (name, (storeys, _, count)) in enumerate(kinds.items())}
     archetypes = {
-        name: wd.Archetype(chain(*kinds[name][:2]), scatter={key: wd.Listed(row) for key, row in values.items()})
+        name: wd.Archetype(chain(*kinds[name][:2]), scatter={key: wd.GivenValues(row) for key, row in values.items()})
         for name, values in tables.items()
     }
-    settings = {"record": ("drift", "energy"), "tail": 0.0, "step": 0.0005, "dtype": "float64", "device": "cpu"}
+    settings = {"recorders": ("drift", "energy"), "tail": 0.0, "step": 0.0005, "dtype": "float64", "device": "cpu"}
     settings |= {"path": tmp_path / "run.nc"} if to_file else {}
     run = wd.simulate_portfolio(wd.Portfolio(archetypes), wd.Cloud(MOTIONS), **settings)
     assert run.attrs["groups"] == 3
@@ -50,9 +50,9 @@ def test_every_building_has_its_own_exact_response(tmp_path, to_file):
     for sample in range(run.sizes["sample"]):
         own = run.isel(sample=sample)
         name, place = buildings[int(own["building"])]
-        assert run["archetype_name"].values[int(own["archetype"])] == name
+        assert run["archetype"].values[int(own["archetype_index"])] == name
         values = {key: row[place] for key, row in tables[name].items()}
-        motion, storeys = MOTIONS[int(own["record"])], kinds[name][0]
+        motion, storeys = MOTIONS[int(own["motion_index"])], kinds[name][0]
         exact = bilinear_chain_response(
             values["mass"],
             values["stiffness"],

@@ -114,19 +114,19 @@ def test_harmonic_force_at_and_off_resonance():
     for ratio in (0.0, 0.05, 1.0, 3.0):
         for frequency, step in ((omega, 0.5), (omega, 0.1), (1.0, 0.5), (61.0, 0.5)):
             load = wd.HarmonicForce([5.0], frequency, 20.0, 0.3)
-            run, histories = simulate(oscillator(omega, ratio), load, step, record=())
+            run, histories = simulate(oscillator(omega, ratio), load, step, recorders=())
             matrices = [2.0], [[4 * ratio * omega]], [[2 * omega**2]]
             exact = harmonic_response(*matrices, [5.0], frequency, 0.3, run.time)
             for values, expected in zip(histories, exact, strict=True):
                 close(values, expected, 3e-12)  # 1220 radians carry 1e-13 of rounding; resonance is no worse
     # Undamped, at resonance, from rest: F / (2 m w^2) (sin wt - wt cos wt).
-    run, (u, *_) = simulate(oscillator(omega, 0.0), wd.HarmonicForce([5.0], omega, 100.0), 0.5, record=())
+    run, (u, *_) = simulate(oscillator(omega, 0.0), wd.HarmonicForce([5.0], omega, 100.0), 0.5, recorders=())
     angle = omega * run.time.values[:, None]
     close(u, 5.0 / (4 * omega**2) * (np.sin(angle) - angle * np.cos(angle)), 1e-12)
     amplitude = np.array([3e3, 0, 2e3])
     for damping in ("storey", "modal"):
         for frequency in (OMEGA[1], 7.0):
-            run, histories = simulate(chain(damping), wd.HarmonicForce(amplitude, frequency, 5.0), 0.05, record=())
+            run, histories = simulate(chain(damping), wd.HarmonicForce(amplitude, frequency, 5.0), 0.05, recorders=())
             exact = harmonic_response(MASS, CHAINS[damping][1], MATRIX, amplitude, frequency, 0.0, run.time)
             for values, expected in zip(histories, exact, strict=True):
                 close(values, expected, 1e-12)
@@ -136,7 +136,7 @@ def test_harmonic_force_at_and_off_resonance():
 @pytest.mark.parametrize("period", [0.01, 1.0, 1e4])
 def test_free_vibration_by_its_closed_form(ratio, period):
     omega, u0, v0 = 2 * np.pi / period, 0.3, 0.7
-    run, (u, *_) = simulate(oscillator(omega, ratio), wd.FreeVibration(50.0, u0, v0), 0.05, record=())
+    run, (u, *_) = simulate(oscillator(omega, ratio), wd.FreeVibration(50.0, u0, v0), 0.05, recorders=())
     time, rate, root = run.time.values, ratio * omega, omega * np.sqrt(abs((1 - ratio) * (1 + ratio)))
     if ratio < 1:
         even, odd = np.exp(-rate * time) * [np.cos(root * time), time * np.sinc(root * time / np.pi)]
@@ -170,8 +170,8 @@ def test_must_show_5_exact_and_rk4_under_recorded_motions():
         ]
         for system in systems:
             every = round(motion.step / 1e-4)
-            _, rk4 = simulate(system, motion, 1e-4, "rk4", every=every, tail=0.0, record=())
-            _, exact = simulate(system, motion, motion.step, tail=0.0, record=())
+            _, rk4 = simulate(system, motion, 1e-4, "rk4", every=every, tail=0.0, recorders=())
+            _, exact = simulate(system, motion, motion.step, tail=0.0, recorders=())
             for values, expected in zip(exact[:2], rk4[:2], strict=True):
                 close(values, expected, 1e-10)  # (w h)^4 / 120 a radian, at up to 40 rad/s 2e-12, with a share below 1
 
@@ -192,11 +192,11 @@ def test_samples_together_and_alone(family, damping, method, monkeypatch):
     """Structures, steps and lengths differ within a row of lanes; each sample is what it is alone."""
     structure = {"chain": chain, "dense": dense}[family](damping)
     dampers = "damping" if family == "dense" else "damping_coefficient" if damping == "storey" else "damping_ratio"
-    scatter = {name: wd.Factor(wd.Lognormal(1, 0.3)) for name in ("mass", "stiffness", dampers)}
+    scatter = {name: wd.RandomFactor(wd.Lognormal(1, 0.3)) for name in ("mass", "stiffness", dampers)}
     scene = wd.Scene(structure, wd.Cloud(MOTIONS), scatter, collapse_drift_ratio=1e-3 if family == "chain" else None)
     # Steps of 0.01, 0.01 and 0.0075 s, in intervals of two steps or one.
     options = {"longest_step": 0.012, "method": method, "device": "cpu"}
-    together = wd.simulate(scene, samples=6, dtype="float64", **options)
+    together = wd.simulate(scene, structures=6, dtype="float64", **options)
     assert together.sizes["sample"] == 18
     demands = [name for name in together.data_vars if name.startswith(("peak", "residual", "input", "viscous"))]
     for sample, motion in zip(range(18), 6 * MOTIONS, strict=True):
@@ -215,13 +215,13 @@ def test_samples_together_and_alone(family, damping, method, monkeypatch):
     assert set(together.status.values) == ({0, 1} if family == "chain" else {0})
     # What else is packed, launched or drawn beside a sample changes no bit of it.
     monkeypatch.setattr("warpdyn.running.blocks.CPU_BLOCK", 4)
-    chunked = wd.simulate(scene, samples=6, dtype="float64", **options)
+    chunked = wd.simulate(scene, structures=6, dtype="float64", **options)
     monkeypatch.undo()
-    fewer = wd.simulate(scene, samples=2, dtype="float64", **options)
+    fewer = wd.simulate(scene, structures=2, dtype="float64", **options)
     for name in demands:
         np.testing.assert_array_equal(chunked[name], together[name])
         np.testing.assert_array_equal(fewer[name], together[name][:6])
-    rough = wd.simulate(scene, samples=6, dtype="float32", **options)
+    rough = wd.simulate(scene, structures=6, dtype="float32", **options)
     for name in demands:
         difference = np.abs(rough[name] - together[name]).values.max()
         scale = together["peak_storey_drift_ratio" if name.startswith("residual") else name]
@@ -237,7 +237,7 @@ def test_sixty_storeys(damping):
         given, matrix = {"damping_ratio": 0.03}, modal_damping_matrix(mass, chain_matrix(stiffness), 0.03)
     building = wd.ShearBuilding(mass, stiffness, 3.0, damping=damping, **given)
     motion = wd.GroundMotion(NOISE.ravel(), 0.1)
-    run, (u, *_) = simulate(building, motion, 0.1, tail=0.0, record=("drift", "base_shear"))
+    run, (u, *_) = simulate(building, motion, 0.1, tail=0.0, recorders=("drift", "base_shear"))
     exact = piecewise_linear_response(mass, matrix, chain_matrix(stiffness), -np.outer(NOISE.ravel(), mass), 0.1)[0]
     drift = np.abs(np.diff(exact, axis=1, prepend=0)).max(axis=0)
     close(u, exact, 1e-11)  # frequencies from 1 to 100 rad/s, of which exact.py's have rounding of 1e-12
@@ -258,7 +258,7 @@ def test_damping_is_classical_where_modes_do_not_couple():
 def test_a_state_that_is_not_finite_is_diverged():
     motion = wd.GroundMotion(np.full(60, 1e38), 0.1)  # which float32 holds, but not what follows from it
     for structure, peak in ((chain("modal"), "peak_storey_drift"), (dense("storey"), "peak_displacement")):
-        scene = wd.Scene(structure, motion, record=(peak.removeprefix("peak_storey_").removeprefix("peak_"),))
+        scene = wd.Scene(structure, motion, recorders=(peak.removeprefix("peak_storey_").removeprefix("peak_"),))
         with pytest.warns(UserWarning, match="diverged"):
             run = wd.simulate(scene, step=0.1, method="exact", dtype="float32", on_unstable="flag", device="cpu")
         assert run.status.item() == 2

@@ -14,7 +14,7 @@ def frame(**parameters):
 
 
 def run_of(building, load, step, tail=0.0, **options):
-    scene = wd.Scene(building, load, tail=tail, record=("drift", "energy"))
+    scene = wd.Scene(building, load, tail=tail, recorders=("drift", "energy"))
     options = {"method": "rk4", "dtype": "float64"} | options
     if step is not None and hasattr(load, "duration"):
         step = load.duration / np.ceil(load.duration / step)

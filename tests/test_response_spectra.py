@@ -173,7 +173,7 @@ def test_long_period_gives_the_peak_ground_displacement():
     expected = 0.5  # two triangles of speed 0.5 for 1 s and back: 0.25 + 0.25 m, see test_motion_integrals
     # What the spring and the damper do in the 4 s of the record.
     assert displacements(motion, 1e6, 0.05).item() == pytest.approx(expected, rel=1e-5)
-    assert wd.PeakGroundDisplacement().of(motion) == pytest.approx(expected, rel=1e-14)
+    assert wd.PeakGroundDisplacement().value(motion) == pytest.approx(expected, rel=1e-14)
 
 
 def test_short_period_gives_the_peak_ground_acceleration(el_centro):
@@ -245,7 +245,7 @@ def test_scale_is_only_a_factor(scale):
 
 def test_figure(records, tmp_path):
     spectra = wd.response_spectra(records, np.geomspace(0.02, 8, 60), [0.02, 0.05], device="cpu")
-    figure = plots.response_spectra(spectra)
+    figure = plots.spectra(spectra)
     assert len(figure.axes) == 2
     values = spectra["pseudo_spectral_acceleration"].sel(damping_ratio=0.05).values / 9.80665
     lines = {line.get_label(): line for line in figure.axes[1].lines}
@@ -255,7 +255,7 @@ def test_figure(records, tmp_path):
     pixels = image.imread(tmp_path / "spectra.png")
     assert np.mean(pixels[..., :3].min(axis=2) < 0.9) > 0.02  # ink on the paper
     with pytest.raises(ValueError, match="no pseudo_spectral_acceleration"):
-        plots.response_spectra(xr.Dataset())
+        plots.spectra(xr.Dataset())
 
 
 MOTION = wd.GroundMotion([0.0, 1.0, -1.0], 0.1, "A")

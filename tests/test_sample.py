@@ -30,8 +30,8 @@ BUILDING = wd.ShearBuilding(
 N = 40_000
 
 
-def drawn(scatter, samples=N, seed=1, sampling="monte_carlo", correlation=None, structure=BUILDING):
-    return Sampler(structure, scatter, correlation or {}, sampling, samples, seed).draw(np.arange(samples))
+def drawn(scatter, structures=N, seed=1, sampling="monte_carlo", correlation=None, structure=BUILDING):
+    return Sampler(structure, scatter, correlation or {}, sampling, structures, seed).draw(np.arange(structures))
 
 
 # Each distribution beside scipy's of the same meaning.
@@ -59,7 +59,7 @@ def test_distributions_are_scipys(name):
 def test_draws_follow_their_distribution(name, sampling):
     ours, theirs = PAIRS[name]
     with np.errstate(all="raise"):
-        values = drawn({"yield_force": wd.Value(ours)}, sampling=sampling)["yield_force"][:, 0]
+        values = drawn({"yield_force": wd.RandomValue(ours)}, sampling=sampling)["yield_force"][:, 0]
     # Kolmogorov-Smirnov: sqrt(N) D passes 2.7 with probability 1e-6; the other samplings are closer than random.
     assert np.sqrt(N) * stats.kstest(values, theirs.cdf).statistic < 2.7
     assert abs(values.mean() - theirs.mean()) < 5 * theirs.std() / np.sqrt(N)
@@ -68,14 +68,18 @@ def test_draws_follow_their_distribution(name, sampling):
 
 
 def test_mean_and_cov_are_those_of_the_draws():
-    values = drawn({"yield_force": wd.Value(wd.Lognormal.from_mean(900.0, 0.3))})["yield_force"][:, 0]
+    values = drawn({"yield_force": wd.RandomValue(wd.Lognormal.from_mean(900.0, 0.3))})["yield_force"][:, 0]
     assert values.mean() == pytest.approx(900.0, abs=5 * 270 / np.sqrt(N))
     assert values.std() / values.mean() == pytest.approx(0.3, rel=5 / np.sqrt(N) * 1.2)  # 1.2: the lognormal's tail
 
 
 def test_factor_multiplies_and_value_replaces():
     result = drawn(
-        {"mass": wd.Factor(wd.Uniform(0.9, 1.1)), "yield_force": wd.Value(wd.Uniform(500, 600)), "height": 3.5}
+        {
+            "mass": wd.RandomFactor(wd.Uniform(0.9, 1.1)),
+            "yield_force": wd.RandomValue(wd.Uniform(500, 600)),
+            "height": 3.5,
+        }
     )
     factor = result["mass"] / [3e3, 2e3, 1e3]
     # One draw for the building: the same factor at every storey.
@@ -89,14 +93,15 @@ def test_factor_multiplies_and_value_replaces():
     assert result["height"].shape == (N, STOREYS)
     assert np.all(result["height"] == 3.5)
     assert set(result) == {"mass", "yield_force", "height"}  # what is not scattered is not drawn
-    ratio = drawn({"damping_ratio": wd.Factor(wd.Uniform(0.5, 1.5))})["damping_ratio"]
+    ratio = drawn({"damping_ratio": wd.RandomFactor(wd.Uniform(0.5, 1.5))})["damping_ratio"]
     assert ratio.shape == (N,)  # one value a building
     assert 0.025 <= ratio.min() < ratio.max() <= 0.075
 
 
 def test_zero_dispersion_gives_the_nominal_value():
     result = drawn(
-        {"mass": wd.Factor(wd.Lognormal(1, 0)), "stiffness": wd.Factor(wd.Normal(1, 0), per="storey")}, samples=3
+        {"mass": wd.RandomFactor(wd.Lognormal(1, 0)), "stiffness": wd.RandomFactor(wd.Normal(1, 0), per="storey")},
+        structures=3,
     )
     np.testing.assert_array_equal(result["mass"], [[3e3, 2e3, 1e3]] * 3)
     np.testing.assert_array_equal(result["stiffness"], np.full((3, 3), 4e5))
@@ -110,12 +115,14 @@ def assert_correlation(x, y, expected):
 
 def test_correlation_between_storeys():
     for asked in (0.0, 0.4):
-        spread = wd.Factor(wd.Lognormal(1, 0.3), per="storey", storey_correlation=asked)
+        spread = wd.RandomFactor(wd.Lognormal(1, 0.3), per="storey", storey_correlation=asked)
         logs = np.log(drawn({"stiffness": spread})["stiffness"])
         for i, j in ((0, 1), (0, 2), (1, 2)):
             assert_correlation(logs[:, i], logs[:, j], asked)
         np.testing.assert_allclose(logs.std(axis=0), 0.3, rtol=5 / np.sqrt(2 * N))
-    common = drawn({"stiffness": wd.Factor(wd.Lognormal(1, 0.3), per="storey", storey_correlation=1.0)})["stiffness"]
+    common = drawn({"stiffness": wd.RandomFactor(wd.Lognormal(1, 0.3), per="storey", storey_correlation=1.0)})[
+        "stiffness"
+    ]
     np.testing.assert_allclose(
         common, common[:, :1] * np.ones(3), rtol=1e-7
     )  # root of the rounding at a full correlation
@@ -123,10 +130,10 @@ def test_correlation_between_storeys():
 
 def test_correlation_between_parameters():
     scatter = {
-        "mass": wd.Factor(wd.Normal(1, 0.1)),
-        "stiffness": wd.Factor(wd.Lognormal(1, 0.2), per="storey", storey_correlation=0.81),
-        "yield_force": wd.Factor(wd.Lognormal(1, 0.3), per="storey", storey_correlation=0.49),
-        "damping_ratio": wd.Factor(wd.Lognormal(1, 0.4)),
+        "mass": wd.RandomFactor(wd.Normal(1, 0.1)),
+        "stiffness": wd.RandomFactor(wd.Lognormal(1, 0.2), per="storey", storey_correlation=0.81),
+        "yield_force": wd.RandomFactor(wd.Lognormal(1, 0.3), per="storey", storey_correlation=0.49),
+        "damping_ratio": wd.RandomFactor(wd.Lognormal(1, 0.4)),
     }
     asked = {("stiffness", "yield_force"): 0.6, ("mass", "damping_ratio"): -0.7, ("damping_ratio", "stiffness"): 0.3}
     result = drawn(scatter, correlation=asked)
@@ -143,7 +150,7 @@ def test_correlation_between_parameters():
 
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_full_correlation(sign):
-    scatter = {name: wd.Factor(wd.Lognormal(1, 0.2)) for name in ("stiffness", "yield_force")}
+    scatter = {name: wd.RandomFactor(wd.Lognormal(1, 0.2)) for name in ("stiffness", "yield_force")}
     result = drawn(scatter, correlation={("stiffness", "yield_force"): sign})
     first, second = (
         np.log(result[name][:, 0] / nominal) for name, nominal in (("stiffness", 4e5), ("yield_force", 2e3))
@@ -160,7 +167,7 @@ def test_full_correlation(sign):
 @settings(max_examples=60, deadline=None)
 def test_factor_of_any_correlation_matrix(correlation, of_stiffness, of_strength, per):
     scatter = {
-        name: wd.Factor(wd.Normal(1, 0.1), per=p, storey_correlation=rho if p == "storey" else 0.0)
+        name: wd.RandomFactor(wd.Normal(1, 0.1), per=p, storey_correlation=rho if p == "storey" else 0.0)
         for name, p, rho in zip(("stiffness", "yield_force"), per, (of_stiffness, of_strength), strict=True)
     }
     pair = {("stiffness", "yield_force"): correlation}
@@ -186,8 +193,8 @@ def test_factor_of_any_correlation_matrix(correlation, of_stiffness, of_strength
 def test_latin_hypercube_has_one_sample_a_stratum():
     count = 500
     values = drawn(
-        {"mass": wd.Value(wd.Uniform(1, 2)), "stiffness": wd.Factor(wd.Uniform(1, 3), per="storey")},
-        samples=count,
+        {"mass": wd.RandomValue(wd.Uniform(1, 2)), "stiffness": wd.RandomFactor(wd.Uniform(1, 3), per="storey")},
+        structures=count,
         sampling="latin_hypercube",
     )
     for column in (values["mass"][:, 0] - 1, *(values["stiffness"] / 4e5 - 1).T / 2):
@@ -197,7 +204,9 @@ def test_latin_hypercube_has_one_sample_a_stratum():
 def test_sobol_fills_every_elementary_box():
     # A (0, m, 2) net in base 2: 64 points in two dimensions put one in each box of 1/64, whatever its shape.
     values = drawn(
-        {"mass": wd.Value(wd.Uniform(1, 2)), "yield_force": wd.Value(wd.Uniform(1, 2))}, samples=64, sampling="sobol"
+        {"mass": wd.RandomValue(wd.Uniform(1, 2)), "yield_force": wd.RandomValue(wd.Uniform(1, 2))},
+        structures=64,
+        sampling="sobol",
     )
     x, y = values["mass"][:, 0] - 1, values["yield_force"][:, 0] - 1
     for split in range(7):
@@ -206,9 +215,9 @@ def test_sobol_fills_every_elementary_box():
 
 
 SCATTER = {
-    "mass": wd.Factor(wd.Normal(1, 0.1)),
-    "stiffness": wd.Factor(wd.Lognormal(1, 0.2), per="storey", storey_correlation=0.3),
-    "damping_ratio": wd.Value(wd.Uniform(0.01, 0.1)),
+    "mass": wd.RandomFactor(wd.Normal(1, 0.1)),
+    "stiffness": wd.RandomFactor(wd.Lognormal(1, 0.2), per="storey", storey_correlation=0.3),
+    "damping_ratio": wd.RandomValue(wd.Uniform(0.01, 0.1)),
 }
 
 
@@ -245,7 +254,7 @@ def test_any_structures_can_be_drawn_in_any_order(count, seed, sampling, parts):
 def test_monte_carlo_numbers_are_those_looked_up(variables):
     """Pairs of numbers by seed, index and purpose, from the host's Philox, which is held to its published answers."""
     rows, names = np.array([0, 1, 17, 2**20]), ["mass", "stiffness", "yield_force", "height", "damping_ratio"]
-    scatter = {name: wd.Value(wd.Normal(0, 1)) for name in names[:variables]}
+    scatter = {name: wd.RandomValue(wd.Normal(0, 1)) for name in names[:variables]}
     sampler = Sampler(BUILDING, scatter, {}, "monte_carlo", 2**21, 7)
     normals = sampler._normals(rows, None)
     pairs = philox.normals(7, rows[:, None], Purpose.STRUCTURE, np.arange((variables + 1) // 2))
@@ -256,19 +265,19 @@ def test_monte_carlo_numbers_are_those_looked_up(variables):
 def test_sobol_points_are_scipy_s():
     generator = np.random.default_rng([7, Purpose.POINTS])
     points = qmc.Sobol(1, rng=generator).random_base2(6)[:, 0]
-    scatter = {"mass": wd.Value(wd.Uniform(1, 2))}
-    values = drawn(scatter, samples=50, seed=7, sampling="sobol")["mass"][:, 0] - 1
+    scatter = {"mass": wd.RandomValue(wd.Uniform(1, 2))}
+    values = drawn(scatter, structures=50, seed=7, sampling="sobol")["mass"][:, 0] - 1
     np.testing.assert_allclose(values, points[:50], atol=1e-15)  # to the normal value and back
 
 
 def test_matrices_are_scaled_whole():
     system = wd.LinearSystem([2.0, 1.0], np.zeros((2, 2)), [[300.0, -100.0], [-100.0, 100.0]])
-    result = drawn({"stiffness": wd.Factor(wd.Uniform(0.5, 1.5))}, samples=50, structure=system)["stiffness"]
+    result = drawn({"stiffness": wd.RandomFactor(wd.Uniform(0.5, 1.5))}, structures=50, structure=system)["stiffness"]
     assert result.shape == (50,)  # one factor a structure, also where the matrix it scales is zero
     assert 0.5 <= result.min() < result.max() <= 1.5
-    scatter = {name: wd.Factor(wd.Lognormal(1, 0.3)) for name in ("mass", "damping", "stiffness")}
+    scatter = {name: wd.RandomFactor(wd.Lognormal(1, 0.3)) for name in ("mass", "damping", "stiffness")}
     shake = wd.FreeVibration(2.0, velocity=0.1)
-    run = wd.simulate(wd.Scene(system, shake, scatter=scatter), samples=2, step=0.001, dtype="float64")
+    run = wd.simulate(wd.Scene(system, shake, scatter=scatter), structures=2, step=0.001, dtype="float64")
     for sample in range(2):
         of_mass, of_stiffness = (float(run[f"{name}_factor"][sample]) for name in ("mass", "stiffness"))
         scaled = wd.LinearSystem(
@@ -282,8 +291,11 @@ def test_matrices_are_scaled_whole():
 
 def test_a_drawn_structure_runs_as_the_structure_of_its_values():
     wave = wd.GroundMotion(4 * np.sin(np.arange(80) * 0.25), 0.02)
-    scatter = {"mass": wd.Factor(wd.Lognormal(1, 0.2)), "yield_force": wd.Factor(wd.Lognormal(1, 0.3), per="storey")}
-    run = wd.simulate(wd.Scene(BUILDING, wave, scatter=scatter, tail=1.0), samples=3, dtype="float64", step=0.004)
+    scatter = {
+        "mass": wd.RandomFactor(wd.Lognormal(1, 0.2)),
+        "yield_force": wd.RandomFactor(wd.Lognormal(1, 0.3), per="storey"),
+    }
+    run = wd.simulate(wd.Scene(BUILDING, wave, scatter=scatter, tail=1.0), structures=3, dtype="float64", step=0.004)
     for sample in range(3):
         of_sample = run.isel(sample=sample)
         values = {name: of_sample[name].values for name in scatter}

@@ -21,7 +21,7 @@ def run(request):
 
 @pytest.mark.filterwarnings("ignore:.*:UserWarning")  # three records make no intervals
 def test_storeys_of_a_building_on_isolators(run):
-    own = wd.of_storeys(run, 2, 3)
+    own = wd.select_storeys(run, 2, 3)
     drift = run["peak_storey_drift_ratio"].values
     np.testing.assert_array_equal(own["peak_storey_drift_ratio"], drift[:, 1:])
     np.testing.assert_array_equal(own["peak_floor_acceleration"], run["peak_floor_acceleration"][:, 1:])
@@ -45,4 +45,4 @@ def test_storeys_of_a_building_on_isolators(run):
 @pytest.mark.parametrize("storeys", [(0, 2), (2, 4), (3, 2), (1.5, 2)])
 def test_storeys_that_are_not_there(run, storeys):
     with pytest.raises(ValueError, match=r"must be a whole number of at least 1|which has storeys 1 to 3"):
-        wd.of_storeys(run, *storeys)
+        wd.select_storeys(run, *storeys)

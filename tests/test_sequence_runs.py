@@ -11,18 +11,21 @@ import warpdyn as wd
 from warpdyn.core.output_variables import COLLAPSED, OK
 
 LEVELS, PEAK = [1.0, 2.0], wd.PeakGroundAcceleration()
-STRIPED = wd.Sequence(
+STRIPED = wd.EventSequence(
     {
         "mainshock": wd.Stripes([MAIN, LATER], LEVELS, PEAK),
         "aftershock": wd.Stripes([AFTER, MAIN], [0.5, 1.5, 3.0], PEAK),
     }
 )
-DRAWN = {"stiffness": wd.Factor(wd.Lognormal(1, 0.2), per="storey"), "yield_force": wd.Factor(wd.Lognormal(1, 0.3))}
+DRAWN = {
+    "stiffness": wd.RandomFactor(wd.Lognormal(1, 0.2), per="storey"),
+    "yield_force": wd.RandomFactor(wd.Lognormal(1, 0.3)),
+}
 
 
 @pytest.fixture(scope="module")
 def striped():
-    return wd.simulate(wd.Scene(make_building(), STRIPED, DRAWN), samples=3, seed=4, device="cpu")
+    return wd.simulate(wd.Scene(make_building(), STRIPED, DRAWN), structures=3, seed=4, device="cpu")
 
 
 def test_every_damaged_building_meets_every_aftershock(striped):
@@ -30,7 +33,7 @@ def test_every_damaged_building_meets_every_aftershock(striped):
     assert striped.sizes["sample"] == 3 * 4 * 6
     np.testing.assert_array_equal(striped["event"], ["mainshock", "aftershock"])
     np.testing.assert_array_equal(striped["structure"], np.repeat(range(3), 24))
-    names = striped["motion_name"].values[striped["record"].values]
+    names = striped["motion_name"].values[striped["motion_index"].values]
     np.testing.assert_array_equal(names[:, 0], np.tile(np.repeat([MAIN.name, LATER.name], 12), 3))
     np.testing.assert_array_equal(names[:, 1], np.tile(np.repeat([AFTER.name, MAIN.name], 3), 12))
     assert striped.sizes["motion"] == 3
@@ -46,11 +49,11 @@ def test_every_damaged_building_meets_every_aftershock(striped):
     building = make_building(stiffness=own["stiffness"].values, yield_force=own["yield_force"].values)
     scales = own["scale_factor_of_motion"].values
     single = {
-        "mainshock": wd.Individual([LATER], scale=scales[0]),
-        "aftershock": wd.Individual([MAIN], scale=scales[1]),
+        "mainshock": wd.OneMotionPerStructure([LATER], scale=scales[0]),
+        "aftershock": wd.OneMotionPerStructure([MAIN], scale=scales[1]),
     }
     step = own["integration_step"].values[0]
-    alone = wd.simulate(wd.Scene(building, wd.Sequence(single)), step=step, device="cpu").isel(sample=0)
+    alone = wd.simulate(wd.Scene(building, wd.EventSequence(single)), step=step, device="cpu").isel(sample=0)
     for name in ("peak_storey_drift", "residual_drift_ratio", "hysteretic_energy"):
         scale = float(np.abs(own[name]).max())
         np.testing.assert_allclose(own[name], alone[name], rtol=0, atol=1e-4 * scale, err_msg=name)  # float32 inputs
@@ -58,8 +61,8 @@ def test_every_damaged_building_meets_every_aftershock(striped):
 
 def test_the_mainshock_is_an_ordinary_run(striped):
     scene = wd.Scene(make_building(), STRIPED.events["mainshock"], DRAWN)
-    alone = wd.simulate(scene, samples=3, seed=4, device="cpu")
-    main = wd.of_event(striped, "mainshock")
+    alone = wd.simulate(scene, structures=3, seed=4, device="cpu")
+    main = wd.select_event(striped, "mainshock")
     for name in alone.data_vars:
         if "sample" in alone[name].dims:
             one, other = main[name].values, alone[name].values
@@ -68,16 +71,18 @@ def test_the_mainshock_is_an_ordinary_run(striped):
     assert main["im_level"].attrs == alone["im_level"].attrs
     # Of some of the samples, too: those of one mainshock level, of which one structure has but one sample left.
     some = striped.isel(sample=np.flatnonzero((striped["im_level"].values[:, 0] == 2.0) & (striped["sample"] > 46)))
-    np.testing.assert_array_equal(wd.of_event(some, "mainshock")["sample"], [47, 54, 66])
-    assert wd.of_event(some, "aftershock").sizes["sample"] == some.sizes["sample"]
+    np.testing.assert_array_equal(wd.select_event(some, "mainshock")["sample"], [47, 54, 66])
+    assert wd.select_event(some, "aftershock").sizes["sample"] == some.sizes["sample"]
 
 
 @pytest.mark.filterwarnings("ignore:.*:UserWarning")  # two records make no intervals
 def test_aftershocks_make_no_samples_of_the_mainshock(striped):
     # The fragility of the mainshock, and the width of its intervals, are those of a run of the mainshock alone.
-    alone = wd.simulate(wd.Scene(make_building(), STRIPED.events["mainshock"], DRAWN), samples=3, seed=4, device="cpu")
+    alone = wd.simulate(
+        wd.Scene(make_building(), STRIPED.events["mainshock"], DRAWN), structures=3, seed=4, device="cpu"
+    )
     limits = {"slight": float(alone["peak_storey_drift_ratio"].max("storey").median())}
-    found = [wd.fragility(run, limits, bootstrap=20) for run in (alone, wd.of_event(striped, "mainshock"))]
+    found = [wd.fragility(run, limits, bootstrap=20) for run in (alone, wd.select_event(striped, "mainshock"))]
     for name in ("valid_samples", "exceedance_fraction", "exceedance_fraction_lower", "exceedance_fraction_upper"):
         np.testing.assert_array_equal(found[0][name], found[1][name], err_msg=name)
     assert wd.summary(striped).startswith("mainshock\n12 samples: 12 ok")
@@ -85,7 +90,7 @@ def test_aftershocks_make_no_samples_of_the_mainshock(striped):
 
 def test_no_division_changes_a_bit(striped, tmp_path):
     scene = wd.Scene(make_building(), STRIPED, DRAWN)
-    settings = {"samples": 3, "seed": 4, "device": "cpu"}
+    settings = {"structures": 3, "seed": 4, "device": "cpu"}
     divided = wd.simulate(scene, memory=67_130_000, threads=3, **settings)
     with wd.simulate(scene, path=tmp_path / "run.nc", **settings) as read:
         for name in striped.variables:
@@ -95,18 +100,20 @@ def test_no_division_changes_a_bit(striped, tmp_path):
 
 def test_drawn_motions_differ_between_events():
     motions = [make_motion(31, seed) for seed in range(20)]
-    design = wd.Individual(motions)
-    scene = wd.Scene(make_building("elastic"), wd.Sequence({"a": design, "b": design}), record=("drift",), tail=0.0)
-    record = wd.simulate(scene, samples=60, device="cpu")["record"].values
+    design = wd.OneMotionPerStructure(motions)
+    scene = wd.Scene(
+        make_building("elastic"), wd.EventSequence({"a": design, "b": design}), recorders=("drift",), tail=0.0
+    )
+    record = wd.simulate(scene, structures=60, device="cpu")["motion_index"].values
     assert (record[:, 0] == record[:, 1]).sum() < 15  # 3 are due; as many by chance once in a million runs
-    alone = wd.simulate(replace(scene, excitation=design), samples=60, device="cpu")["record"]
+    alone = wd.simulate(replace(scene, excitation=design), structures=60, device="cpu")["motion_index"]
     np.testing.assert_array_equal(record[:, 0], alone)
 
 
 def test_what_has_collapsed_stays_collapsed():
     scene = wd.Scene(make_building(), STRIPED, collapse_drift_ratio=0.012)
     run = wd.simulate(scene, device="cpu")
-    main, after = run.sel(event="mainshock"), wd.of_event(run, "aftershock")
+    main, after = run.sel(event="mainshock"), wd.select_event(run, "aftershock")
     fallen = (main["status"] == COLLAPSED).values
     assert 0 < fallen.sum() < 24
     assert (after["status"][fallen] == COLLAPSED).all()
@@ -115,20 +122,20 @@ def test_what_has_collapsed_stays_collapsed():
         assert np.isfinite(after[name].values[~fallen]).all(), name
         assert np.isfinite(main[name].values).all(), name
     unlimited = wd.simulate(replace(scene, collapse_drift_ratio=None), device="cpu")
-    same = wd.of_event(unlimited, "aftershock")["peak_storey_drift"].values[~fallen]
+    same = wd.select_event(unlimited, "aftershock")["peak_storey_drift"].values[~fallen]
     np.testing.assert_array_equal(after["peak_storey_drift"].values[~fallen], same)
 
 
 def test_what_has_failed_stays_failed():
     # Of two storeys one is too stiff for the step.
-    scatter = {"stiffness": wd.Listed([6e5, 6e9])}
-    scene = wd.Scene(make_building(), wd.Sequence({"a": MAIN, "b": AFTER}), scatter)
+    scatter = {"stiffness": wd.GivenValues([6e5, 6e9])}
+    scene = wd.Scene(make_building(), wd.EventSequence({"a": MAIN, "b": AFTER}), scatter)
     with pytest.warns(UserWarning, match="[ab]: the step is beyond the stability limit of 1 of 2 samples"):
-        run = wd.simulate(scene, samples=2, step=0.01, on_unstable="flag", device="cpu")
+        run = wd.simulate(scene, structures=2, step=0.01, on_unstable="flag", device="cpu")
     np.testing.assert_array_equal(run["status"], [[0, 0], [3, 3]])
     assert np.isnan(run["peak_storey_drift"].values[1]).all()
     with pytest.raises(ValueError, match="a: the step is beyond the stability limit of 1 of 2 samples"):
-        wd.simulate(scene, samples=2, step=0.01, on_unstable="raise", device="cpu")
+        wd.simulate(scene, structures=2, step=0.01, on_unstable="raise", device="cpu")
 
 
 def test_reruns_of_an_event_start_from_what_the_event_before_left():
@@ -145,7 +152,9 @@ def test_reruns_of_an_event_start_from_what_the_event_before_left():
         damping="rayleigh",
     )
     gentle, strong = (scaled(make_motion(201, 7), size) for size in (0.05, 2.0))
-    scene = wd.Scene(building, wd.Sequence({"gentle": gentle, "strong": strong}), tail=1.0, record=("drift", "energy"))
+    scene = wd.Scene(
+        building, wd.EventSequence({"gentle": gentle, "strong": strong}), tail=1.0, recorders=("drift", "energy")
+    )
     settings = {"dtype": "float64", "device": "cpu"}
     run = wd.simulate(scene, step=0.01, **settings)
     assert (run["status"] == OK).all()
@@ -157,10 +166,10 @@ def test_reruns_of_an_event_start_from_what_the_event_before_left():
 
 
 def test_errors_are_estimated_through_all_events():
-    settings = {"samples": 30, "device": "cpu", "seed": 2}
-    load = wd.Sequence({"mainshock": MAIN, "aftershock": AFTER})
-    scene = wd.Scene(make_building(), load, DRAWN, record=("drift",), tail=1.0)
-    run = wd.simulate(scene, step=0.01, check=1.0, **settings)
+    settings = {"structures": 30, "device": "cpu", "seed": 2}
+    load = wd.EventSequence({"mainshock": MAIN, "aftershock": AFTER})
+    scene = wd.Scene(make_building(), load, DRAWN, recorders=("drift",), tail=1.0)
+    run = wd.simulate(scene, step=0.01, checked_share=1.0, **settings)
     finer = wd.simulate(scene, step=0.005, dtype="float64", **settings)
     for event in range(2):
         one, other = (each["peak_storey_drift"].values[:, event] for each in (run, finer))
@@ -177,9 +186,11 @@ def test_errors_are_estimated_through_all_events():
 def test_fragility_of_the_damaged_building():
     motions = [make_motion(201, seed) for seed in range(6)]
     stripes = wd.Stripes(motions, [0.5, 1.0, 2.0, 4.0], PEAK)
-    scene = wd.Scene(make_building(), wd.Sequence({"mainshock": stripes, "aftershock": stripes}), record=("drift",))
+    scene = wd.Scene(
+        make_building(), wd.EventSequence({"mainshock": stripes, "aftershock": stripes}), recorders=("drift",)
+    )
     run = wd.simulate(scene, device="cpu")
-    main, after = run.sel(event="mainshock"), wd.of_event(run, "aftershock")
+    main, after = run.sel(event="mainshock"), wd.select_event(run, "aftershock")
     worst = main["peak_storey_drift_ratio"].max("storey")
     damaged = (worst > 0.003) & (worst <= 0.01)
     assert 24 < damaged.sum() < 24 * 24
@@ -194,27 +205,29 @@ def test_fragility_of_the_damaged_building():
 def test_bad_input_is_refused_by_name():
     building = make_building()
     with pytest.raises(TypeError, match="must map each event's name to its design"):
-        wd.Sequence([MAIN, AFTER])
+        wd.EventSequence([MAIN, AFTER])
     with pytest.raises(ValueError, match="at least two events, got 1"):
-        wd.Sequence({"mainshock": MAIN})
+        wd.EventSequence({"mainshock": MAIN})
     with pytest.raises(TypeError, match="name must be text, such as 'mainshock', got 1"):
-        wd.Sequence({1: MAIN, "aftershock": AFTER})
+        wd.EventSequence({1: MAIN, "aftershock": AFTER})
     with pytest.raises(TypeError, match=r"event 'aftershock' must be Stripes, .* got FreeVibration"):
-        wd.Sequence({"mainshock": MAIN, "aftershock": wd.FreeVibration(1.0, velocity=1.0)})
-    events = wd.Sequence({"mainshock": MAIN, "aftershock": wd.Individual([AFTER], scale=[1.0, 2.0])})
+        wd.EventSequence({"mainshock": MAIN, "aftershock": wd.FreeVibration(1.0, velocity=1.0)})
+    events = wd.EventSequence({"mainshock": MAIN, "aftershock": wd.OneMotionPerStructure([AFTER], scale=[1.0, 2.0])})
     scene = wd.Scene(building, events)
-    with pytest.raises(ValueError, match=r"event 'aftershock': Individual\.scale has 2 values for 3 samples"):
-        wd.simulate(scene, samples=3)
-    with pytest.raises(ValueError, match="histories of a Sequence are not kept"):
-        wd.simulate(scene, samples=2, histories=wd.Histories((0,)))
+    with pytest.raises(
+        ValueError, match=r"event 'aftershock': OneMotionPerStructure\.scale has 2 values for 3 samples"
+    ):
+        wd.simulate(scene, structures=3)
+    with pytest.raises(ValueError, match="histories of an EventSequence are not kept"):
+        wd.simulate(scene, structures=2, histories=wd.Histories((0,)))
     with pytest.raises(ValueError, match="error chooses the step by a pilot of one event"):
-        wd.simulate(scene, samples=2, error=0.01)
+        wd.simulate(scene, structures=2, target_error=0.01)
     with pytest.raises(ValueError, match="'exact' is for linear structures"):
-        wd.simulate(wd.Scene(make_building("elastic"), events), samples=2, method="exact")
-    with pytest.raises(TypeError, match="a Sequence needs a ShearBuilding"):
+        wd.simulate(wd.Scene(make_building("elastic"), events), structures=2, method="exact")
+    with pytest.raises(TypeError, match="an EventSequence needs a ShearBuilding"):
         wd.Scene(wd.LinearSystem(np.eye(2), np.eye(2), np.eye(2)), events)
-    with pytest.raises(TypeError, match="portfolio must be Stripes, Cloud or Individual, got Sequence"):
+    with pytest.raises(TypeError, match="portfolio must be Stripes, Cloud or OneMotionPerStructure, got EventSequence"):
         wd.simulate_portfolio(wd.Portfolio({"a": wd.Archetype(building)}), events)
     run = xr.Dataset({"status": ("sample", [0])})
     with pytest.raises(ValueError, match="the dataset has no events"):
-        wd.of_event(run, "mainshock")
+        wd.select_event(run, "mainshock")

@@ -60,7 +60,7 @@ def joined(*motions, tail):
 def both(building, method, dtype, tail=TAIL, motions=(MAIN, AFTER)):
     """Return a sequence of motions, and one run under the motions joined together, of one sample each."""
     settings = {"step": 0.005, "method": method, "dtype": dtype, "device": "cpu"}
-    events = wd.Sequence({f"event {number}": motion for number, motion in enumerate(motions)})
+    events = wd.EventSequence({f"event {number}": motion for number, motion in enumerate(motions)})
     runs = (
         wd.simulate(wd.Scene(building, load, tail=tail), **settings) for load in (events, joined(*motions, tail=tail))
     )
@@ -109,7 +109,7 @@ def test_energy_closes_in_every_event(method):
     # The second event starts with what is stored and moves, under gravity that has pushed already: it gives back what
     # is told here to be far more than the balance may be off. (Hysteretic energies are held to one run's above.)
     building = make_building(gravity_load=[1e4, 5e3])
-    load = wd.Sequence({"event 0": MAIN, "event 1": LATER})
+    load = wd.EventSequence({"event 0": MAIN, "event 1": LATER})
     settings = {"step": 0.0025, "method": method, "dtype": "float64", "device": "cpu"}
     events = wd.simulate(wd.Scene(building, load, tail=TAIL), **settings).isel(sample=0)
     assert (np.abs(events["energy_balance_error"]) < 2e-3).all()
@@ -137,7 +137,7 @@ def test_each_event_is_as_in_opensees(law):
     coefficient, tail = 8e3, 6.0
     building = make_building(law, damping_coefficient=coefficient)
     motions = scaled(MAIN, 1.5), scaled(AFTER, 3.0)
-    load = wd.Sequence({"mainshock": motions[0], "aftershock": motions[1]})
+    load = wd.EventSequence({"mainshock": motions[0], "aftershock": motions[1]})
     run = wd.simulate(wd.Scene(building, load, tail=tail), step=0.001, dtype="float64", device="cpu").isel(sample=0)
     whole, substeps = joined(*motions, tail=tail).acceleration, 20
     ends = np.cumsum([len(motion.values) - 1 + round(tail / STEP) for motion in motions])
@@ -159,7 +159,7 @@ def test_an_elastic_building_at_rest_forgets_the_mainshock():
     building = make_building("elastic", damping_coefficient=8e3)
     settings = {"step": 0.005, "dtype": "float64", "device": "cpu"}
     tail = 20.0  # over which the slowest mode, of 8 % damping, decays to 1e-9
-    run = wd.simulate(wd.Scene(building, wd.Sequence({"a": MAIN, "b": AFTER}), tail=tail), **settings)
+    run = wd.simulate(wd.Scene(building, wd.EventSequence({"a": MAIN, "b": AFTER}), tail=tail), **settings)
     for event, motion in enumerate((MAIN, AFTER)):
         alone = wd.simulate(wd.Scene(building, motion, tail=tail), **settings)
         for name in ("peak_storey_drift", "peak_floor_acceleration", "input_energy", "time_of_peak_drift"):

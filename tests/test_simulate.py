@@ -11,7 +11,10 @@ import warpdyn as wd
 from warpdyn.core.netcdf import write
 
 GRAVITY = 9.80665
-SEEDED = {"mass": wd.Factor(wd.Lognormal(1, 0.1)), "yield_force": wd.Factor(wd.Lognormal(1, 0.3), per="storey")}
+SEEDED = {
+    "mass": wd.RandomFactor(wd.Lognormal(1, 0.1)),
+    "yield_force": wd.RandomFactor(wd.Lognormal(1, 0.3), per="storey"),
+}
 
 
 def make_motion(step, values, seed):
@@ -53,24 +56,24 @@ def assert_same_bits(first, second, samples=slice(None)):
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_one_seed_gives_one_result_also_through_a_file(dtype, tmp_path):
-    runs = [wd.simulate(make_scene(), samples=4, seed=11, dtype=dtype, threads=2) for _ in range(2)]
+    runs = [wd.simulate(make_scene(), structures=4, seed=11, dtype=dtype, threads=2) for _ in range(2)]
     assert_same_bits(*runs)
     write(runs[0], tmp_path / "run.nc")
     with xr.open_dataset(tmp_path / "run.nc") as read:
         assert_same_bits(read.load(), runs[1])
-    other = wd.simulate(make_scene(), samples=4, seed=12, dtype=dtype)
+    other = wd.simulate(make_scene(), structures=4, seed=12, dtype=dtype)
     assert not np.array_equal(other["mass"], runs[0]["mass"])
     assert not np.array_equal(other["peak_storey_drift"], runs[0]["peak_storey_drift"])
 
 
 def test_more_samples_leave_the_first_as_they_are():
-    few, many = (wd.simulate(make_scene(), samples=n) for n in (2, 5))
+    few, many = (wd.simulate(make_scene(), structures=n) for n in (2, 5))
     assert many.sizes["sample"] == 5 * 3 * 2
     assert_same_bits(few, many, slice(0, few.sizes["sample"]))
-    drawn = {"excitation": wd.Individual(MOTIONS)}  # the motion of each sample is drawn too
-    few, many = (wd.simulate(make_scene(**drawn), samples=n) for n in (3, 30))
+    drawn = {"excitation": wd.OneMotionPerStructure(MOTIONS)}  # the motion of each sample is drawn too
+    few, many = (wd.simulate(make_scene(**drawn), structures=n) for n in (3, 30))
     assert_same_bits(few, many, slice(0, 3))
-    assert set(many["record"].values) == {0, 1, 2}
+    assert set(many["motion_index"].values) == {0, 1, 2}
 
 
 @pytest.mark.parametrize("law", ["takeda", "pinching4"])
@@ -80,8 +83,8 @@ def test_a_storey_that_glides_does_not_see_whether_others_turn(law):
     own = {"takeda": {"hardening_ratio": 0.05, "unloading_exponent": 0.4}, "pinching4": backbone}[law]
     building = wd.ShearBuilding([1e4] * 2, 4e6, 3.0, law=law, yield_force=4e4, **own)
     shaking = wd.GroundMotion(6 * np.sin(np.arange(400) * 0.07) * np.hanning(400), 0.01)
-    scatter = {"stiffness": wd.Factor(wd.Lognormal(1, 0.3))}
-    few, many = (wd.simulate(wd.Scene(building, shaking, scatter=scatter), samples=n, step=0.005) for n in (3, 40))
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1, 0.3))}
+    few, many = (wd.simulate(wd.Scene(building, shaking, scatter=scatter), structures=n, step=0.005) for n in (3, 40))
     assert np.ptp(many["hysteretic_energy"].values) > 0
     assert_same_bits(few, many, slice(0, 3))
 
@@ -103,13 +106,13 @@ def test_a_sample_is_the_same_alone_and_among_others(dtype):
 
 def test_stripes_of_peak_ground_acceleration():
     levels = [0.1, 0.4]
-    run = wd.simulate(make_scene(), samples=2)
+    run = wd.simulate(make_scene(), structures=2)
     # Structure first, then motion, then level.
     assert run["structure"].values.tolist() == [0] * 6 + [1] * 6
-    assert run["record"].values.tolist() == [0, 0, 1, 1, 2, 2] * 2
+    assert run["motion_index"].values.tolist() == [0, 0, 1, 1, 2, 2] * 2
     assert run["im_level"].values.tolist() == levels * 6
     peaks = np.array([np.abs(motion.acceleration).max() for motion in MOTIONS])
-    scaled = run["scale_factor_of_motion"] * peaks[run["record"]] / GRAVITY
+    scaled = run["scale_factor_of_motion"] * peaks[run["motion_index"]] / GRAVITY
     np.testing.assert_allclose(scaled, run["im_level"], rtol=1e-14)
 
 
@@ -124,24 +127,24 @@ def test_stripes_of_spectral_acceleration_reach_their_level():
 
 
 def test_cloud_and_individual():
-    cloud = wd.simulate(make_scene(excitation=wd.Cloud(MOTIONS)), samples=2)
+    cloud = wd.simulate(make_scene(excitation=wd.Cloud(MOTIONS)), structures=2)
     peaks = [np.abs(motion.acceleration).max() / GRAVITY for motion in MOTIONS]
     np.testing.assert_allclose(cloud["im_level"], peaks * 2, rtol=1e-14)
     assert np.all(cloud["scale_factor_of_motion"] == 1)
-    chosen = wd.Individual(MOTIONS, motion=[2, 0], scale=[0.5, 2.0])
-    run = wd.simulate(make_scene(excitation=chosen, scatter={}), samples=2)
-    assert run["record"].values.tolist() == [2, 0]
+    chosen = wd.OneMotionPerStructure(MOTIONS, motion=[2, 0], scale=[0.5, 2.0])
+    run = wd.simulate(make_scene(excitation=chosen, scatter={}), structures=2)
+    assert run["motion_index"].values.tolist() == [2, 0]
     np.testing.assert_allclose(run["im_level"], [0.5 * peaks[2], 2 * peaks[0]], rtol=1e-14)
 
 
 def test_dataset_keeps_its_contract():
-    scatter = SEEDED | {"stiffness": wd.Factor(wd.Uniform(0.9, 1.1)), "height": 3.2}
-    run = wd.simulate(make_scene(scatter=scatter), samples=2, seed=5, histories=wd.Histories((0, 1)))
+    scatter = SEEDED | {"stiffness": wd.RandomFactor(wd.Uniform(0.9, 1.1)), "height": 3.2}
+    run = wd.simulate(make_scene(scatter=scatter), structures=2, seed=5, histories=wd.Histories((0, 1)))
     assert run["peak_storey_drift_ratio"].dims == ("sample", "storey")
     assert run["peak_floor_acceleration"].dims == ("sample", "floor")
     assert run["displacement"].dims == ("history", "time", "dof")
     assert run["peak_base_shear"].dims == ("sample",)
-    for name in ("record", "im_level", "structure"):
+    for name in ("motion_index", "im_level", "structure"):
         assert run[name].dims == ("sample",)
         assert name in run.coords
     assert run["storey"].values.tolist() == run["floor"].values.tolist() == run["dof"].values.tolist() == [1, 2]
@@ -210,7 +213,7 @@ def test_residual_peak_and_dissipation_of_an_oscillator_that_yields_once():
         run = wd.simulate(
             wd.Scene(make_oscillator(law="bilinear", yield_force=1.0, hardening_ratio=0.0), load),
             step=step,
-            samples=count,
+            structures=count,
             dtype="float64",
         )
         np.testing.assert_allclose(run["peak_storey_drift"], 0.05, rtol=1e-4)
@@ -220,10 +223,10 @@ def test_residual_peak_and_dissipation_of_an_oscillator_that_yields_once():
 
 
 def test_collapse_is_told_by_its_limit_alone():
-    run = wd.simulate(make_scene(), samples=3)
+    run = wd.simulate(make_scene(), structures=3)
     worst = run["peak_storey_drift_ratio"].max("storey").values
     limit = float(np.sort(worst)[9])  # of 18 samples
-    limited = wd.simulate(make_scene(collapse_drift_ratio=limit * 1.0001), samples=3)
+    limited = wd.simulate(make_scene(collapse_drift_ratio=limit * 1.0001), structures=3)
     assert limited["status"].values.tolist() == (worst > limit * 1.0001).astype(int).tolist()
     assert 0 < limited["status"].values.sum() < 18
     assert_same_bits(run.drop_vars("status"), limited.drop_vars("status"))  # collapsed samples keep their demands
@@ -232,10 +235,10 @@ def test_collapse_is_told_by_its_limit_alone():
 def test_a_step_beyond_the_stability_limit_is_flagged_and_never_a_collapse():
     # RK4's limit without damping is 2.828427124746 / w; the scatter of mass puts it on both sides of the step.
     oscillator = make_oscillator()
-    scatter = {"mass": wd.Factor(wd.Uniform(0.5, 1.5))}
+    scatter = {"mass": wd.RandomFactor(wd.Uniform(0.5, 1.5))}
     scene = wd.Scene(oscillator, wd.FreeVibration(40.0, 0.1), scatter=scatter, collapse_drift_ratio=1e-3)
     with pytest.warns(UserWarning, match="stability limit of .* of 40 samples"):
-        run = wd.simulate(scene, samples=40, step=0.25, dtype="float64", on_unstable="flag")
+        run = wd.simulate(scene, structures=40, step=0.25, dtype="float64", on_unstable="flag")
     limit = 2.828427124746 / np.sqrt(100 / run["mass"].values[:, 0])
     assert np.all(np.abs(limit / 0.25 - 1) > 3e-3)  # none so near that the engine's margin of 0.21 % decides
     assert run["status"].values.tolist() == np.where(limit < 0.25, 3, 1).tolist()
@@ -251,7 +254,7 @@ def test_a_blow_up_is_diverged_and_never_a_collapse():
     # At resonance the velocity grows by F / 2m = 5e37 m/s a second: float32 ends at 3.4e38, after 7 s.
     scene = wd.Scene(make_oscillator(), wd.HarmonicForce([1e38], 10.0, 60.0), collapse_drift_ratio=1e-3)
     with pytest.warns(UserWarning, match="2 of 2 samples diverged"):
-        run = wd.simulate(scene, samples=2, dtype="float32", on_unstable="flag")  # and no shorter steps
+        run = wd.simulate(scene, structures=2, dtype="float32", on_unstable="flag")  # and no shorter steps
     assert run["status"].values.tolist() == [2, 2]
     for name in ("peak_storey_drift", "peak_floor_acceleration", "input_energy", "hysteretic_energy"):
         assert np.all(np.isnan(run[name])), name
@@ -266,7 +269,7 @@ def test_default_step_divides_every_motion_and_resolves_the_structure():
     stiff, soft = make_building(), make_building(stiffness=[6e2, 4e2])
     for building in (stiff, soft):
         run = wd.simulate(make_scene(structure=building, scatter={}))
-        ratio = run["motion_step"].values[run["record"].values] / run["integration_step"].values
+        ratio = run["motion_step"].values[run["motion_index"].values] / run["integration_step"].values
         np.testing.assert_allclose(ratio, np.round(ratio), rtol=1e-12)
         assert np.all(run["integration_step"] <= building.fundamental_period / 100 * (1 + 1e-9))
         assert np.all(run["status"] == 0)
@@ -282,6 +285,6 @@ class Screen(io.StringIO):
 def test_progress_shows_on_a_terminal_only(stream, monkeypatch):
     monkeypatch.setattr(sys, "stderr", shown := stream())
     monkeypatch.setattr(sys, "stdout", printed := io.StringIO())
-    wd.simulate(make_scene(), samples=2)
+    wd.simulate(make_scene(), structures=2)
     assert printed.getvalue() == ""
     assert ("12.0/12.0" in shown.getvalue()) == (stream is Screen)

@@ -16,11 +16,14 @@ from warpdyn.running import blocks
 CHANGES = {"history", "seconds_sampling", "seconds_integrating", "seconds_in_kernels"}  # attributes of the clock
 SYSTEM = wd.LinearSystem([2.0, 1.0], np.zeros((2, 2)), [[300.0, -100.0], [-100.0, 100.0]])
 SCENES = {
-    "stripes": (make_scene(), {"check": 0.5, "histories": wd.Histories((1, 0))}),
-    "individual": (make_scene(excitation=wd.Individual(MOTIONS)), {"dtype": "float64"}),
+    "stripes": (make_scene(), {"checked_share": 0.5, "histories": wd.Histories((1, 0))}),
+    "individual": (make_scene(excitation=wd.OneMotionPerStructure(MOTIONS)), {"dtype": "float64"}),
     "without inputs": (make_scene(), {"keep_inputs": False}),
     "adaptive": (make_scene(scatter={}), {"method": "dormand_prince54"}),
-    "system": (wd.Scene(SYSTEM, wd.FreeVibration(1.0, velocity=0.1), {"mass": wd.Factor(wd.Lognormal(1, 0.1))}), {}),
+    "system": (
+        wd.Scene(SYSTEM, wd.FreeVibration(1.0, velocity=0.1), {"mass": wd.RandomFactor(wd.Lognormal(1, 0.1))}),
+        {},
+    ),
 }
 
 
@@ -28,7 +31,7 @@ SCENES = {
 def test_the_file_is_what_the_run_in_memory_is(name, tmp_path, monkeypatch):
     monkeypatch.setattr(blocks, "CPU_BLOCK", 10)
     scene, settings = SCENES[name]
-    settings = {"samples": 7, "seed": 3, "device": "cpu", **settings}
+    settings = {"structures": 7, "seed": 3, "device": "cpu", **settings}
     held = wd.simulate(scene, **settings)
     with wd.simulate(scene, path=tmp_path / "run.nc", **settings) as read:
         assert os.listdir(tmp_path) == ["run.nc"]
@@ -49,7 +52,7 @@ def test_the_file_is_what_the_run_in_memory_is(name, tmp_path, monkeypatch):
 
 
 def test_values_are_read_when_they_are_asked_for(tmp_path):
-    with wd.simulate(make_scene(), samples=3, path=str(tmp_path / "new" / "run.nc")) as run:
+    with wd.simulate(make_scene(), structures=3, path=str(tmp_path / "new" / "run.nc")) as run:
         assert not run["peak_storey_drift"]._in_memory
         assert np.isfinite(run["peak_storey_drift"].values).all()
 
@@ -84,7 +87,7 @@ def test_nothing_is_left_of_an_unfinished_run(fail, error, existed, tmp_path, mo
         path.write_text("what stood there")
     fail(monkeypatch, error)
     with pytest.raises(type(error)):
-        wd.simulate(make_scene(), samples=4, path=path, device="cpu")
+        wd.simulate(make_scene(), structures=4, path=path, device="cpu")
     assert os.listdir(tmp_path) == (["run.nc"] if existed else [])
     if existed:
         assert path.read_text() == "what stood there"
@@ -104,7 +107,7 @@ def test_chunks_lie_along_the_samples_and_are_compressed_where_it_pays(tmp_path,
     monkeypatch.setattr(blocks, "CPU_BLOCK", 1500)  # blocks that do not end where chunks do
     levels = np.linspace(0.1, 1, 20)
     scene = make_scene(excitation=wd.Stripes(MOTIONS, levels, wd.PeakGroundAcceleration()))
-    run = wd.simulate(scene, samples=80, path=tmp_path / "run.nc", device="cpu")
+    run = wd.simulate(scene, structures=80, path=tmp_path / "run.nc", device="cpu")
     wd.write(run, tmp_path / "again.nc")
     run.close()
     compressed = {}
@@ -115,7 +118,7 @@ def test_chunks_lie_along_the_samples_and_are_compressed_where_it_pays(tmp_path,
             assert file["peak_storey_drift"].chunking() == [1000, 2]
             compressed[name] = {variable.name for variable in along if variable.filters()["zlib"]}
     assert compressed["run.nc"] == compressed["again.nc"]
-    assert {"sample", "structure", "record", "im_level", "status", "mass", "yield_force"} <= compressed["run.nc"]
+    assert {"sample", "structure", "motion_index", "im_level", "status", "mass", "yield_force"} <= compressed["run.nc"]
     assert not {"peak_storey_drift", "input_energy", "residual_drift_ratio"} & compressed["run.nc"]
 
 
@@ -123,8 +126,8 @@ def test_a_long_run_is_there_to_the_last_sample(tmp_path, monkeypatch):
     # Free vibration from rest at v0 peaks at v0 / w: every sample's own answer, found again in its place in the file.
     monkeypatch.setattr(blocks, "CPU_BLOCK", 3000)
     stiffness = np.linspace(50, 200, 40_000)[:, None]
-    scene = wd.Scene(make_oscillator(), wd.FreeVibration(1.0, velocity=0.3), {"stiffness": wd.Listed(stiffness)})
-    with wd.simulate(scene, samples=40_000, method="exact", step=0.001, path=tmp_path / "run.nc") as run:
+    scene = wd.Scene(make_oscillator(), wd.FreeVibration(1.0, velocity=0.3), {"stiffness": wd.GivenValues(stiffness)})
+    with wd.simulate(scene, structures=40_000, method="exact", step=0.001, path=tmp_path / "run.nc") as run:
         assert run["sample"].values.tolist() == list(range(40_000))
         # A peak between two steps is missed by (w h)^2 / 8, at most 2.5e-5 of it.
         np.testing.assert_allclose(run["peak_storey_drift"][:, 0], 0.3 / np.sqrt(stiffness[:, 0]), rtol=5e-5)

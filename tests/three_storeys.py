@@ -28,7 +28,7 @@ def simulate(structure, excitation, step, method, dtype="float64", **scene):
 def histories(structure, excitation, step, method, dtype="float64", **scene):
     """Return the time [s] and the whole histories of one sample, from the kernel of histories alone."""
     scene = wd.Scene(structure, excitation, **scene)
-    run, _ = prepare(scene, samples=1, step=step, method=method, dtype=dtype, device="cpu")
+    run, _ = prepare(scene, structures=1, step=step, method=method, dtype=dtype, device="cpu")
     assert np.isclose(run.schedule.step.item(), step)
     time, kept = run.integrate_histories((0,), 1, step)
     assert all(np.isfinite(values).all() for values in kept.values())

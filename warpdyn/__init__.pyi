@@ -1,11 +1,11 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
 from . import laws as laws, plots as plots, truth as truth
-from .accuracy.pilot import Choice as Choice, plan as plan
+from .accuracy.pilot import MethodChoice as MethodChoice, plan as plan
 from .core.netcdf import write as write
 from .ground_motions import records as records
-from .ground_motions.designs import Cloud as Cloud, Individual as Individual, Stripes as Stripes
-from .ground_motions.event_sequences import Sequence as Sequence
+from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
+from .ground_motions.event_sequences import EventSequence as EventSequence
 from .ground_motions.filtered_noise import (
     CloughPenzien as CloughPenzien,
     FilteredNoise as FilteredNoise,
@@ -36,15 +36,19 @@ from .portfolio.simulate_portfolio import simulate_portfolio as simulate_portfol
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
-from .running.selections import of_archetype as of_archetype, of_event as of_event, of_storeys as of_storeys
+from .running.selections import (
+    select_archetype as select_archetype,
+    select_event as select_event,
+    select_storeys as select_storeys,
+)
 from .running.simulate import simulate as simulate
 from .scene.scatter import (
-    Factor as Factor,
-    Listed as Listed,
+    GivenValues as GivenValues,
     Lognormal as Lognormal,
     Normal as Normal,
+    RandomFactor as RandomFactor,
+    RandomValue as RandomValue,
     Uniform as Uniform,
-    Value as Value,
 )
 from .scene.scene import Scene as Scene
 from .statistics.damage_shares import damage_shares as damage_shares

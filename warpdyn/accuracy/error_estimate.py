@@ -53,7 +53,7 @@ def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
     schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
     is_adaptive = METHODS[run.plan.method].is_adaptive
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
-    refined = run.alike(in_float64(run.terms, tolerance, run.queue.device), schedule)
+    refined = run.with_terms(in_float64(run.terms, tolerance, run.queue.device), schedule)
     if run.before is not None:
         everything = np.arange(run.before.sample.size)
         refined.resume(integrate_guarded(_refined(run.before, everything, finer), everything))
@@ -69,7 +69,7 @@ def compare(
     if "peak_storey_drift" in reference:
         sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / run.heights[run.row[chosen]].T
     errors = {}
-    for recorder in run.scene.record:
+    for recorder in run.scene.recorders:
         for name, variable in RECORDERS[run.plan.family][recorder].items():
             if not variable.is_demand:
                 continue
@@ -116,7 +116,7 @@ class ErrorEstimate:
         own = self.chosen[first:last] - run.sample[0]
         own = own[outputs["status"][own] < DIVERGED]
         if own.size:
-            self._waiting.append((run.take(own), {name: values[..., own] for name, values in outputs.items()}))
+            self._waiting.append((run.select(own), {name: values[..., own] for name, values in outputs.items()}))
         if sum(part.sample.size for part, _ in self._waiting) >= self.together:
             self._run_again()
 

@@ -13,7 +13,7 @@ from scipy.stats import binom
 from warpdyn.accuracy.error_estimate import compare
 from warpdyn.core.checks import check_kind, one_of, real_number, whole_number
 from warpdyn.core.random_numbers import Purpose
-from warpdyn.ground_motions.event_sequences import Sequence
+from warpdyn.ground_motions.event_sequences import EventSequence
 from warpdyn.integration.damping import law_to_integrate
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Drawn, prepare
@@ -22,7 +22,7 @@ from warpdyn.integration.time_grid import Vibration
 from warpdyn.kernels.plan import values_held
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.methods.table import check_fits, fitting_methods
-from warpdyn.scene.scatter import Listed
+from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 
 # The methods that the accuracy study found cheapest for some scene and error, or within its timings' scatter of them,
@@ -41,7 +41,7 @@ QUANTILE = 0.95
 
 
 @dataclass(frozen=True)
-class Choice:
+class MethodChoice:
     """The cheapest method, step and dtype that keep a target error.
 
     Args:
@@ -65,7 +65,7 @@ class Choice:
             is_chosen = (entry.method.item(), entry.dtype.item()) == (self.method, self.dtype)
             lines.append(
                 f"{entry.method.item():<26} {entry.dtype.item():<8} {entry.longest_step.item():>16.4g} "
-                f"{entry.error.item():>11.2e} {entry.seconds_a_sample.item():>18.2e}{' *' if is_chosen else ''}"
+                f"{entry.error.item():>11.2e} {entry.seconds_per_sample.item():>18.2e}{' *' if is_chosen else ''}"
             )
         lines.append(f"* the cheapest within {self.table.attrs['target_error']:g}")
         lines += [f"{name:<40} {value:,.6g}" for name, value in self.carried.items()]
@@ -74,15 +74,15 @@ class Choice:
 
 def plan(
     scene: Scene,
-    error: float = 0.01,
+    target_error: float = 0.01,
     *,
-    samples: int = 1,
+    structures: int = 1,
     method: str | None = None,
     dtype: str | None = None,
     seed: int = 0,
     device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
-) -> Choice:
+) -> MethodChoice:
     """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
 
     For each method the longest of some steps is found whose error holds, in float32 and, if none does, in float64; then
@@ -92,8 +92,8 @@ def plan(
 
     Args:
         scene: The scene.
-        error: Relative error that 95 % of the samples are to stay below.
-        samples: Structures of the run that is planned, for its expected time.
+        target_error: Relative error that 95 % of the samples are to stay below.
+        structures: Structures of the run that is planned, for its expected time.
         method: The method, if that is settled; None to try those that are ever the cheapest.
         dtype: "float32" or "float64", if that is settled.
         seed: Seed of the pilot's samples.
@@ -104,18 +104,18 @@ def plan(
         ValueError: If an argument is out of its range, or no candidate reaches the target.
     """
     check_kind("plan", "a Scene", scene, Scene)
-    check_error(error)
-    if isinstance(scene.excitation, Sequence):
+    check_target_error(target_error)
+    if isinstance(scene.excitation, EventSequence):
         raise ValueError(
-            "error chooses the step by a pilot of one event, and the scene has a Sequence: plan() its first event by "
-            "itself, give simulate() the step, and estimate the errors of all events with check="
+            "target_error chooses the step by a pilot of one event, and the scene has an EventSequence: plan() its first event by "
+            "itself, give simulate() the step, and estimate the errors of all events with checked_share="
         )
-    samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
+    structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if method is not None:
         check_fits(method, law_to_integrate(scene), scene.structure.damping)
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
-    pilot = _Pilot(scene, error, seed, checked_devices(device)[0], threads)
+    pilot = _Pilot(scene, target_error, seed, checked_devices(device)[0], threads)
     fitting = fitting_methods(law_to_integrate(scene), scene.structure.damping)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
@@ -127,7 +127,7 @@ def plan(
                 break
     if not rows:
         raise ValueError(
-            f"no method keeps the 95 % error of the peak drift below {error:g} with up to {STEPS_A_PERIOD[-1]:.4g} "
+            f"no method keeps the 95 % error of the peak drift below {target_error:g} with up to {STEPS_A_PERIOD[-1]:.4g} "
             f"steps in the first period (tried: {', '.join(methods)}): ask for a larger error"
         )
     # Every candidate in turn, and again: what slows the machine for a while slows them all.
@@ -138,36 +138,36 @@ def plan(
         "dtype": ([row[1] for row in rows], "number type", "1"),
         "longest_step": ([row[2] for row in rows], "longest integration step", "s"),
         "error": ([row[3] for row in rows], "95 % error of the peak drift in the pilot", "1"),
-        "seconds_a_sample": (seconds, "time a sample of the pilot", "s"),
+        "seconds_per_sample": (seconds, "time a sample of the pilot", "s"),
     }
     table = xr.Dataset(
         {key: ("candidate", np.array(v), {"long_name": text, "units": u}) for key, (v, text, u) in columns.items()},
-        attrs={"target_error": error, "pilot_samples": pilot.chosen.size},
+        attrs={"target_error": target_error, "pilot_samples": pilot.chosen.size},
     )
-    carried = carried_by(scene, rows[best][4], samples, float(seconds[best]))
-    return Choice(rows[best][0], rows[best][1], rows[best][2], table, carried)
+    carried = carried_by(scene, rows[best][4], structures, float(seconds[best]))
+    return MethodChoice(rows[best][0], rows[best][1], rows[best][2], table, carried)
 
 
 class _Pilot:
     """A few samples of a scene, with the peak drifts of a run that is as good as exact."""
 
-    def __init__(self, scene: Scene, error: float, seed: int, device: str, threads: int | None) -> None:
+    def __init__(self, scene: Scene, target_error: float, seed: int, device: str, threads: int | None) -> None:
         only = "drift" if scene.structure.family == "chain" else "displacement"
-        self.scene, self.error = replace(scene, record=(only,), collapse_drift_ratio=None), error
+        self.scene, self.target_error = replace(scene, recorders=(only,), collapse_drift_ratio=None), target_error
         self.known: dict[str, Drawn] = {}
         self.settings = {"seed": seed, "device": device, "threads": threads}
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
         self.structures = _fixed_structures(scene)
         if self.structures == 0:
-            each = scene.excitation.samples_a_structure
+            samples_per_structure = scene.excitation.samples_per_structure
             most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # so that it sees the scatter, too
-            self.structures = max(-(-wanted // each), most)
-        total = self.structures * scene.excitation.samples_a_structure
+            self.structures = max(-(-wanted // samples_per_structure), most)
+        total = self.structures * scene.excitation.samples_per_structure
         generator = np.random.default_rng([seed, Purpose.PILOT_SAMPLES])
         self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
         periods = self._prepared("rk4", "float64", None)[1].period
         self.period = float(np.median(periods))
-        finer = REFERENCE_STEPS_A_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / error))
+        finer = REFERENCE_STEPS_A_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
         method, step = "exact" if law_to_integrate(scene) == "elastic" else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
         if held > MOST_HELD:  # a mode far too stiff to matter: what it takes part in is seen without it
@@ -177,7 +177,7 @@ class _Pilot:
     def _prepared(self, method: str, dtype: str, longest_step: float | None) -> tuple[Ensemble, Vibration]:
         return prepare(
             self.scene,
-            samples=self.structures,
+            structures=self.structures,
             method=method,
             dtype=dtype,
             longest_step=longest_step,
@@ -221,7 +221,7 @@ class _Pilot:
                 low = middle + 1
                 continue
             error = self._error(run)
-            if error <= HELD * self.error:
+            if error <= HELD * self.target_error:
                 taken = float((run.timeline.interval / run.timeline.substeps).max())
                 found, high = (taken, error, run), middle - 1
             else:
@@ -235,32 +235,32 @@ class _Pilot:
         return (time.perf_counter() - started) / self.chosen.size
 
 
-def check_error(error: float) -> None:
+def check_target_error(target_error: float) -> None:
     """Raise an error unless a relative error is one that can be kept."""
-    if not LEAST_ERROR <= real_number("error", error, above=0) < 1:
-        raise ValueError(f"error must be a relative error from {LEAST_ERROR:g} to below 1, got {error}")
+    if not LEAST_ERROR <= real_number("target_error", target_error, above=0) < 1:
+        raise ValueError(f"target_error must be a relative error from {LEAST_ERROR:g} to below 1, got {target_error}")
 
 
 def _fixed_structures(scene: Scene) -> int:
     """Return how many structures a scene lists, itself or with its motions; 0 if any number can be drawn."""
-    listed = [len(spread.values) for spread in scene.scatter.values() if isinstance(spread, Listed)]
+    listed = [len(spread.values) for spread in scene.scatter.values() if isinstance(spread, GivenValues)]
     given = (getattr(scene.excitation, name, None) for name in ("motion", "scale"))
     return max(listed + [np.size(values) for values in given if np.size(values) > 1], default=0)
 
 
-def carried_by(scene: Scene, run: Ensemble, samples: int, seconds_a_sample: float) -> dict[str, float]:
+def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
     """Return what a scene makes its kernel hold, move and take, by name.
 
     Args:
         scene: The scene, with what it records.
         run: The launches of its pilot, which record less.
-        samples: Structures of the run that is planned.
-        seconds_a_sample: Time a sample of the pilot took [s].
+        structures: Structures of the run that is planned.
+        seconds_per_sample: Time a sample of the pilot took [s].
     """
     width = np.dtype(run.plan.dtype).itemsize
-    held = values_held(replace(run.plan, recorders=scene.record))
+    held = values_held(replace(run.plan, recorders=scene.recorders))
     steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
-    total = (_fixed_structures(scene) or samples) * scene.excitation.samples_a_structure
+    total = (_fixed_structures(scene) or structures) * scene.excitation.samples_per_structure
     read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
     return {
         **{f"{name} a sample [values]": count for name, count in held.items()},
@@ -268,5 +268,5 @@ def carried_by(scene: Scene, run: Ensemble, samples: int, seconds_a_sample: floa
         "bytes read and written a sample": width * (read + held["structure"] + held["recorders"]) + 4 * 6,
         "steps a sample, mean": float(steps.mean()),
         "samples": total,
-        "expected integration time [s]": seconds_a_sample * total,
+        "expected integration time [s]": seconds_per_sample * total,
     }

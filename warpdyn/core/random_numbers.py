@@ -3,7 +3,7 @@
 Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns a counter of
 four words into four random words, under a key of two. The key is the seed; the counter holds, from its first word on, a
 counter, the purpose and the sample's index in two words. A sample's numbers so depend on the seed and its own index
-alone, however samples are divided. `kernels.philox` is the same in kernels; this looks a few up.
+alone, however samples are divided. `device.random_numbers.philox` is the same in kernels; this looks a few up.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def key_of(seed: int) -> int:
     return int.from_bytes(hashlib.sha256(seed.to_bytes((seed.bit_length() + 7) // 8, "little")).digest()[:8], "little")
 
 
-def philox(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
+def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
     """Return the blocks of Philox4x32-10.
 
     Args:
@@ -85,7 +85,7 @@ def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike)
     sample, word = np.asarray(sample, dtype=np.uint64), np.uint64(WORD)
     parts = np.uint64(purpose), sample % word, sample // word
     counters = np.stack(np.broadcast_arrays(counter, *parts))
-    words = philox(counters, (key % WORD, key // WORD)).astype(np.uint64)
+    words = philox_blocks(counters, (key % WORD, key // WORD)).astype(np.uint64)
     bits = (words[0::2] << np.uint64(20)) | (words[1::2] >> np.uint64(12))
     return np.moveaxis((bits.astype(np.float64) + 0.5) * 2.0**-52, 0, -1)
 

@@ -19,7 +19,7 @@ def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> 
     """Return the measure of every motion, in g where it is an acceleration."""
     if not isinstance(measure, IntensityMeasure):
         raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
-    return measure.of_all(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
+    return measure.values(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
 
 
 def _is_acceleration(measure: IntensityMeasure) -> bool:
@@ -81,7 +81,7 @@ class Stripes(_Labelled):
         object.__setattr__(self, "_intensities", intensities)
 
     @property
-    def samples_a_structure(self) -> int:
+    def samples_per_structure(self) -> int:
         """Motions x levels."""
         return len(self.motions) * len(self.levels_in_g)
 
@@ -91,9 +91,9 @@ class Stripes(_Labelled):
         motion = np.repeat(np.arange(len(self.motions), dtype=np.int32), levels)
         im_level = np.tile(self.levels_in_g, len(self.motions))
         scale = im_level / self._intensities[motion]
-        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_a_structure)
+        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion, scale, im_level = (np.tile(values, len(structures)) for values in (motion, scale, im_level))
-        return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True, alike=levels)
+        return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True, repeats=levels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,20 +113,20 @@ class Cloud(_Labelled):
         object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
 
     @property
-    def samples_a_structure(self) -> int:
+    def samples_per_structure(self) -> int:
         """As many as there are motions."""
         return len(self.motions)
 
     def assign(self, structures: np.ndarray, seed: int) -> Assignment:
         """Return a sample a motion for each of these structures, given by their indices."""
-        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_a_structure)
+        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
         return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name, _units(self.measure))
 
 
 @dataclass(frozen=True, eq=False)
-class Individual(_Labelled):
+class OneMotionPerStructure(_Labelled):
     """Every structure under one motion of its own, at a scale of its own.
 
     Args:
@@ -160,13 +160,13 @@ class Individual(_Labelled):
         object.__setattr__(self, "scale", scale)
         object.__setattr__(self, "_intensities", _intensities(motions, self.measure))
 
-    samples_a_structure = 1
+    samples_per_structure = 1
 
     def check_structures(self, structures: int) -> None:
         """Raise a ValueError unless what is given a sample is given for so many structures."""
         for name, values in (("motion", self.motion), ("scale", self.scale)):
             if values is not None and np.ndim(values) and np.size(values) != structures:
-                raise ValueError(f"Individual.{name} has {np.size(values)} values for {structures} samples")
+                raise ValueError(f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples")
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
         """Return one sample for each of these structures, given by their indices; motions are drawn by event."""

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from warpdyn.ground_motions.designs import Cloud, Individual, Stripes
+from warpdyn.ground_motions.designs import Cloud, OneMotionPerStructure, Stripes
 from warpdyn.ground_motions.motions import Assignment, GroundMotion
 
 
@@ -21,7 +21,7 @@ class _Placed:
 
 
 @dataclass(frozen=True, eq=False)
-class Sequence(_Placed):
+class EventSequence(_Placed):
     """Earthquakes one after the other, each on the building as the one before has left it.
 
     A building keeps its displacements, its velocities and the memory of its storeys from one event to the next. Between
@@ -32,20 +32,20 @@ class Sequence(_Placed):
 
     Args:
         events: Design of each event by its name, at least two: `{"mainshock": Stripes(...), "aftershock": Cloud(...)}`.
-            Each is Stripes, Cloud or Individual ground motions, or one GroundMotion.
+            Each is Stripes, Cloud or OneMotionPerStructure ground motions, or one GroundMotion.
 
     Raises:
         ValueError, TypeError: If there are fewer than two events, a name is not text, or a design is of another kind.
     """
 
-    events: Mapping[str, Stripes | Cloud | Individual | GroundMotion]
+    events: Mapping[str, Stripes | Cloud | OneMotionPerStructure | GroundMotion]
 
     def __post_init__(self) -> None:
         if not isinstance(self.events, Mapping):
-            raise TypeError(f"Sequence.events must map each event's name to its design, got {self.events!r}")
+            raise TypeError(f"EventSequence.events must map each event's name to its design, got {self.events!r}")
         if len(self.events) < 2:
             raise ValueError(
-                f"a Sequence has at least two events, got {len(self.events)}: one by itself is an excitation of its own"
+                f"an EventSequence has at least two events, got {len(self.events)}: one by itself is an excitation of its own"
             )
         designs = {}
         for name, design in self.events.items():
@@ -53,9 +53,9 @@ class Sequence(_Placed):
                 raise TypeError(f"an event's name must be text, such as 'mainshock', got {name!r}")
             if isinstance(design, GroundMotion):
                 design = Cloud((design,))
-            if not isinstance(design, Stripes | Cloud | Individual):
+            if not isinstance(design, Stripes | Cloud | OneMotionPerStructure):
                 raise TypeError(
-                    f"event {name!r} must be Stripes, Cloud, Individual or a GroundMotion, got {type(design).__name__}"
+                    f"event {name!r} must be Stripes, Cloud, OneMotionPerStructure or a GroundMotion, got {type(design).__name__}"
                 )
             designs[name] = design
         object.__setattr__(self, "events", MappingProxyType(designs))
@@ -67,25 +67,25 @@ class Sequence(_Placed):
         object.__setattr__(self, "_places", places)
 
     @property
-    def _designs(self) -> tuple[Stripes | Cloud | Individual, ...]:
+    def _designs(self) -> tuple[Stripes | Cloud | OneMotionPerStructure, ...]:
         """The events' designs, a single motion's among them as its Cloud."""
         return tuple(design for design in self.events.values() if not isinstance(design, GroundMotion))
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
         """Histories of each event that a structure runs through."""
-        each = [design.samples_a_structure for design in self._designs]
-        return tuple(math.prod(each[: event + 1]) for event in range(len(each)))
+        counts = [design.samples_per_structure for design in self._designs]
+        return tuple(math.prod(counts[: event + 1]) for event in range(len(counts)))
 
     @property
-    def samples_a_structure(self) -> int:
+    def samples_per_structure(self) -> int:
         """Histories of the last event."""
         return self.samples_by_event[-1]
 
     def check_structures(self, structures: int) -> None:
         """Raise a ValueError unless what is given a structure is given for so many of them."""
         for name, design in self.events.items():
-            if isinstance(design, Individual):
+            if isinstance(design, OneMotionPerStructure):
                 try:
                     design.check_structures(structures)
                 except ValueError as error:
@@ -94,7 +94,7 @@ class Sequence(_Placed):
     def assign(self, event: int, structures: np.ndarray, seed: int) -> Assignment:
         """Return the samples of an event, given by its number, on each of these structures, which may repeat."""
         design = self._designs[event]
-        if isinstance(design, Individual):
+        if isinstance(design, OneMotionPerStructure):
             assignment = design.assign(structures, seed, event)
         else:
             assignment = design.assign(structures, seed)

@@ -67,12 +67,12 @@ class IntensityMeasure(ABC):
         """What results and figures call this measure."""
 
     @abstractmethod
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion [units]."""
 
-    def of_all(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
         """Its values for motions [units], shape [motion]."""
-        return np.array([self.of(motion) for motion in motions])
+        return np.array([self.value(motion) for motion in motions])
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class PeakGroundAcceleration(IntensityMeasure):
     units = "m s-2"
     name = "PGA"
 
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion."""
         return motion.peak_ground_acceleration
 
@@ -94,7 +94,7 @@ class PeakGroundVelocity(IntensityMeasure):
     units = "m s-1"
     name = "PGV"
 
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion."""
         return motion_integrals.peak_ground_velocity(motion)
 
@@ -106,7 +106,7 @@ class PeakGroundDisplacement(IntensityMeasure):
     units = "m"
     name = "PGD"
 
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion."""
         return motion_integrals.peak_ground_displacement(motion)
 
@@ -119,7 +119,7 @@ class AriasIntensity(IntensityMeasure):
     power = 2
     name = "Arias intensity"
 
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion."""
         return motion_integrals.arias_intensity(motion)
 
@@ -131,7 +131,7 @@ class CumulativeAbsoluteVelocity(IntensityMeasure):
     units = "m s-1"
     name = "CAV"
 
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion."""
         return motion_integrals.cumulative_absolute_velocity(motion)
 
@@ -163,7 +163,7 @@ class SignificantDuration(IntensityMeasure):
         """What results and figures call this measure."""
         return f"D{100 * self.start:.4g}-{100 * self.end:.4g}"
 
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion."""
         return motion_integrals.significant_duration(motion, self.start, self.end)
 
@@ -195,11 +195,11 @@ class SpectralAcceleration(IntensityMeasure):
         """What results and figures call this measure."""
         return f"Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
 
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion."""
-        return float(self.of_all([motion])[0])
+        return float(self.values([motion])[0])
 
-    def of_all(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
         """Its values for motions, shape [motion], from one launch of a kernel."""
         return _accelerations(motions, np.array([self.period]), self.damping_ratio)[:, 0]
 
@@ -238,11 +238,11 @@ class AverageSpectralAcceleration(IntensityMeasure):
         span = f"{row.min():.4g} to {row.max():.4g} s, {row.size} periods"
         return f"Sa_avg({span}, {100 * self.damping_ratio:.4g} %)"
 
-    def of(self, motion: GroundMotion) -> float:
+    def value(self, motion: GroundMotion) -> float:
         """Its value for a motion."""
-        return float(self.of_all([motion])[0])
+        return float(self.values([motion])[0])
 
-    def of_all(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
         """Its values for motions, shape [motion], from one launch of a kernel."""
         values = _accelerations(motions, np.array(self.periods), self.damping_ratio)
         with np.errstate(divide="ignore"):  # the mean of a motion that is zero throughout is zero
@@ -278,7 +278,7 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
     """
     motions = checked_motions(motions)
     variables = {
-        name: ("motion", measure.of_all(motions), {"long_name": long_name, "units": measure.units})
+        name: ("motion", measure.values(motions), {"long_name": long_name, "units": measure.units})
         for name, (measure, long_name) in _TABLE.items()
     }
     return xr.Dataset(

@@ -96,7 +96,7 @@ class Assignment:
         measure: Name of that intensity measure.
         units: Its units: "g" for accelerations, SI for others.
         is_striped: Whether `im_level` takes the values of a list of stripes.
-        alike: Samples in a row that have their structure and motion in common, each time.
+        repeats: How many samples in a row have a structure and a motion in common, throughout.
     """
 
     structure: np.ndarray
@@ -106,9 +106,9 @@ class Assignment:
     measure: str = ""
     units: str = "g"
     is_striped: bool = False
-    alike: int = 1
+    repeats: int = 1
 
-    def take(self, samples: np.ndarray) -> Assignment:
+    def select(self, samples: np.ndarray) -> Assignment:
         """Return that of some of the samples."""
         level = None if self.im_level is None else self.im_level[samples]
         return replace(
@@ -117,7 +117,7 @@ class Assignment:
             motion=self.motion[samples],
             scale=self.scale[samples],
             im_level=level,
-            alike=1,
+            repeats=1,
         )
 
     @staticmethod
@@ -128,13 +128,13 @@ class Assignment:
         whole: dict[str, Any] = {
             name: None if rows[0] is None else np.concatenate(rows) for name, rows in values.items()
         }
-        return replace(parts[0], **whole, alike=1)
+        return replace(parts[0], **whole, repeats=1)
 
 
 class OneLoad:
     """A load that every structure runs under once, as it is."""
 
-    samples_a_structure = 1
+    samples_per_structure = 1
 
     def assign(self, structures: np.ndarray, seed: int) -> Assignment:
         """Return one sample for each of these structures, given by their indices."""

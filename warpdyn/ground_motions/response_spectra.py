@@ -50,8 +50,8 @@ def response_spectra(
             motion, a damping ratio is outside [0, 1), or there is no such device.
     """
     motions = checked_motions(motions)
-    periods = _row("periods", checked_periods(periods, "periods"))
-    damping_ratios = _row("damping_ratios", real_numbers("damping_ratios", damping_ratios))
+    periods = _one_or_row("periods", checked_periods(periods, "periods"))
+    damping_ratios = _one_or_row("damping_ratios", real_numbers("damping_ratios", damping_ratios))
     bad = damping_ratios[~((damping_ratios >= 0) & (damping_ratios < 1))]
     if bad.size:
         raise ValueError(f"damping_ratios must be from 0 up to but not including 1, got {bad[0]}")
@@ -198,7 +198,7 @@ def checked_periods(periods: ArrayLike, name: str = "period") -> np.ndarray:
     return values
 
 
-def _row(name: str, values: np.ndarray) -> np.ndarray:
+def _one_or_row(name: str, values: np.ndarray) -> np.ndarray:
     if values.ndim > 1 or values.size == 0:
         raise ValueError(f"{name} must be one value or a row of them, got shape {values.shape}")
     return np.atleast_1d(values)

@@ -22,7 +22,7 @@ from warpdyn.methods.table import METHODS
 from warpdyn.scene.scene import Scene
 
 Arrays = dict[str, np.ndarray]
-Each = Callable[..., Iterable[object]]  # map, or one that works on several items at a time
+MapFunction = Callable[..., Iterable[object]]  # map, or one that works on several items at a time
 
 
 class Packed(NamedTuple):
@@ -70,7 +70,7 @@ class Terms:
             shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}
         return shapes
 
-    def of_event(self, resumes: bool) -> Terms:
+    def for_event(self, resumes: bool) -> Terms:
         """Return the terms of an event of a sequence, which leaves a state and may go on from one, too."""
         return replace(self, plan=replace(self.plan, recorders=(*self.plan.recorders, STATE), resumes=resumes))
 
@@ -132,7 +132,7 @@ class Ensemble:
         nominal = self.scene.structure.parameters["height"]
         return self.drawn.get("height", np.broadcast_to(nominal, (len(self.structures), nominal.size)))
 
-    def take(self, samples: np.ndarray) -> Ensemble:
+    def select(self, samples: np.ndarray) -> Ensemble:
         """Return some of the samples with their structures, to be integrated on the same terms."""
         structures, row = np.unique(self.row[samples], return_inverse=True)
         part = Ensemble(
@@ -140,12 +140,12 @@ class Ensemble:
             self.structures[structures] if self.drawn or self.before else self.structures,
             {name: values[structures] for name, values in self.drawn.items()},
             self.rayleigh[structures],
-            self.assignment.take(samples),
+            self.assignment.select(samples),
             row,
-            self.schedule.take(samples),
+            self.schedule.select(samples),
             self.sample[samples],
             self.queue,
-            self.before and self.before.take(structures),
+            self.before and self.before.select(structures),
         )
         part.state = {name: values[structures] for name, values in self.state.items()}
         return part
@@ -155,7 +155,7 @@ class Ensemble:
         left = {name: values.T for name, values in outputs.items() if name.startswith("final_")}
         self.state = {name.replace("final", "initial"): values for name, values in left.items()}
 
-    def alike(self, terms: Terms, schedule: Schedule) -> Ensemble:
+    def with_terms(self, terms: Terms, schedule: Schedule) -> Ensemble:
         """Return the same samples on other terms."""
         held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
         return Ensemble(terms, *held, schedule, self.sample, self.queue, self.before)
@@ -205,13 +205,13 @@ class Ensemble:
         self._launch(self.plan, packed, output, history, advance=advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()})
 
-    def finish(self, rows: Arrays, each: Each = map) -> None:
+    def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
         """Wait until the rows that `start` was given hold what was recorded."""
-        self.queue.read_into(rows, each)
+        self.queue.read_into(rows, map_function)
 
     def integrate(self, chosen: np.ndarray) -> Arrays:
         """Return every recorded variable of some samples, sample last."""
-        part = self.take(chosen)
+        part = self.select(chosen)
         rows = {
             name: np.empty((chosen.size, *shape), arguments.output_dtype(name, self.plan.dtype))
             for name, shape in self.terms.shapes.items()
@@ -228,7 +228,7 @@ class Ensemble:
             every: Common steps between the states kept.
             common_step: A step [s] that all their steps divide.
         """
-        part = self.take(np.array(kept))
+        part = self.select(np.array(kept))
         times_finer = np.round(common_step / part.schedule.step).astype(np.int64)
         every_own = every * times_finer
         last = part.schedule.run_intervals * part.schedule.substeps // every_own
@@ -239,7 +239,7 @@ class Ensemble:
         output = self.queue.blank({"status": np.empty(last.size, np.int8)}, self.plan.dtype)
         for own in np.unique(every_own):
             rows = np.flatnonzero(every_own == own)
-            own_part = part.take(rows)
+            own_part = part.select(rows)
             own_part._launch(history_plan(self.plan), own_part._pack(rows), output, history, every=int(own))
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         for row, end in enumerate(last):

@@ -45,12 +45,12 @@ def parameters_of(scene: Scene, drawn: Arrays, structures: slice | np.ndarray = 
     }
 
 
-def spring_of(scene: Scene) -> str:
+def kernel_spring(scene: Scene) -> str:
     """Return the row of the kernels' SPRINGS table that holds for all structures that can be drawn."""
     return scene.structure.storey_law.spring({**scene.structure.parameters, **scene.representative_parameters})
 
 
-def load_of(scene: Scene) -> str:
+def kernel_load(scene: Scene) -> str:
     """Return the row of the kernels' LOADS table."""
     if isinstance(scene.excitation, FilteredNoise):
         return scene.excitation.spectrum.load
@@ -147,10 +147,10 @@ def plan_of(scene: Scene, method: str, dtype: str, is_gpu: bool) -> Plan:
     plan = Plan(
         family=family,
         dofs=dofs,
-        law=spring_of(scene),
+        law=kernel_spring(scene),
         damping=damping_of(scene) if METHODS[method].kind == "exact" else kernel_damping(scene.structure),
-        load=load_of(scene),
-        recorders=scene.record,
+        load=kernel_load(scene),
+        recorders=scene.recorders,
         method=method,
         dtype=dtype,
         viscous_dampers=damper_kind(scene),
@@ -180,24 +180,24 @@ def pack_samples(
     Returns:
         The arrays, and the steps an interval and the number of samples of each group that is launched by itself.
     """
-    alike = schedule.alike  # samples in a row that are stepped alike are sorted as one
-    run_intervals, substeps, step, residual_steps = (column[::alike] for column in schedule.columns)
+    repeats = schedule.repeats  # samples in a row that are stepped alike are sorted as one
+    run_intervals, substeps, step, residual_steps = (column[::repeats] for column in schedule.columns)
     # Longest first and neighbours alike: no thread waits long for another's last history.
     order = _longest_first(run_intervals)
     kinds = np.unique(substeps)
     parts = [order[substeps[order] == kind] for kind in kinds] if kinds.size > 1 else [order]
     order = np.concatenate(parts)
     common = {
-        "structure": place[::alike],
-        "motion": assignment.motion[::alike],
+        "structure": place[::repeats],
+        "motion": assignment.motion[::repeats],
         "step": step,
         "run_intervals": run_intervals,
         "residual_steps": residual_steps,
     }
     own = {"output": columns, "scale": assignment.scale} | ({} if number is None else {"number": number})
-    arrays = {name: np.repeat(values[order], alike) for name, values in common.items()}
-    arrays |= {name: values.reshape(-1, alike)[order].ravel() for name, values in own.items()}
-    return arrays, [(int(kind), part.size * alike) for kind, part in zip(kinds, parts, strict=True)]
+    arrays = {name: np.repeat(values[order], repeats) for name, values in common.items()}
+    arrays |= {name: values.reshape(-1, repeats)[order].ravel() for name, values in own.items()}
+    return arrays, [(int(kind), part.size * repeats) for kind, part in zip(kinds, parts, strict=True)]
 
 
 def _longest_first(durations: np.ndarray) -> np.ndarray:

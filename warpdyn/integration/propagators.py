@@ -80,8 +80,8 @@ def pack_linear(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray) 
     parts: list[tuple[np.ndarray, np.ndarray]] = []
     # Pairs of one number of halvings go together: what else is packed beside it changes no bit of a pair.
     for count in np.unique(halvings):
-        alike = np.flatnonzero(halvings == count)
-        for some in np.array_split(alike, 1 + alike.size * number**2 // DOUBLES_AT_A_TIME):
+        pairs_of_count = np.flatnonzero(halvings == count)
+        for some in np.array_split(pairs_of_count, 1 + pairs_of_count.size * number**2 // DOUBLES_AT_A_TIME):
             chosen.append(some)
             parts.append(_increments(METHODS[plan.method], modes, some, step[some], frequency, by_force, int(count)))
     order = np.argsort(np.concatenate(chosen))

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from warpdyn.core.checks import one_of, real_number, whole_number
-from warpdyn.ground_motions.designs import Individual
-from warpdyn.ground_motions.event_sequences import Sequence
+from warpdyn.ground_motions.designs import OneMotionPerStructure
+from warpdyn.ground_motions.event_sequences import EventSequence
 from warpdyn.integration import packing
 from warpdyn.integration.damping import law_to_integrate
 from warpdyn.integration.ensemble import Ensemble, Terms
@@ -50,7 +50,7 @@ class Run:
     @property
     def samples(self) -> int:
         """How many samples there are."""
-        return self.structures * self.terms.scene.excitation.samples_a_structure
+        return self.structures * self.terms.scene.excitation.samples_per_structure
 
     def draw(self, structures: np.ndarray) -> Drawn:
         """Return the parameters and the vibration of some structures, given by their indices, increasing."""
@@ -68,12 +68,14 @@ class Run:
         scene = self.terms.scene
         drawn, vibration = self.draw(structures) if known is None else known
         assignment = scene.excitation.assign(structures, self.seed)
-        each = scene.excitation.samples_a_structure
-        row = np.repeat(np.arange(structures.size, dtype=np.int32), each)
+        samples_per_structure = scene.excitation.samples_per_structure
+        row = np.repeat(np.arange(structures.size, dtype=np.int32), samples_per_structure)
         if not drawn:  # one structure serves all
             row[:] = 0
         schedule = build_schedule(scene, self.terms.timeline, vibration, assignment, row)
-        sample = np.add.outer(structures * each, np.arange(each)).astype(np.int32).ravel()
+        sample = (
+            np.add.outer(structures * samples_per_structure, np.arange(samples_per_structure)).astype(np.int32).ravel()
+        )
         rayleigh = vibration.rayleigh
         return Ensemble(self.terms, structures, drawn, rayleigh, assignment, row, schedule, sample, queue), vibration
 
@@ -83,13 +85,13 @@ class Run:
         From the second event on, each sample of the one before it is a structure.
         """
         scene, timeline = self.terms.scene, self.terms.timeline
-        if not isinstance(scene.excitation, Sequence):
+        if not isinstance(scene.excitation, EventSequence):
             return [self.ensemble(structures, queue)]
         (drawn, vibration), found = self.draw(structures), []
-        building, block, each = np.asarray(structures), None, 1
+        building, block, samples_before = np.asarray(structures), None, 1
         for event, samples in enumerate(scene.excitation.samples_by_event):
             assignment = scene.excitation.assign(event, building, self.seed)
-            row = np.repeat(np.arange(building.size, dtype=np.int32), samples // each)
+            row = np.repeat(np.arange(building.size, dtype=np.int32), samples // samples_before)
             if block is None and not drawn:  # one structure serves all
                 row[:] = 0
             comes_to_rest = event + 1 < len(scene.excitation.events)
@@ -99,14 +101,14 @@ class Run:
             terms, held = self._terms_by_event[min(event, 1)], (drawn, vibration.rayleigh, assignment, row, schedule)
             block = Ensemble(terms, place, *held, sample, queue, block)
             found.append((block, vibration))
-            drawn, vibration = {name: values[row] for name, values in drawn.items()}, vibration.take(row)
-            building, each = assignment.structure, samples
+            drawn, vibration = {name: values[row] for name, values in drawn.items()}, vibration.select(row)
+            building, samples_before = assignment.structure, samples
         return found
 
     @cached_property
     def _terms_by_event(self) -> tuple[Terms, Terms]:
         """Terms of the first event of a sequence, and of any other."""
-        return self.terms.of_event(resumes=False), self.terms.of_event(resumes=True)
+        return self.terms.for_event(resumes=False), self.terms.for_event(resumes=True)
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
@@ -115,10 +117,10 @@ class Run:
         return (self.samples,) if by_event is None else tuple(self.structures * samples for samples in by_event)
 
 
-def lay_out(
+def build_run(
     scene: Scene,
     *,
-    samples: int,
+    structures: int,
     method: str,
     dtype: str,
     seed: int = 0,
@@ -135,7 +137,7 @@ def lay_out(
     check_fits(method, law_to_integrate(scene), scene.structure.damping)
     row = METHODS[method]
     one_of("dtype", dtype, ("float32", "float64"))
-    samples, seed = whole_number("samples", samples, 1), whole_number("seed", seed, 0)
+    structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     threads = cores() if threads is None else whole_number("threads", threads, 1)
     if tolerance is not None and not row.is_adaptive:
         adaptive = [name for name, other in METHODS.items() if other.is_adaptive]
@@ -147,30 +149,32 @@ def lay_out(
     elif not LEAST_TOLERANCE[dtype] <= real_number("tolerance", tolerance, above=0) <= 1:
         raise ValueError(f"tolerance must be from {LEAST_TOLERANCE[dtype]:g} ({dtype}) to 1, got {tolerance:g}")
     devices = checked_devices(device)
-    if samples * scene.excitation.samples_a_structure > MOST_SAMPLES:
-        raise ValueError(f"{samples} structures have more than {MOST_SAMPLES} samples: divide them into several runs")
-    sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, samples, seed)
-    if isinstance(scene.excitation, Sequence) and row.kind == "exact":
+    if structures * scene.excitation.samples_per_structure > MOST_SAMPLES:
+        raise ValueError(
+            f"{structures} structures have more than {MOST_SAMPLES} samples: divide them into several runs"
+        )
+    sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, structures, seed)
+    if isinstance(scene.excitation, EventSequence) and row.kind == "exact":
         raise ValueError(
             "method 'exact' is for linear structures, which come out of an earthquake as they went into it: choose "
-            "another method for a Sequence, or run its events by themselves"
+            "another method for an EventSequence, or run its events by themselves"
         )
-    if isinstance(scene.excitation, Individual | Sequence):
-        scene.excitation.check_structures(samples)
+    if isinstance(scene.excitation, OneMotionPerStructure | EventSequence):
+        scene.excitation.check_structures(structures)
     sampler.draw(np.arange(1))  # the first error of a scatter out of bounds is of what it draws, not of its middle
     central = vibration_of(scene, {n: v[None] for n, v in scene.central_parameters.items()}, row)
     timeline = build_timeline(scene, central, step, longest_step, resample)
     plan = packing.plan_of(scene, method, dtype, devices[0] != "cpu")
-    return Run(Terms(scene, timeline, plan, tolerance, seed, threads), sampler, samples, seed, devices)
+    return Run(Terms(scene, timeline, plan, tolerance, seed, threads), sampler, structures, seed, devices)
 
 
 def prepare(scene: Scene, *, known: dict[str, Drawn] | None = None, **arguments: object) -> tuple[Ensemble, Vibration]:
-    """Make all samples of a run ready at once, on the first of its devices; arguments as of `lay_out`.
+    """Make all samples of a run ready at once, on the first of its devices; arguments as of `build_run`.
 
     Whoever prepares many runs of the same samples of one scene passes the same `known` each time, at first empty: what
     was drawn and found of their vibration is kept there, by method.
     """
-    run = lay_out(scene, **arguments)
+    run = build_run(scene, **arguments)
     everything = np.arange(run.structures)
     method, known = run.terms.plan.method, {} if known is None else known
     if method not in known:

@@ -14,7 +14,7 @@ from warpdyn.kernels.arguments import lane_rows
 from warpdyn.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.scene.scatter import (
-    Listed,
+    GivenValues,
     Scatter,
     combined,
     correlation_factor,
@@ -37,7 +37,7 @@ class Sampler:
         scatter: What is random of it.
         correlation: Correlation of pairs of scattered parameters.
         sampling: One of SAMPLING.
-        samples: Structures there are.
+        structures: Structures there are.
         seed: Seed.
 
     Raises:
@@ -50,13 +50,13 @@ class Sampler:
         scatter: Scatter,
         correlation: Mapping[tuple[str, str], float],
         sampling: str,
-        samples: int,
+        structures: int,
         seed: int,
     ) -> None:
         for name, spread in scatter.items():
-            if isinstance(spread, Listed) and len(spread.values) != samples:
+            if isinstance(spread, GivenValues) and len(spread.values) != structures:
                 raise ValueError(
-                    f"scatter[{name!r}] lists {len(spread.values)} structures, and samples={samples} are asked for: "
+                    f"scatter[{name!r}] lists {len(spread.values)} structures, and structures={structures} are asked for: "
                     "they must agree"
                 )
         self.structure, self.scatter, self.seed = structure, scatter, seed
@@ -65,7 +65,7 @@ class Sampler:
         self._sobol: qmc.Sobol | None = None
         generator = np.random.default_rng([seed, Purpose.POINTS])
         if self.variables and sampling == "latin_hypercube":
-            self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(samples)
+            self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)
         elif self.variables and sampling == "sobol":
             self._sobol = qmc.Sobol(len(self.variables), rng=generator)
 

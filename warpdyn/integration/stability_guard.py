@@ -68,13 +68,13 @@ class Findings:
 
     def warn(self, on_unstable: str, stacklevel: int) -> None:
         """Say what was done about steps beyond the limit, what failed all the same, and what lost its energy."""
-        told = []
+        messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
         if self.beyond and on_unstable == "flag":
             holds = f"A step of at most {self.least:.3g} s holds for all" if self.least > 0 else "No step holds for all"
-            told.append(f"{beyond}; their status is unstable_step and their demands are NaN. {holds}")
+            messages.append(f"{beyond}; their status is unstable_step and their demands are NaN. {holds}")
         elif self.beyond:
-            told.append(
+            messages.append(
                 f"{beyond}: each of them takes the fewest steps that hold instead, up to {self.most:.3g} times as many"
             )
         reasons = {
@@ -82,17 +82,17 @@ class Findings:
             UNSTABLE_STEP: "are flagged unstable_step: the step is too long for the memory of their storey law",
             NOT_CONVERGED: "are flagged not_converged: the method's equations of a step could not be solved",
         }
-        told += [
+        messages += [
             f"{self.failed[code]} of {self.samples} samples {reason}; their demands are NaN. A shorter step may hold"
             for code, reason in reasons.items()
             if self.failed[code]
         ]
         if self.unsure:
-            told.append(
+            messages.append(
                 f"the energy balance of {self.unsure} of {self.samples} samples is off by more than "
                 f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate"
             )
-        for text in told:
+        for text in messages:
             warnings.warn(self.event + text, stacklevel=stacklevel + 1)
 
     def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:

@@ -51,21 +51,21 @@ class Schedule:
         substeps: Integration steps in one interval.
         step: Integration step [s].
         residual_steps: Steps at the end over which the residual drift is averaged.
-        alike: Samples in a row that have a structure and a motion, and all of this, in common, each time.
+        repeats: How many samples in a row have a structure, a motion and all of this in common, throughout.
     """
 
     run_intervals: np.ndarray
     substeps: np.ndarray
     step: np.ndarray
     residual_steps: np.ndarray
-    alike: int = 1
+    repeats: int = 1
 
     @property
     def columns(self) -> tuple[np.ndarray, ...]:
         """What there is of each sample."""
         return self.run_intervals, self.substeps, self.step, self.residual_steps
 
-    def take(self, samples: np.ndarray) -> Schedule:
+    def select(self, samples: np.ndarray) -> Schedule:
         """Return that of some of the samples."""
         return Schedule(*(column[samples] for column in self.columns))
 
@@ -101,7 +101,7 @@ class Vibration:
     stable_step: np.ndarray
     rayleigh: np.ndarray
 
-    def take(self, structures: np.ndarray) -> Vibration:
+    def select(self, structures: np.ndarray) -> Vibration:
         """Return that of some of the structures, which may repeat."""
         return Vibration(*(values[structures] for values in (self.period, self.decay, self.stable_step, self.rayleigh)))
 
@@ -219,11 +219,11 @@ def build_timeline(
 
 def warn_of_short_tail(scene: Scene, longest_period: float, stacklevel: int) -> None:
     """Say so if a scene's tail is too short for a residual drift to be read of its slowest structure."""
-    if scene.tail is None or "residual" not in scene.record or not motions_of(scene) or scene.tail >= longest_period:
+    if scene.tail is None or "residual" not in scene.recorders or not motions_of(scene) or scene.tail >= longest_period:
         return
     warnings.warn(
         f"a tail of {scene.tail:g} s is shorter than the first period, {longest_period:.3g} s: what is recorded as "
-        "residual drift is none; leave `tail` out, or 'residual' out of `record`",
+        "residual drift is none; leave `tail` out, or 'residual' out of `recorders`",
         stacklevel=stacklevel + 1,
     )
 
@@ -250,7 +250,7 @@ def build_schedule(
         ValueError: If a sample would take more steps than can be counted.
     """
     # Once for all samples in a row that have structure and motion in common.
-    structure, motion = row[:: assignment.alike], assignment.motion[:: assignment.alike]
+    structure, motion = row[:: assignment.repeats], assignment.motion[:: assignment.repeats]
     period = vibration.period[structure]
     interval, substeps = timeline.interval[motion], timeline.substeps[motion]
     window = RESIDUAL_PERIODS * period
@@ -259,7 +259,7 @@ def build_schedule(
     elif scene.tail is not None:
         tail = np.full_like(period, scene.tail)
         window = np.minimum(window, np.maximum(tail, period))
-    elif "residual" in scene.record or comes_to_rest:
+    elif "residual" in scene.recorders or comes_to_rest:
         with np.errstate(divide="ignore"):
             decay = np.log(1 / RESIDUAL_DECAY) / vibration.decay[structure]
         tail = np.minimum(decay, LONGEST_DECAY_IN_PERIODS * period) + window
@@ -274,4 +274,4 @@ def build_schedule(
     step = interval / substeps
     residual_steps = np.clip(np.round(window / step), 1, run * substeps)
     values = run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32)
-    return Schedule(*(np.repeat(each, assignment.alike) for each in values), assignment.alike)
+    return Schedule(*(np.repeat(column, assignment.repeats) for column in values), assignment.repeats)

@@ -12,7 +12,7 @@ from warpdyn.integration.damping import (
     damper_kind,
     rayleigh_of,
 )
-from warpdyn.integration.packing import parameters_of, spring_of
+from warpdyn.integration.packing import kernel_spring, parameters_of
 from warpdyn.integration.propagators import damping_of
 from warpdyn.integration.time_grid import Vibration
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
@@ -94,7 +94,7 @@ def _vibration(scene: Scene, parameters: Arrays, method: Method) -> tuple[np.nda
         over = ratios > 1
         rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
         decay = rates.min(axis=0)
-    if spring_of(scene) != "elastic" or dampers == "power":
+    if kernel_spring(scene) != "elastic" or dampers == "power":
         stiffest = stiffness_under_gravity(parameters, scene.structure.storey_law.stiffest(parameters))
         highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
         if damping == "rayleigh_tangent":

@@ -1,12 +1,12 @@
 """Figures of buildings, motions and results."""
 
-from warpdyn.plots.buildings import building, pushover
+from warpdyn.plots.buildings import building, pushover_curve
 from warpdyn.plots.ensembles import (
     drift_against_intensity,
     drift_over_height,
     fragility_curves,
     hysteresis,
-    response_spectra,
+    spectra,
 )
 
 __all__ = [
@@ -15,6 +15,6 @@ __all__ = [
     "drift_over_height",
     "fragility_curves",
     "hysteresis",
-    "pushover",
-    "response_spectra",
+    "pushover_curve",
+    "spectra",
 ]

@@ -21,7 +21,7 @@ __all__ = [
     "drift_over_height",
     "fragility_curves",
     "hysteresis",
-    "response_spectra",
+    "spectra",
 ]
 
 
@@ -172,7 +172,7 @@ def drift_against_intensity(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def response_spectra(dataset: xr.Dataset) -> Figure:
+def spectra(dataset: xr.Dataset) -> Figure:
     """Draw the pseudo-spectral acceleration of every motion, the median and the 16 to 84 % range, by damping ratio.
 
     Args:
@@ -183,7 +183,7 @@ def response_spectra(dataset: xr.Dataset) -> Figure:
         TypeError: If `dataset` is no Dataset.
     """
     check_dataset(
-        "plots.response_spectra",
+        "plots.spectra",
         dataset,
         "pseudo_spectral_acceleration",
         advice="draw what response_spectra(motions, periods) returned",
@@ -229,8 +229,8 @@ def hysteresis(dataset: xr.Dataset, history: int = 0) -> Figure:
     figure = storey_panels(np.diff(chosen["displacement"].values, axis=1, prepend=0.0), chosen["storey_force"].values)
     at = dataset.isel(sample=int(chosen["history_sample"]))
     title = f"Sample {int(at['sample'])}"
-    if "record" in at.coords:
-        title += f": {dataset['motion_name'].values[int(at['record'])]}"
+    if "motion_index" in at.coords:
+        title += f": {dataset['motion_name'].values[int(at['motion_index'])]}"
     if "im_level" in at.coords:
         title += f", {_measure(dataset)} = {float(at['im_level']):.3g} {at['im_level'].attrs.get('units', 'g')}"
     figure.suptitle(title, fontsize=10)

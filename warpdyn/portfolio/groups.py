@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warpdyn.core.checks import one_of
-from warpdyn.ground_motions.designs import Cloud, Individual, Stripes
+from warpdyn.ground_motions.designs import Cloud, OneMotionPerStructure, Stripes
 from warpdyn.integration import packing
 from warpdyn.integration.damping import law_to_integrate
 from warpdyn.integration.time_grid import default_step
 from warpdyn.integration.vibration import vibration_of
 from warpdyn.methods.table import METHODS, check_fits
 from warpdyn.portfolio.portfolio import Portfolio, named
-from warpdyn.scene.scatter import Listed
+from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 
 # Default steps are 10 ms divided by a power of 2: those of most records divide by them, so that rounding down costs
@@ -42,7 +42,7 @@ class Group:
     archetypes: tuple[str, ...]
 
     @contextmanager
-    def told(self) -> Iterator[None]:
+    def named_in_messages(self) -> Iterator[None]:
         """Say in errors and warnings which buildings they speak of."""
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
@@ -116,18 +116,20 @@ def groups_of(
     for (*_, longest), places in members.items():
         values = [drawn[place] for place in places]
         buildings = np.concatenate([portfolio.first[i] + np.arange(portfolio.counts[i]) for i in places])
-        listed = {key: Listed(np.concatenate([each[key] for each in values])) for key in values[0]}
+        listed = {key: GivenValues(np.concatenate([parameters[key] for parameters in values])) for key in values[0]}
         one = scenes[names[places[0]]]
-        scene = replace(one, scatter=listed, correlation={}, excitation=_of(one.excitation, buildings))
+        scene = replace(one, scatter=listed, correlation={}, excitation=_design_of(one.excitation, buildings))
         groups.append(Group(scene, buildings, longest, tuple(names[place] for place in places)))
     return groups
 
 
-def _of(design: Stripes | Cloud | Individual, buildings: np.ndarray) -> Stripes | Cloud | Individual:
+def _design_of(
+    design: Stripes | Cloud | OneMotionPerStructure, buildings: np.ndarray
+) -> Stripes | Cloud | OneMotionPerStructure:
     """Return the design of motions of some buildings."""
-    if not isinstance(design, Individual):
+    if not isinstance(design, OneMotionPerStructure):
         return design
-    return Individual(design.motions, design.motion[buildings], design.scale[buildings], design.measure)
+    return OneMotionPerStructure(design.motions, design.motion[buildings], design.scale[buildings], design.measure)
 
 
 def _rounded_step(scene: Scene, method: str) -> float:

@@ -20,7 +20,7 @@ class Joined:
         portfolio: The buildings.
         buildings: The numbers of the buildings of each run, increasing.
         runs: What `simulate` returned of them.
-        each: Samples a building.
+        samples_per_building: Samples a building.
         attributes: What the dataset says of all of them.
         seconds: Time spent on drawing before the runs [s].
     """
@@ -30,11 +30,11 @@ class Joined:
         portfolio: Portfolio,
         buildings: list[np.ndarray],
         runs: list[xr.Dataset],
-        each: int,
+        samples_per_building: int,
         attributes: dict[str, object],
         seconds: float,
     ) -> None:
-        self.portfolio, self.each = portfolio, each
+        self.portfolio, self.samples_per_building = portfolio, samples_per_building
         self.parts = [(of_run, dict(run.variables)) for of_run, run in zip(buildings, runs, strict=True)]
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
         self.attributes = attributes | _common_attributes(runs, seconds)
@@ -61,8 +61,8 @@ class Joined:
 
     def in_file(self, path: str | os.PathLike) -> xr.Dataset:
         """Write the dataset to a file, some buildings at a time, and return it as the file has it."""
-        together = max(1, SAMPLES_AT_A_TIME // self.each)
-        with GrowingFile(path, self.portfolio.buildings * self.each) as file:
+        together = max(1, SAMPLES_AT_A_TIME // self.samples_per_building)
+        with GrowingFile(path, self.portfolio.buildings * self.samples_per_building) as file:
             for first in range(0, self.portfolio.buildings, together):
                 last = min(first + together, self.portfolio.buildings)
                 rows = {name: self._rows(name, first, last) for name in self.columns}
@@ -74,47 +74,50 @@ class Joined:
         """Return a variable of all samples of some buildings; storeys that a building does not have are NaN."""
         widths = (int(self.portfolio.storeys.max()),) * (self.columns[name].ndim - 1)
         dtype = self.dtypes[name]
-        rows = np.full((last - first, self.each, *widths), np.nan if dtype.kind == "f" else 0, dtype)
+        rows = np.full((last - first, self.samples_per_building, *widths), np.nan if dtype.kind == "f" else 0, dtype)
         for buildings, variables in self.parts:
             begin, end = np.searchsorted(buildings, [first, last])
             if begin == end or name not in variables:
                 continue
-            values = variables[name][begin * self.each : end * self.each].values
-            values = values.reshape(end - begin, self.each, *values.shape[1:])
+            values = variables[name][begin * self.samples_per_building : end * self.samples_per_building].values
+            values = values.reshape(end - begin, self.samples_per_building, *values.shape[1:])
             rows[(buildings[begin:end] - first, slice(None), *(slice(width) for width in values.shape[2:]))] = values
         return rows.reshape(-1, *widths)
 
     def _named(self, rows: dict[str, np.ndarray], first: int) -> dict[str, np.ndarray]:
         """Return rows with the numbers of their samples and buildings in the portfolio, the first building's given."""
-        count = len(rows["sample"]) // self.each
-        rows["sample"] = (np.arange(len(rows["sample"])) + first * self.each).astype(np.int32)
+        count = len(rows["sample"]) // self.samples_per_building
+        rows["sample"] = (np.arange(len(rows["sample"])) + first * self.samples_per_building).astype(np.int32)
         del rows["structure"]
-        for name, values in (("building", np.arange(count) + first), ("archetype", self.archetype[first:][:count])):
-            rows[name] = np.repeat(values.astype(np.int32), self.each)
+        for name, values in (
+            ("building", np.arange(count) + first),
+            ("archetype_index", self.archetype[first:][:count]),
+        ):
+            rows[name] = np.repeat(values.astype(np.int32), self.samples_per_building)
         return rows
 
     def _labelled(self, rows: dict[str, np.ndarray]) -> xr.Dataset:
         """Return the dataset of some samples."""
         own = {
             "building": (("sample",), {"long_name": "number of the building in the portfolio", "units": "1"}),
-            "archetype": (("sample",), {"long_name": "index along the dimension archetype_name", "units": "1"}),
+            "archetype_index": (("sample",), {"long_name": "index along the dimension archetype", "units": "1"}),
         }
         own |= {name: (variable.dims, variable.attrs) for name, variable in self.columns.items()}
         variables = {name: xr.Variable(own[name][0], values, own[name][1]) for name, values in rows.items()}
         coordinates = {
             name: variables.pop(name)
             for name in list(variables)
-            if name in self.coordinates | {"building", "archetype"}
+            if name in self.coordinates | {"building", "archetype_index"}
         }
         numbers = np.arange(1, int(self.portfolio.storeys.max()) + 1, dtype=np.int32)
-        of_archetype = {
+        archetype_table = {
             "storeys_of_archetype": (self.portfolio.storeys.astype(np.int32), "storeys of the archetype"),
             "buildings_of_archetype": (self.portfolio.counts.astype(np.int32), "buildings of the archetype"),
         }
-        for name, (values, text) in of_archetype.items():
-            variables[name] = xr.Variable(("archetype_name",), values, {"long_name": text, "units": "1"})
+        for name, (values, text) in archetype_table.items():
+            variables[name] = xr.Variable(("archetype",), values, {"long_name": text, "units": "1"})
         names = np.array(list(self.portfolio.archetypes), dtype=str)
-        coordinates["archetype_name"] = ("archetype_name", names, {"long_name": "name of the archetype", "units": "1"})
+        coordinates["archetype"] = ("archetype", names, {"long_name": "name of the archetype", "units": "1"})
         coordinates["storey"] = ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})
         if "floor" in self.coordinates:
             coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
@@ -126,8 +129,8 @@ def _common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, obje
     """Return what is said of how all runs were integrated; where they differ, all that there is."""
     attributes = {name: runs[0].attrs[name] for name in ("on_unstable", "device")}
     for name in ("method", "dtype", "kernel", "resampled"):
-        told = dict.fromkeys(str(run.attrs[name]) for run in runs if name in run.attrs)
-        attributes |= {name: "; ".join(told)} if told else {}
+        texts = dict.fromkeys(str(run.attrs[name]) for run in runs if name in run.attrs)
+        attributes |= {name: "; ".join(texts)} if texts else {}
     for name in ("step", "longest_step", "target_error", "tolerance"):
         values = [np.atleast_1d(run.attrs[name]) for run in runs if name in run.attrs]
         if values:
@@ -144,6 +147,6 @@ def _largest_estimate(runs: list[xr.Dataset]) -> xr.Dataset:
     found = [run["estimated_relative_error"] for run in runs if "estimated_relative_error" in run]
     if not found:
         return xr.Dataset()
-    values = np.fmax.reduce([each.values for each in found])
+    values = np.fmax.reduce([estimate.values for estimate in found])
     comment = f"the largest of the portfolio's {len(found)} groups; of one: {found[0].attrs['comment']}"
     return found[0].copy(data=values).assign_attrs(comment=comment).to_dataset(name="estimated_relative_error")

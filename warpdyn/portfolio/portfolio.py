@@ -11,7 +11,7 @@ import numpy as np
 
 from warpdyn.core.checks import whole_number
 from warpdyn.integration.sampler import Sampler
-from warpdyn.scene.scatter import Listed, Scatter, check_scatter
+from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.structures.p_delta import buckling_problem
 from warpdyn.structures.shear_building import ShearBuilding
 
@@ -23,7 +23,7 @@ class Archetype:
     Args:
         building: The nominal building.
         count: How many buildings there are of it; None for as many as `scatter` lists, or one.
-        scatter: What differs among them, as a Scene takes it: parameter name -> Factor, Value, a number, or Listed
+        scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue, a number, or GivenValues
             values, one a building, with which a table of single buildings is given.
         correlation: Correlation of pairs of scattered parameters, as a Scene takes it.
     """
@@ -90,7 +90,7 @@ class Portfolio:
         """
         archetype, place = self.archetypes[name], list(self.archetypes).index(name)
         building, count, first = archetype.building, int(self.counts[place]), int(self.first[place])
-        listed = {key: spread for key, spread in archetype.scatter.items() if isinstance(spread, Listed)}
+        listed = {key: spread for key, spread in archetype.scatter.items() if isinstance(spread, GivenValues)}
         others = {key: spread for key, spread in archetype.scatter.items() if key not in listed}
         with named(name):
             values = Sampler(building, listed, {}, "monte_carlo", count, seed).draw(np.arange(count), is_all=False)
@@ -124,7 +124,7 @@ def _checked_count(archetype: Archetype) -> int:
     if not isinstance(archetype.building, ShearBuilding):
         raise TypeError(f"building must be a ShearBuilding, got {type(archetype.building).__name__}")
     check_scatter(archetype.building, archetype.scatter, archetype.correlation)
-    lengths = {key: len(spread.values) for key, spread in archetype.scatter.items() if isinstance(spread, Listed)}
+    lengths = {key: len(spread.values) for key, spread in archetype.scatter.items() if isinstance(spread, GivenValues)}
     count = next(iter(lengths.values()), 1) if archetype.count is None else whole_number("count", archetype.count, 1)
     for key, length in lengths.items():
         if length != count:

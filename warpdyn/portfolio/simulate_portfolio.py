@@ -17,18 +17,18 @@ import xarray as xr
 from warpdyn.core.checks import check_kind, whole_number
 from warpdyn.core.netcdf import check_writable
 from warpdyn.core.progress import counted_histories
-from warpdyn.ground_motions.designs import Cloud, Individual, Stripes
+from warpdyn.ground_motions.designs import Cloud, OneMotionPerStructure, Stripes
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.integration.run import MOST_SAMPLES, lay_out
+from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.portfolio.groups import check_method, groups_of, scenes_of
 from warpdyn.portfolio.labels import Joined
 from warpdyn.portfolio.portfolio import Portfolio
 from warpdyn.running.simulate import check_settings, simulate
 from warpdyn.scene.scene import Scene
 
-STEPPING = ("step", "longest_step", "error")  # settings with which the caller sees to the step
+STEPPING = ("step", "longest_step", "target_error")  # settings with which the caller sees to the step
 NOT_TAKEN = {
-    "samples": "an archetype's `count` says how many buildings there are",
+    "structures": "an archetype's `count` says how many buildings there are",
     "histories": "keep them in a run of the archetype by itself",
 }
 # What `simulate` takes beside what has a name of its own here.
@@ -38,9 +38,9 @@ OF_THE_RUN = ("step", "longest_step", "resample", "dtype", "tolerance", "device"
 
 def simulate_portfolio(
     portfolio: Portfolio,
-    excitation: Stripes | Cloud | Individual | GroundMotion,
+    excitation: Stripes | Cloud | OneMotionPerStructure | GroundMotion,
     *,
-    record: tuple[str, ...] | None = None,
+    recorders: tuple[str, ...] | None = None,
     collapse_drift_ratio: float | None = None,
     tail: float | None = None,
     title: str = "warpdyn portfolio",
@@ -55,18 +55,18 @@ def simulate_portfolio(
     that of its archetype in a run by itself, rounded down to 10 ms over a power of 2, so that nothing else in the
     portfolio changes a bit of what becomes of it; but how often samples that fail are run again at shorter steps is
     counted over all buildings that run together, so that where many fail, other buildings decide which of them stay
-    failed. With `error` a plan is made for each group.
+    failed. With `target_error` a plan is made for each group.
 
     Args:
         portfolio: The buildings.
-        excitation: Stripes or Cloud, for every building; or Individual, with a motion and a scale for each building.
-        record, collapse_drift_ratio, tail, title: As a Scene takes them.
+        excitation: Stripes or Cloud, for every building; or OneMotionPerStructure, with a motion and a scale for each building.
+        recorders, collapse_drift_ratio, tail, title: As a Scene takes them.
         method, seed, path: As `simulate` takes them. Beside `path` as much room again is needed while it is written.
-        **settings: What else `simulate` takes, but `samples` and `histories`.
+        **settings: What else `simulate` takes, but `structures` and `histories`.
 
     Returns:
         What `simulate` returns, in the order of the buildings, storeys and floors above a building's own NaN; of every
-        sample the coordinates `building` and `archetype`, which counts along `archetype_name`. Inputs are all
+        sample the coordinates `building` and `archetype_index`, which counts along `archetype`. Inputs are all
         parameters of the buildings. `estimated_relative_error` is the largest of the groups.
 
     Raises:
@@ -84,19 +84,19 @@ def simulate_portfolio(
         raise TypeError(f"simulate_portfolio() takes no setting {unknown[0]!r}; it takes {', '.join(sorted(SETTINGS))}")
     if isinstance(excitation, GroundMotion):
         excitation = Cloud((excitation,))
-    if not isinstance(excitation, Stripes | Cloud | Individual):
+    if not isinstance(excitation, Stripes | Cloud | OneMotionPerStructure):
         kind = type(excitation).__name__
-        raise TypeError(f"the excitation of a portfolio must be Stripes, Cloud or Individual, got {kind}")
-    each = excitation.samples_a_structure
-    if portfolio.buildings * each > MOST_SAMPLES:
+        raise TypeError(f"the excitation of a portfolio must be Stripes, Cloud or OneMotionPerStructure, got {kind}")
+    samples_per_building = excitation.samples_per_structure
+    if portfolio.buildings * samples_per_building > MOST_SAMPLES:
         raise ValueError(f"{portfolio!r} has more than {MOST_SAMPLES} samples: divide it into several")
-    if isinstance(excitation, Individual):
+    if isinstance(excitation, OneMotionPerStructure):
         excitation.check_structures(portfolio.buildings)
         # What is drawn of a building goes by its number in the portfolio, not in its group.
         assigned = excitation.assign(np.arange(portfolio.buildings), seed)
-        excitation = Individual(excitation.motions, assigned.motion, assigned.scale, excitation.measure)
+        excitation = OneMotionPerStructure(excitation.motions, assigned.motion, assigned.scale, excitation.measure)
     first = next(iter(portfolio.archetypes.values())).building
-    common = Scene(first, excitation, {}, {}, "monte_carlo", record, collapse_drift_ratio, tail, title)
+    common = Scene(first, excitation, {}, {}, "monte_carlo", recorders, collapse_drift_ratio, tail, title)
     scenes = scenes_of(portfolio, common)
     check_method(scenes, method or "rk4")
     _check_settings(common, portfolio.buildings, method or "rk4", seed, settings)
@@ -107,7 +107,7 @@ def simulate_portfolio(
     attributes = {"scene": _as_json(portfolio, scenes), "title": title, "seed": seed}
     seconds = time.perf_counter() - started
 
-    with ExitStack() as stack, counted_histories(portfolio.buildings * each):
+    with ExitStack() as stack, counted_histories(portfolio.buildings * samples_per_building):
         folder = None
         if path is not None:
             own = tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.")
@@ -117,26 +117,30 @@ def simulate_portfolio(
             if group.longest_step is not None:
                 settings["longest_step"] = group.longest_step
             own = None if folder is None else folder / f"{number}.nc"
-            with group.told():
+            with group.named_in_messages():
                 run = simulate(
-                    group.scene, samples=group.buildings.size, method=method, seed=seed, path=own, **settings
+                    group.scene, structures=group.buildings.size, method=method, seed=seed, path=own, **settings
                 )
             if folder is not None:
                 stack.callback(run.close)
             runs.append(run)
-        joined = Joined(portfolio, [group.buildings for group in groups], runs, each, attributes, seconds)
+        joined = Joined(
+            portfolio, [group.buildings for group in groups], runs, samples_per_building, attributes, seconds
+        )
         return joined.in_memory() if path is None else joined.in_file(path)
 
 
 def _check_settings(common: Scene, buildings: int, method: str, seed: int, settings: dict[str, object]) -> None:
     """Raise an error if a setting is wrong, before anything is drawn: it is about no archetype."""
-    beside_error = tuple(settings.get(name) for name in ("step", "longest_step", "tolerance"))
-    named = ("on_unstable", "check", "resample", "keep_inputs", "memory", "error")
-    check_settings(**{name: settings[name] for name in named if name in settings}, beside_error=beside_error)
+    beside_target_error = tuple(settings.get(name) for name in ("step", "longest_step", "tolerance"))
+    named = ("on_unstable", "checked_share", "resample", "keep_inputs", "memory", "target_error")
+    check_settings(
+        **{name: settings[name] for name in named if name in settings}, beside_target_error=beside_target_error
+    )
     given = {name: settings[name] for name in OF_THE_RUN if settings.get(name) is not None}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # which come with the runs
-        lay_out(common, samples=buildings, method=method, seed=seed, **({"dtype": "float32"} | given))
+        build_run(common, structures=buildings, method=method, seed=seed, **({"dtype": "float32"} | given))
 
 
 def _as_json(portfolio: Portfolio, scenes: dict[str, Scene]) -> str:

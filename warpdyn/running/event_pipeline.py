@@ -19,7 +19,7 @@ from warpdyn.running.labels import Arrays, fill_inputs, fill_outcomes
 from warpdyn.running.sinks import InFile, InMemory, blank_rows
 
 
-class SequenceCourse:
+class EventPipeline:
     """Every block goes through all events; what has not stood one of them is not run in the next.
 
     Args:
@@ -46,12 +46,12 @@ class SequenceCourse:
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
 
-    def go(self, blocks: list[np.ndarray], queues: list[Queue]) -> None:
+    def process(self, blocks: list[np.ndarray], queues: list[Queue]) -> None:
         """Take all blocks, given by their structures, through the queues in turn."""
         for number, structures in enumerate(blocks):
-            self._go_through(structures, queues[number % len(queues)])
+            self._process_block(structures, queues[number % len(queues)])
 
-    def _go_through(self, structures: np.ndarray, queue: Queue) -> None:
+    def _process_block(self, structures: np.ndarray, queue: Queue) -> None:
         """Take a block through all events and hand over its rows."""
         began = time.perf_counter()
         parts = self.run.events(structures, queue)
@@ -103,12 +103,12 @@ class SequenceCourse:
 
     def _labelled_rows(self, block: Ensemble, outputs: Arrays) -> Arrays:
         """Return what the dataset holds of a block's samples in one event, sample first."""
-        of_event = {
+        event_columns = {
             name: replace(column, dims=column.dims[1:])
             for name, column in self.table.columns.items()
             if "event" in column.dims
         }
-        own = blank_rows(block.terms, of_event, block.sample.size)
+        own = blank_rows(block.terms, event_columns, block.sample.size)
         for name in own.keys() & outputs.keys():
             own[name][...] = outputs[name].T
         fill_inputs(block, own)

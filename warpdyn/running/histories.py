@@ -64,7 +64,7 @@ class KeptHistories:
         asked = np.array(histories.samples)
         whole, vibration = run.ensemble(np.unique(asked // (run.samples // run.structures)), queue)
         guard(whole, vibration, on_unstable)
-        self.part = whole.take(np.searchsorted(whole.sample, asked))
+        self.part = whole.select(np.searchsorted(whole.sample, asked))
         self.common_step = self.part.common_step(np.arange(asked.size))
         self._status = np.zeros(asked.size, dtype=np.int8)
 

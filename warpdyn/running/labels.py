@@ -12,13 +12,13 @@ from warpdyn.core.checks import check_dataset
 from warpdyn.core.netcdf import trace
 from warpdyn.core.output_variables import HISTORY, STATUS_MEANINGS, STRIPED, recorded
 from warpdyn.core.units import IN_G
-from warpdyn.ground_motions.event_sequences import Sequence
+from warpdyn.ground_motions.event_sequences import EventSequence
 from warpdyn.ground_motions.motions import Assignment, motion_names
-from warpdyn.integration.ensemble import Each, Ensemble, Terms
+from warpdyn.integration.ensemble import Ensemble, MapFunction, Terms
 from warpdyn.integration.time_grid import motions_of
 from warpdyn.kernels.arguments import output_dtype
 from warpdyn.methods.table import METHODS
-from warpdyn.running.selections import of_event
+from warpdyn.running.selections import select_event
 from warpdyn.scene.scene import Scene
 
 Arrays = dict[str, np.ndarray]
@@ -29,7 +29,7 @@ class Column:
     """A variable of a run's dataset that has one value (or one row of values) a sample.
 
     Args:
-        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), each after "event" in a Sequence.
+        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), each after "event" in an EventSequence.
         dtype: Number type.
         attributes: What the dataset says of it.
         is_coordinate: Whether it is a coordinate.
@@ -73,11 +73,14 @@ def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
         "structure": (integer, {"long_name": "index of the drawn structure", "units": "1"}),
     }
     if motions_of(scene):
-        coordinates["record"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
+        coordinates["motion_index"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
         scale = {"long_name": "factor on the recorded motion", "units": "1"}
         coordinates["scale_factor_of_motion"] = (double, scale)
-    if isinstance(scene.excitation, Sequence):
-        attributes = {"long_name": "intensity measure of the scaled motion", "design": "of a sequence: see of_event"}
+    if isinstance(scene.excitation, EventSequence):
+        attributes = {
+            "long_name": "intensity measure of the scaled motion",
+            "design": "of a sequence: see select_event",
+        }
         units = {scene.excitation.assign(event, [], 0).units for event in range(len(scene.excitation.events))}
         # Where they differ, im_level_units says which is whose.
         coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
@@ -87,7 +90,7 @@ def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
             coordinates["im_level"] = (double, _of_level(level))
     for name, (dtype, attributes) in coordinates.items():
         columns[name] = Column((), dtype, attributes, is_coordinate=True)
-    return _by_event(scene, columns) if isinstance(scene.excitation, Sequence) else columns
+    return _by_event(scene, columns) if isinstance(scene.excitation, EventSequence) else columns
 
 
 def _of_level(level: Assignment) -> dict[str, str]:
@@ -111,18 +114,18 @@ def lengths(terms: Terms, column: Column) -> tuple[int, ...]:
     return tuple(len(terms.scene.excitation.events) if dim == "event" else terms.plan.dofs for dim in column.dims)
 
 
-def fill_inputs(run: Ensemble, rows: Arrays, each: Each = map) -> None:
+def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) -> None:
     """Write what is known of a block's samples before they are integrated, into rows by name.
 
     Args:
         run: The block.
         rows: The rows.
-        each: A map over the variables, which may be parallel.
+        map_function: A map over the variables, which may be parallel.
     """
     of_sample = {
         "sample": run.sample,
         "structure": run.assignment.structure,
-        "record": run.assignment.motion,
+        "motion_index": run.assignment.motion,
         "scale_factor_of_motion": run.assignment.scale,
         "im_level": run.assignment.im_level,
     }
@@ -135,7 +138,7 @@ def fill_inputs(run: Ensemble, rows: Arrays, each: Each = map) -> None:
         else:
             _spread(of_structure[name].astype(rows[name].dtype), rows[name])
 
-    list(each(fill, rows.keys() & (of_sample | of_structure).keys()))
+    list(map_function(fill, rows.keys() & (of_sample | of_structure).keys()))
 
 
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
@@ -147,19 +150,19 @@ def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     height = run.heights if "height" in run.drawn else run.heights[:1]
     # Inner loops over a few storeys are slow: all samples of a structure make one row.
     shape = len(run.structures), -1
-    each = len(drift) // len(run.structures)
-    wide = np.tile(height.astype(ratio.dtype), (1, each))
+    samples_per_structure = len(drift) // len(run.structures)
+    wide = np.tile(height.astype(ratio.dtype), (1, samples_per_structure))
     np.divide(drift.reshape(shape), wide, out=ratio.reshape(shape))
 
 
 def _spread(values: np.ndarray, rows: np.ndarray) -> None:
     """Write each structure's values into the rows of all its samples, which are next to each other."""
-    each = len(rows) // len(values)
-    by_structure = rows.reshape(len(values), each, -1)
+    samples_per_structure = len(rows) // len(values)
+    by_structure = rows.reshape(len(values), samples_per_structure, -1)
     by_structure[:, 0] = values.reshape(len(values), -1)
     done = 1
-    while done < each:  # copies of twice as much each time: inner loops over a few storeys are slow
-        more = min(done, each - done)
+    while done < samples_per_structure:  # copies of twice as much each time: inner loops over a few storeys are slow
+        more = min(done, samples_per_structure - done)
         by_structure[:, done : done + more] = by_structure[:, :more]
         done += more
 
@@ -187,17 +190,17 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
     if scene.structure.family == "dense":
         return {"dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})}
     coordinates = {"storey": ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})}
-    if isinstance(scene.excitation, Sequence):
+    if isinstance(scene.excitation, EventSequence):
         names = np.array(list(scene.excitation.events))
         coordinates["event"] = ("event", names, {"long_name": "event of the sequence", "units": "1"})
         levels = [_of_level(scene.excitation.assign(event, [], 0)) for event in range(names.size)]
         for key in ("long_name", "units", "design"):
             text = {"long_name": f"{key} of im_level in each event", "units": "1"}
             coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
-        copies = scene.excitation.samples_a_structure // np.array(scene.excitation.samples_by_event)
+        copies = scene.excitation.samples_per_structure // np.array(scene.excitation.samples_by_event)
         text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
-        coordinates["samples_a_history"] = ("event", copies.astype(np.int32), text)
-    if "acceleration" in scene.record:
+        coordinates["samples_per_history"] = ("event", copies.astype(np.int32), text)
+    if "acceleration" in scene.recorders:
         coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
     return coordinates
 
@@ -253,12 +256,12 @@ def summary(run: xr.Dataset) -> str:
     check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
     if "event" in run.dims:
         names = run["event"].values.tolist()
-        return "\n".join(f"{name}\n{summary(of_event(run, name))}" for name in names)
+        return "\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names)
     status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
-    told = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
+    outcomes = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
     steps = run["integration_step"].values
     lines = [
-        f"{run.sizes['sample']:,} samples: {told}",
+        f"{run.sizes['sample']:,} samples: {outcomes}",
         f"{run.attrs['method']} in {run.attrs['dtype']} on {run.attrs['device']}, "
         f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
     ]

@@ -12,7 +12,7 @@ import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
 from warpdyn.core.output_variables import DIVERGED, UNSTABLE_STEP
-from warpdyn.integration.ensemble import Each, Ensemble
+from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.run import Run
 from warpdyn.integration.stability_guard import Findings, Reruns, blank_failed, guard
 from warpdyn.kernels.queues import Queue
@@ -24,7 +24,7 @@ from warpdyn.running.sinks import InFile, InMemory
 MOST_COPYING_THREADS = 8  # more do not copy faster
 
 
-class Course:
+class Pipeline:
     """Every block is drawn, guarded and packed; started; and, once a device is done with it, completed.
 
     The threads of a CPU are all for its kernels, so that one block follows the other. While GPUs work, a thread
@@ -56,21 +56,21 @@ class Course:
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
 
-    def go(self, blocks: list[np.ndarray], queues: list[Queue]) -> None:
+    def process(self, blocks: list[np.ndarray], queues: list[Queue]) -> None:
         """Take all blocks, given by their structures, through the queues in turn."""
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
-        upcoming = _ahead(self._prepare, items, blocks_ahead(self.run))
+        upcoming = _prepared_ahead(self._prepare, items, blocks_ahead(self.run))
         is_gpu = self.run.devices[0] != "cpu"
         under_way: deque[tuple[Ensemble, np.ndarray, Arrays]] = deque()
         copying = ThreadPoolExecutor(min(self.run.terms.threads, MOST_COPYING_THREADS)) if is_gpu else nullcontext()
         with closing(upcoming), copying as pool:
-            each = pool.map if is_gpu else map
+            map_function = pool.map if is_gpu else map
             for _ in blocks:
                 if len(under_way) == len(queues):
-                    self._finish(*under_way.popleft(), each)
-                under_way.append(self._start(upcoming, each))
+                    self._finish(*under_way.popleft(), map_function)
+                under_way.append(self._start(upcoming, map_function))
             while under_way:
-                self._finish(*under_way.popleft(), each)
+                self._finish(*under_way.popleft(), map_function)
 
     def _prepare(self, item: tuple[np.ndarray, Queue]) -> tuple[Ensemble, np.ndarray]:
         """Draw a block, guard its steps and pack it; return it and which of its samples are unstable."""
@@ -81,7 +81,7 @@ class Course:
         return block, unstable
 
     def _start(
-        self, upcoming: Iterator[tuple[Ensemble, np.ndarray]], each: Each
+        self, upcoming: Iterator[tuple[Ensemble, np.ndarray]], map_function: MapFunction
     ) -> tuple[Ensemble, np.ndarray, Arrays]:
         """Start the next block; return it, which of its samples are unstable, and its rows."""
         began = time.perf_counter()
@@ -89,15 +89,15 @@ class Course:
         rows = self.table.rows_for(block.sample.size)
         prepared = time.perf_counter()
         block.start(rows, self.advance)
-        fill_inputs(block, rows, each)
+        fill_inputs(block, rows, map_function)
         self.seconds_sampling += prepared - began
         self.seconds_integrating += time.perf_counter() - prepared
         return block, unstable, rows
 
-    def _finish(self, block: Ensemble, unstable: np.ndarray, rows: Arrays, each: Each) -> None:
+    def _finish(self, block: Ensemble, unstable: np.ndarray, rows: Arrays, map_function: MapFunction) -> None:
         """Wait for a block, and complete and hand over its rows; blocks come in the order in which they began."""
         began = time.perf_counter()
-        block.finish(rows, each)
+        block.finish(rows, map_function)
         outputs = {name: rows[name].T for name in self.run.terms.shapes}
         if self.on_unstable == "substep":
             self.reruns.settle(block, np.arange(block.sample.size), outputs)
@@ -113,7 +113,7 @@ class Course:
         self.table.add(rows)
 
 
-def _ahead(work: Callable, items: Iterable, depth: int) -> Iterator:
+def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Iterator:
     """Yield the work on each item; that on so many of the next is begun before, in another thread, in their order."""
     if depth == 0:
         yield from map(work, items)
@@ -128,5 +128,5 @@ def _ahead(work: Callable, items: Iterable, depth: int) -> Iterator:
             while waiting:
                 yield waiting.popleft().result()
         finally:
-            for each in waiting:
-                each.cancel()
+            for result in waiting:
+                result.cancel()

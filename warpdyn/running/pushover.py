@@ -24,7 +24,7 @@ SHORTEST_STEP = 2.0**-10  # of one that was asked for
 LEAST_STIFFNESS = 1e-6  # over the initial one, of what a correction takes for a storey without any
 
 
-def _spring(building: ShearBuilding) -> tuple[str, np.ndarray]:
+def _spring_and_coefficients(building: ShearBuilding) -> tuple[str, np.ndarray]:
     """Return the building's row of SPRINGS and its coefficients [coefficient, storey]."""
     parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
     law = building.storey_law
@@ -54,13 +54,13 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
         path = np.repeat(path[:, None], building.storeys, axis=1)
     if path.ndim != 2 or path.shape[1] != building.storeys or not path.size:
         raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
-    spring, coefficients = _spring(building)
+    spring, coefficients = _spring_and_coefficients(building)
     arrays = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
     results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
     kernel = storey_path_kernel(spring, "float64")
     wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
     force, dissipated = (result.numpy() for result in results)
-    return _labelled(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
+    return _storey_dataset(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
 
 
 def pushover(
@@ -106,7 +106,7 @@ def pushover(
             raise RuntimeError(f"step {step}, to {displacement:g} m: {error}") from None
         drift[step], force[step], dissipated[step] = chain.drift, chain.force, chain.work - chain.recoverable
     along = {"units": "m", "long_name": "roof displacement"}
-    pushed = _labelled(building, drift, force, dissipated, "building pushed slowly by lateral loads", "pushover")
+    pushed = _storey_dataset(building, drift, force, dissipated, "building pushed slowly by lateral loads", "pushover")
     floors = np.arange(1, building.storeys + 1, dtype=np.int32)
     return pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"})).assign(
         roof_displacement=("step", path, along),
@@ -120,7 +120,7 @@ class _PushedChain:
 
     def __init__(self, building: ShearBuilding, shears: np.ndarray) -> None:
         storeys = building.storeys
-        row, coefficients = _spring(building)
+        row, coefficients = _spring_and_coefficients(building)
         self.shears, self.stiffness = shears, stiffness_under_gravity(building.parameters)
         # What gravity pushes the storeys over with, over their drifts.
         self.leaning = storey_weight_over_height(building.parameters) if "gravity_load" in building.parameters else 0.0
@@ -218,7 +218,7 @@ class _PushedChain:
         self.recoverable[:] = self.trial_recoverable
 
 
-def _labelled(
+def _storey_dataset(
     building: ShearBuilding, drift: np.ndarray, force: np.ndarray, dissipated: np.ndarray, title: str, function: str
 ) -> xr.Dataset:
     dims, storey = ("step", "storey"), {"units": "1", "long_name": "storey, from the ground up"}

@@ -11,8 +11,8 @@ from warpdyn.core.units import IN_G
 OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # drift ratio of all storeys
 
 
-def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return one event of a run of a Sequence as an ordinary run, which has each history of the event once.
+def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
+    """Return one event of a run of an EventSequence as an ordinary run, which has each history of the event once.
 
     A history of an event is part of as many samples as follow from it in the events after; here the first of them
     stands for it. In `run.sel(event=name)` it is in all of them, side by side with what became of them later.
@@ -22,29 +22,29 @@ def of_event(run: xr.Dataset, name: str) -> xr.Dataset:
         name: The event.
 
     Raises:
-        ValueError: If the run is not of a Sequence, or has no such event.
+        ValueError: If the run is not of an EventSequence, or has no such event.
         TypeError: If `run` is no Dataset.
     """
-    check_dataset("of_event", run, advice="give what simulate() returned of a Sequence")
+    check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence")
     if "event" not in run.dims or "im_level_design" not in run.coords:
-        raise ValueError("the dataset has no events: it is not what simulate() returned of a Sequence")
+        raise ValueError("the dataset has no events: it is not what simulate() returned of an EventSequence")
     names = run["event"].values.tolist()
     if name not in names:
         raise ValueError(f"no event {name!r} in the run; it has {', '.join(names)}")
     event = run.isel(event=names.index(name))
-    if event["samples_a_history"] > 1:
-        history = event["sample"].values // int(event["samples_a_history"])
+    if event["samples_per_history"] > 1:
+        history = event["sample"].values // int(event["samples_per_history"])
         event = event.isel(sample=np.unique(history, return_index=True)[1])
     keys = ("long_name", "units", "design")
     attributes = {key: str(event[f"im_level_{key}"].values) for key in keys}
     if attributes["units"] == "g":
         attributes["comment"] = IN_G
-    event = event.drop_vars(["event", "samples_a_history", *(f"im_level_{key}" for key in keys)])
+    event = event.drop_vars(["event", "samples_per_history", *(f"im_level_{key}" for key in keys)])
     event["im_level"].attrs = attributes
     return event
 
 
-def of_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
+def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
     """Return the samples of one archetype, with as many storeys as it has, as an ordinary run.
 
     Args:
@@ -55,18 +55,18 @@ def of_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
         ValueError: If there is no such archetype.
         TypeError: If `run` is no Dataset.
     """
-    check_dataset("of_archetype", run, advice="give what simulate_portfolio() returned")
+    check_dataset("select_archetype", run, advice="give what simulate_portfolio() returned")
     names = archetypes_of(run).tolist()
     if name not in names:
         raise ValueError(f"no archetype {name!r} in the run; it has {', '.join(names)}")
     place = names.index(name)
-    part = run.isel(sample=np.flatnonzero(run["archetype"].values == place))
+    part = run.isel(sample=np.flatnonzero(run["archetype_index"].values == place))
     storeys = int(run["storeys_of_archetype"].values[place])
     part = part.isel({dim: slice(storeys) for dim in ("storey", "floor") if dim in run.dims})
-    return part.drop_vars([name for name, variable in part.variables.items() if "archetype_name" in variable.dims])
+    return part.drop_vars([name for name, variable in part.variables.items() if "archetype" in variable.dims])
 
 
-def of_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
+def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     """Return a run with some of its storeys and floors alone, counted from 1, to take demands of the building itself.
 
     Of a building on isolators its own storeys begin with the second; under a tuned mass damper they end with the last
@@ -74,14 +74,14 @@ def of_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     what is recorded of the whole building stay.
 
     Args:
-        run: What `simulate` returned, or `of_archetype`; or `simulate_portfolio`, of buildings all on isolators.
+        run: What `simulate` returned, or `select_archetype`; or `simulate_portfolio`, of buildings all on isolators.
         first, last: The lowest storey and the highest, counted from 1.
 
     Raises:
         ValueError: If the run has no such storeys.
         TypeError: If `run` is no Dataset.
     """
-    check_dataset("of_storeys", run, advice="give what simulate() returned")
+    check_dataset("select_storeys", run, advice="give what simulate() returned")
     storeys = run.sizes.get("storey", 0)
     first, last = whole_number("first", first, 1), whole_number("last", last, 1)
     if not first <= last <= storeys:
@@ -96,8 +96,8 @@ def of_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
 
 def archetypes_of(run: xr.Dataset) -> np.ndarray:
     """Return the names of a run's archetypes."""
-    needed = ("archetype_name", "archetype", "building", "status")
+    needed = ("archetype", "archetype_index", "building", "status")
     missing = [name for name in needed if name not in run.variables]
     if missing:
         raise ValueError(f"the dataset has no {missing[0]!r}: it is not what simulate_portfolio() returned")
-    return run["archetype_name"].values.astype(str)
+    return run["archetype"].values.astype(str)

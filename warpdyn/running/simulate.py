@@ -10,21 +10,21 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
-from warpdyn.accuracy.pilot import check_error, plan
+from warpdyn.accuracy.pilot import check_target_error, plan
 from warpdyn.core.checks import one_of, real_number, whole_number
 from warpdyn.core.netcdf import GrowingFile
 from warpdyn.core.progress import counted_histories
-from warpdyn.ground_motions.event_sequences import Sequence
-from warpdyn.integration.run import lay_out
+from warpdyn.ground_motions.event_sequences import EventSequence
+from warpdyn.integration.run import build_run
 from warpdyn.integration.stability_guard import ON_UNSTABLE, Findings
 from warpdyn.integration.time_grid import warn_of_short_tail
 from warpdyn.kernels.queues import device_names, open_queues, seconds_in_kernels
 from warpdyn.methods.table import METHODS
 from warpdyn.running.blocks import divide
-from warpdyn.running.event_pipeline import SequenceCourse
+from warpdyn.running.event_pipeline import EventPipeline
 from warpdyn.running.histories import Histories, KeptHistories
 from warpdyn.running.labels import columns_of
-from warpdyn.running.pipeline import Course
+from warpdyn.running.pipeline import Pipeline
 from warpdyn.running.sinks import InFile, InMemory
 from warpdyn.scene.scene import Scene
 
@@ -32,15 +32,15 @@ from warpdyn.scene.scene import Scene
 def simulate(
     scene: Scene,
     *,
-    samples: int = 1,
+    structures: int = 1,
     step: float | None = None,
     longest_step: float | None = None,
     resample: bool = False,
     method: str | None = None,
     dtype: str | None = None,
     tolerance: float | None = None,
-    error: float | None = None,
-    check: float | None = None,
+    target_error: float | None = None,
+    checked_share: float | None = None,
     on_unstable: str = "substep",
     device: str | collections.abc.Sequence[str] | None = None,
     seed: int = 0,
@@ -57,17 +57,17 @@ def simulate(
 
     Args:
         scene: The scene.
-        samples: Structures to draw; each runs under every motion (and at every level) of the scene's design.
+        structures: Structures to draw; each runs under every motion (and at every level) of the scene's design.
         step: Integration step [s], which must divide the step of every motion; None to choose one for each motion.
         longest_step: Step [s] that the chosen ones are not longer than, in place of the engine's own rule.
         resample: Whether a motion whose step `step` does not divide is resampled at it, which cuts its corners.
-        method: Integration method, a row of METHODS; None for "rk4", or what `error` leads to.
-        dtype: "float32" or "float64"; None for "float32", or what `error` leads to.
+        method: Integration method, a row of METHODS; None for "rk4", or what `target_error` leads to.
+        dtype: "float32" or "float64"; None for "float32", or what `target_error` leads to.
         tolerance: Relative error a step that an adaptive method allows itself (1e-6 by default); its steps are no
             longer than those of other methods.
-        error: Relative error that the peak drift of 95 % of the samples is to stay below, for which `plan` chooses the
+        target_error: Relative error that the peak drift of 95 % of the samples is to stay below, for which `plan` chooses the
             step, and method and dtype if they are not given; None to leave the choice as it is.
-        check: Share of the samples (at least 30) that are run again at half the step and in float64, to estimate the
+        checked_share: Share of the samples (at least 30) that are run again at half the step and in float64, to estimate the
             relative error of every demand; None for none.
         on_unstable: What is done where the step is beyond a structure's stability limit: "substep" (the fewest steps of
             the record's interval that hold, for these samples alone), "raise" (before any sample runs), or "flag"
@@ -75,7 +75,7 @@ def simulate(
         device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
             samples; None for the first GPU, or the CPU where there is none.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
-        histories: Samples whose whole histories are kept; None for none. Of a Sequence there are none.
+        histories: Samples whose whole histories are kept; None for none. Of an EventSequence there are none.
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
         threads: CPU threads; None for every core this process may use.
         memory: Bytes that the blocks under way may take, on the host and on each device; None for a share of what is
@@ -86,8 +86,8 @@ def simulate(
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,
-        unstable_step, not_converged). Demands of the last three are NaN. Of a Sequence all but the inputs drawn lies
-        along `event`, too (see `of_event`); what is not ok in an event has no demands in those after it.
+        unstable_step, not_converged). Demands of the last three are NaN. Of an EventSequence all but the inputs drawn lies
+        along `event`, too (see `select_event`); what is not ok in an event has no demands in those after it.
 
     Raises:
         ValueError: If an argument is out of its range or a name is unknown; nothing has been run then. If a value is
@@ -95,21 +95,23 @@ def simulate(
         OSError: If the file cannot be written.
     """
     started = time.perf_counter()
-    is_sequence = isinstance(scene, Scene) and isinstance(scene.excitation, Sequence)
+    is_sequence = isinstance(scene, Scene) and isinstance(scene.excitation, EventSequence)
     if histories is not None and is_sequence:
-        raise ValueError("histories of a Sequence are not kept: leave them out, or run its first event by itself")
-    check_settings(on_unstable, check, resample, keep_inputs, memory, error, (step, longest_step, tolerance))
-    if error is not None:
+        raise ValueError("histories of an EventSequence are not kept: leave them out, or run its first event by itself")
+    check_settings(
+        on_unstable, checked_share, resample, keep_inputs, memory, target_error, (step, longest_step, tolerance)
+    )
+    if target_error is not None:
         chosen_by = {"seed": seed, "device": device, "threads": threads}
         # What is wrong is said before the pilot runs.
         given = {"method": "rk4" if method is None else method, "dtype": "float32" if dtype is None else dtype}
-        lay_out(scene, samples=samples, resample=resample, **given, **chosen_by)
-        choice = plan(scene, error, samples=samples, method=method, dtype=dtype, **chosen_by)
+        build_run(scene, structures=structures, resample=resample, **given, **chosen_by)
+        choice = plan(scene, target_error, structures=structures, method=method, dtype=dtype, **chosen_by)
         method, dtype, longest_step = choice.method, choice.dtype, choice.longest_step
     method, dtype = "rk4" if method is None else method, "float32" if dtype is None else dtype
-    run = lay_out(
+    run = build_run(
         scene,
-        samples=samples,
+        structures=structures,
         step=step,
         longest_step=longest_step,
         resample=resample,
@@ -126,17 +128,17 @@ def simulate(
     events = list(scene.excitation.events) if is_sequence else [""]
     findings = [Findings(count, method, name) for count, name in zip(run.samples_by_event, events, strict=True)]
     if on_unstable == "raise":
-        for structures in blocks:
-            for found, part in zip(findings, run.events(structures, queues[0]), strict=True):
+        for block in blocks:
+            for found, part in zip(findings, run.events(block, queues[0]), strict=True):
                 found.add_limits(*part)
         for found in findings:
             found.refuse(any_step=True)
     kept = None if histories is None else KeptHistories(histories, run, queues[0], on_unstable)
     estimates = []
-    if check is not None:
+    if checked_share is not None:
         together = [len(blocks[0]) * count // run.structures for count in run.samples_by_event]
         estimates = [
-            ErrorEstimate(count, check, run.seed, part)
+            ErrorEstimate(count, checked_share, run.seed, part)
             for count, part in zip(run.samples_by_event, together, strict=True)
         ]
     if path is None:
@@ -146,17 +148,17 @@ def simulate(
     with table:
         with counted_histories(run.samples) as progress:
             if is_sequence:
-                course = SequenceCourse(run, on_unstable, findings, table, estimates, progress.update)
+                pipeline = EventPipeline(run, on_unstable, findings, table, estimates, progress.update)
             else:
                 estimate = estimates[0] if estimates else None
-                course = Course(run, on_unstable, findings[0], table, kept, estimate, progress.update)
-            course.seconds_sampling += time.perf_counter() - started
-            course.go(blocks, queues)
+                pipeline = Pipeline(run, on_unstable, findings[0], table, kept, estimate, progress.update)
+            pipeline.seconds_sampling += time.perf_counter() - started
+            pipeline.process(blocks, queues)
         for found in findings:
             found.warn(on_unstable, stacklevel=2)
-        warn_of_short_tail(scene, course.longest_period, stacklevel=2)
+        warn_of_short_tail(scene, pipeline.longest_period, stacklevel=2)
         rest = xr.Dataset() if kept is None else kept.result()
-        found = [estimate.result(scene.structure.family, scene.record) for estimate in estimates]
+        found = [estimate.result(scene.structure.family, scene.recorders) for estimate in estimates]
         if found:
             rest = rest.merge(found[0] if len(found) == 1 else xr.concat(found, "event", combine_attrs="override"))
         steps = np.unique(run.terms.timeline.interval / run.terms.timeline.substeps)
@@ -168,11 +170,11 @@ def simulate(
             "dtype": dtype,
             "device": device_names(run.devices),
             "kernel": run.terms.kernel_name,
-            "seconds_sampling": course.seconds_sampling,
-            "seconds_integrating": course.seconds_integrating,
+            "seconds_sampling": pipeline.seconds_sampling,
+            "seconds_integrating": pipeline.seconds_integrating,
             "seconds_in_kernels": seconds_in_kernels(queues),
         }
-        given = {"longest_step": longest_step, "target_error": error, "resampled": "yes" if resample else None}
+        given = {"longest_step": longest_step, "target_error": target_error, "resampled": "yes" if resample else None}
         rest.attrs |= {name: value for name, value in given.items() if value is not None}
         if METHODS[method].is_adaptive:
             rest.attrs["tolerance"] = run.terms.tolerance
@@ -181,29 +183,31 @@ def simulate(
 
 def check_settings(
     on_unstable: str = "substep",
-    check: float | None = None,
+    checked_share: float | None = None,
     resample: bool = False,
     keep_inputs: bool = True,
     memory: int | None = None,
-    error: float | None = None,
-    beside_error: tuple[float | None, ...] = (),
+    target_error: float | None = None,
+    beside_target_error: tuple[float | None, ...] = (),
 ) -> None:
     """Raise an error if one of these settings of `simulate`, which need no scene to be judged, is not valid.
 
     Args:
-        on_unstable, check, resample, keep_inputs, memory, error: As `simulate` takes them.
-        beside_error: What must be None beside `error`.
+        on_unstable, checked_share, resample, keep_inputs, memory, target_error: As `simulate` takes them.
+        beside_target_error: What must be None beside `target_error`.
     """
     one_of("on_unstable", on_unstable, ON_UNSTABLE)
-    if check is not None and not 0 < real_number("check", check) <= 1:
-        raise ValueError(f"check must be a share of the samples, above 0 and at most 1, got {check}")
-    if check is not None and resample:
-        raise ValueError("check sees nothing of what resample cuts off a motion: leave out one of them")
+    if checked_share is not None and not 0 < real_number("checked_share", checked_share) <= 1:
+        raise ValueError(f"checked_share must be a share of the samples, above 0 and at most 1, got {checked_share}")
+    if checked_share is not None and resample:
+        raise ValueError("checked_share sees nothing of what resample cuts off a motion: leave out one of them")
     if not isinstance(keep_inputs, bool):
         raise TypeError(f"keep_inputs must be True or False, got {keep_inputs!r}")
     if memory is not None:
         whole_number("memory [bytes]", memory, 1)
-    if error is not None:
-        check_error(error)
-        if any(setting is not None for setting in beside_error):
-            raise ValueError("error chooses the step: give simulate() no step, longest_step or tolerance beside it")
+    if target_error is not None:
+        check_target_error(target_error)
+        if any(setting is not None for setting in beside_target_error):
+            raise ValueError(
+                "target_error chooses the step: give simulate() no step, longest_step or tolerance beside it"
+            )

@@ -87,7 +87,7 @@ Distribution = Normal | Lognormal | Uniform
 
 
 @dataclass(frozen=True)
-class Factor:
+class RandomFactor:
     """Scatter that multiplies the nominal value of a parameter.
 
     Args:
@@ -114,12 +114,12 @@ class Factor:
 
 
 @dataclass(frozen=True)
-class Value(Factor):
-    """Scatter that replaces the nominal value of a parameter; arguments as for Factor."""
+class RandomValue(RandomFactor):
+    """Scatter that replaces the nominal value of a parameter; arguments as for RandomFactor."""
 
 
 @dataclass(frozen=True, eq=False)
-class Listed:
+class GivenValues:
     """Values that are given, one a structure, in place of random ones: a design of experiments, or one's own samples.
 
     Args:
@@ -134,16 +134,18 @@ class Listed:
     values: ArrayLike
 
     def __post_init__(self) -> None:
-        values = real_numbers("Listed.values", self.values)
+        values = real_numbers("GivenValues.values", self.values)
         if values.ndim not in (1, 2) or not values.size:
-            raise ValueError(f"Listed.values must have shape [structure] or [structure, storey], got {values.shape}")
+            raise ValueError(
+                f"GivenValues.values must have shape [structure] or [structure, storey], got {values.shape}"
+            )
         left_out = np.isnan(values).all(axis=0) & (values.ndim == 2)
-        finite_numbers("Listed.values", np.where(left_out, 0.0, values))
+        finite_numbers("GivenValues.values", np.where(left_out, 0.0, values))
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
 
 
-Scatter = Mapping[str, Factor | Value | Listed | float]
+Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues | float]
 SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
 
@@ -162,7 +164,7 @@ def check_scatter(
             problem = structure.parameter_table[name].first_violation(f"scatter[{name!r}]", np.array(float(spread)), ())
             if problem:
                 raise ValueError(problem)
-        elif isinstance(spread, Listed):
+        elif isinstance(spread, GivenValues):
             by_storey = structure.family == "chain" and name not in BUILDING_PARAMETERS
             if spread.values.ndim == 2 and (not by_storey or spread.values.shape[1] != structure.dofs):
                 wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
@@ -171,18 +173,20 @@ def check_scatter(
             for storey in np.flatnonzero(missing):
                 raise ValueError(f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law takes {name}")
             continue
-        elif not isinstance(spread, Factor):
-            raise TypeError(f"scatter[{name!r}] must be a Factor, a Value, Listed or a number, got {spread!r}")
+        elif not isinstance(spread, RandomFactor):
+            raise TypeError(
+                f"scatter[{name!r}] must be a RandomFactor, a RandomValue, GivenValues or a number, got {spread!r}"
+            )
         elif spread.per == "storey" and (structure.family != "chain" or name in BUILDING_PARAMETERS):
             raise ValueError(f"scatter[{name!r}]: {name} has no values by storey; use per='building'")
-        if structure.family == "dense" and type(spread) is not Factor:
-            raise ValueError(f"scatter[{name!r}]: a matrix can only be scaled, by a Factor")
+        if structure.family == "dense" and type(spread) is not RandomFactor:
+            raise ValueError(f"scatter[{name!r}]: a matrix can only be scaled, by a RandomFactor")
     for pair, value in correlation.items():
         if (
             not isinstance(pair, tuple)
             or len(pair) != 2
             or pair[0] == pair[1]
-            or any(not isinstance(scatter.get(name), Factor) for name in pair)
+            or any(not isinstance(scatter.get(name), RandomFactor) for name in pair)
         ):
             raise ValueError(f"correlation names {pair}: it must be two different parameters with random scatter")
         if not abs(real_number(f"correlation of {pair}", value)) <= 1:
@@ -229,7 +233,7 @@ def central(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[s
     """Return the scattered parameters at the middle of their distributions, of shape [storey] or []."""
     middle = _at(structure, scatter, np.zeros(1))
     return {
-        name: np.median(values, axis=0) if isinstance(scatter[name], Listed) else values[0]
+        name: np.median(values, axis=0) if isinstance(scatter[name], GivenValues) else values[0]
         for name, values in middle.items()
     }
 
@@ -247,7 +251,7 @@ def _at(structure: ShearBuilding | LinearSystem, scatter: Scatter, z: np.ndarray
     values, nominal = {}, nominal_values(structure)
     for name, spread in scatter.items():
         normals = np.broadcast_to(z, (variables_of(structure, spread), z.size))
-        rows = np.arange(len(spread.values) if isinstance(spread, Listed) else z.size)
+        rows = np.arange(len(spread.values) if isinstance(spread, GivenValues) else z.size)
         values[name] = combined(nominal[name], spread, normals, rows).T
     return values
 
@@ -258,27 +262,32 @@ def nominal_values(structure: ShearBuilding | LinearSystem) -> Mapping[str, np.n
     return values if structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
 
 
-def variables_of(structure: ShearBuilding | LinearSystem, spread: Factor | Value | Listed | float) -> int:
+def variables_of(
+    structure: ShearBuilding | LinearSystem, spread: RandomFactor | RandomValue | GivenValues | float
+) -> int:
     """Return how many random variables a parameter's scatter has."""
-    if not isinstance(spread, Factor):
+    if not isinstance(spread, RandomFactor):
         return 0
     return structure.dofs if spread.per == "storey" else 1
 
 
 def combined(
-    nominal: np.ndarray, spread: Factor | Value | Listed | float, normals: np.ndarray, structures: np.ndarray
+    nominal: np.ndarray,
+    spread: RandomFactor | RandomValue | GivenValues | float,
+    normals: np.ndarray,
+    structures: np.ndarray,
 ) -> np.ndarray:
     """Return a parameter's values [storey, structure] or [structure], of its normal values [variable, structure]."""
     shape = (*nominal.shape, structures.size)
-    if isinstance(spread, Listed):
+    if isinstance(spread, GivenValues):
         values = np.broadcast_to(spread.values[structures].T, shape)
-    elif not isinstance(spread, Factor):
+    elif not isinstance(spread, RandomFactor):
         values = np.full(shape, float(spread))
     else:
         values = spread.distribution.from_standard_normal(normals)
         if not nominal.ndim:
             values = values[0]
-        values = nominal[..., None] * values if type(spread) is Factor else np.broadcast_to(values, shape)
+        values = nominal[..., None] * values if type(spread) is RandomFactor else np.broadcast_to(values, shape)
     taken = storeys_with(nominal)
     return values if taken is None else np.where(taken[:, None], values, np.nan)
 

@@ -12,14 +12,23 @@ import numpy as np
 
 from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.output_variables import RECORDERS
-from warpdyn.ground_motions.designs import Cloud, Individual, Stripes
-from warpdyn.ground_motions.event_sequences import Sequence
+from warpdyn.ground_motions.designs import Cloud, OneMotionPerStructure, Stripes
+from warpdyn.ground_motions.event_sequences import EventSequence
 from warpdyn.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
 from warpdyn.scene.scatter import SAMPLING, Scatter, central, check_scatter, representative
 from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
 
-Excitation = Stripes | Cloud | Individual | Sequence | FilteredNoise | HarmonicForce | ForceHistory | FreeVibration
+Excitation = (
+    Stripes
+    | Cloud
+    | OneMotionPerStructure
+    | EventSequence
+    | FilteredNoise
+    | HarmonicForce
+    | ForceHistory
+    | FreeVibration
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,16 +37,16 @@ class Scene:
 
     Args:
         structure: A ShearBuilding or a LinearSystem.
-        excitation: Stripes, Cloud or Individual ground motions, or a Sequence of them; FilteredNoise;
+        excitation: Stripes, Cloud or OneMotionPerStructure ground motions, or an EventSequence of them; FilteredNoise;
             HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
-        scatter: What is random: parameter name -> Factor, Value, or a number that replaces the nominal value.
+        scatter: What is random: parameter name -> RandomFactor, RandomValue, or a number that replaces the nominal value.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
         sampling: "monte_carlo", "latin_hypercube" or "sobol".
-        record: Recorders to build in; None for all of the structure's: of a ShearBuilding "drift", "time_of_peak",
+        recorders: Recorders to build in; None for all of the structure's: of a ShearBuilding "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
         collapse_drift_ratio: Storey drift ratio beyond which a sample counts as collapsed; None for none.
-        tail: Free vibration after a motion's end [s], each event's of a Sequence; None for long enough to read each
+        tail: Free vibration after a motion's end [s], each event's of an EventSequence; None for long enough to read each
             structure's residual drift.
         title: What the dataset is called.
 
@@ -50,7 +59,7 @@ class Scene:
     scatter: Scatter = field(default_factory=dict)
     correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
     sampling: str = "monte_carlo"
-    record: tuple[str, ...] | None = None
+    recorders: tuple[str, ...] | None = None
     collapse_drift_ratio: float | None = None
     tail: float | None = None
     title: str = "warpdyn ensemble"
@@ -62,28 +71,28 @@ class Scene:
             object.__setattr__(self, "excitation", Cloud((self.excitation,)))
         if not isinstance(self.excitation, Excitation):
             raise TypeError(
-                "excitation must be Stripes, Cloud, Individual, Sequence, GroundMotion, FilteredNoise, HarmonicForce, "
+                "excitation must be Stripes, Cloud, OneMotionPerStructure, EventSequence, GroundMotion, FilteredNoise, HarmonicForce, "
                 f"ForceHistory or FreeVibration, got {type(self.excitation).__name__}"
             )
-        if isinstance(self.excitation, Sequence) and not isinstance(self.structure, ShearBuilding):
+        if isinstance(self.excitation, EventSequence) and not isinstance(self.structure, ShearBuilding):
             raise TypeError(
-                "a Sequence needs a ShearBuilding: a LinearSystem comes out of an earthquake as it went into it"
+                "an EventSequence needs a ShearBuilding: a LinearSystem comes out of an earthquake as it went into it"
             )
         self._check_width()
         one_of("sampling", self.sampling, SAMPLING)
-        recorders = RECORDERS[self.structure.family]
-        record = tuple(recorders) if self.record is None else self.record
-        if not isinstance(record, tuple | list):
-            raise TypeError(f"record must be a tuple of recorders, such as ('drift',), got {record!r}")
+        known = RECORDERS[self.structure.family]
+        recorders = tuple(known) if self.recorders is None else self.recorders
+        if not isinstance(recorders, tuple | list):
+            raise TypeError(f"recorders must be a tuple of recorders, such as ('drift',), got {recorders!r}")
         if not isinstance(self.title, str):
             raise TypeError(f"title must be text, got {self.title!r}")
-        for name in record:
-            one_of(f"recorder of a {type(self.structure).__name__}", name, recorders)
-        object.__setattr__(self, "record", tuple(sorted(set(record))))
+        for name in recorders:
+            one_of(f"recorder of a {type(self.structure).__name__}", name, known)
+        object.__setattr__(self, "recorders", tuple(sorted(set(recorders))))
         limit = self.collapse_drift_ratio
         if limit is not None:
             real_number("collapse_drift_ratio", limit, above=0)
-            if "drift" not in self.record:
+            if "drift" not in self.recorders:
                 raise ValueError("collapse_drift_ratio needs the recorder 'drift' of a ShearBuilding")
         if self.tail is not None:
             real_number("tail [s]", self.tail, least=0)
@@ -148,8 +157,8 @@ def _plain(value: Any) -> Any:
     if isinstance(value, ShearBuilding | LinearSystem):
         kept = {"law": value.law, "damping": value.damping}
         if value.family == "chain":
-            of_storeys = {"damping_modes": value.damping_modes, "damped_storeys": value.damped_storeys}
-            kept |= {name: list(storeys) for name, storeys in of_storeys.items() if storeys}
+            storey_settings = {"damping_modes": value.damping_modes, "damped_storeys": value.damped_storeys}
+            kept |= {name: list(storeys) for name, storeys in storey_settings.items() if storeys}
             if len(value.storey_laws) > 1:
                 kept["storey_laws"] = list(value.storey_laws)
         else:

@@ -28,7 +28,7 @@ def damage_shares(
 
     A building is in the last damage state whose limit its largest storey drift ratio is above (strictly), in "none" if
     it is above no limit, and in the last state of all if it collapsed. Every storey counts, that of isolators or of a
-    tuned mass damper, too: keep buildings on isolators in a portfolio of their own, and take `of_storeys` of its run.
+    tuned mass damper, too: keep buildings on isolators in a portfolio of their own, and take `select_storeys` of its run.
 
     Args:
         run: What `simulate_portfolio` returned, with the recorder "drift".
@@ -39,8 +39,8 @@ def damage_shares(
             itself.
 
     Returns:
-        `damage_share(event, damage_state)`, `archetype_damage_share(archetype_name, event, damage_state)`,
-        `counted_buildings(archetype_name, event)` and `failed_buildings(archetype_name, event)`, which are not among
+        `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
+        `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`, which are not among
         the counted: a motion of theirs failed, and no other left them in the last state. The dimension is `motion`
         instead of `event` where no events are given, and on stripes `stripe` comes after it. Shares of no building are
         NaN. The attributes are those of the run.
@@ -60,7 +60,7 @@ def damage_shares(
     levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
     if is_striped:
         levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
-    archetype = run["archetype"].values
+    archetype = run["archetype_index"].values
     if events is not None:
         key = (run["building"].values.astype(np.int64) * len(event_names) + record) * levels.size + stripe
         _, first, unit = np.unique(key, return_index=True, return_inverse=True)
@@ -85,34 +85,34 @@ def damage_shares(
         counts, failures, dims = counts[:, :, 0], failures[:, :, 0], (along, "damage_state")
     counted = counts.sum(axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        of_archetype_, of_all = counts / counted[..., None], counts.sum(axis=0) / counted.sum(axis=0)[..., None]
+        archetype_shares, of_all = counts / counted[..., None], counts.sum(axis=0) / counted.sum(axis=0)[..., None]
     units = {"units": "1"}
     variables: dict[str, Any] = {
         "damage_share": (dims, of_all, units | {"long_name": "share of all buildings in the damage state"}),
         "archetype_damage_share": (
-            ("archetype_name", *dims),
-            of_archetype_,
+            ("archetype", *dims),
+            archetype_shares,
             units | {"long_name": "share of the archetype's buildings in the damage state"},
         ),
         "counted_buildings": (
-            ("archetype_name", *dims[:-1]),
+            ("archetype", *dims[:-1]),
             counted,
             units | {"long_name": "buildings counted, collapsed ones included, failed ones not"},
         ),
         "failed_buildings": (
-            ("archetype_name", *dims[:-1]),
+            ("archetype", *dims[:-1]),
             failures,
             units | {"long_name": "buildings kept out, since what becomes of them is not known"},
         ),
         "damage_limit": (
-            ("archetype_name", "damage_state"),
+            ("archetype", "damage_state"),
             np.concatenate([np.zeros((len(names), 1)), table], axis=1),
             units | {"long_name": "storey drift ratio above which a building is in the damage state"},
         ),
         "failed_samples": ((), failed_samples, units | {"long_name": "samples that failed"}),
     }
     coordinates = {
-        "archetype_name": ("archetype_name", names, {"long_name": "name of the archetype", "units": "1"}),
+        "archetype": ("archetype", names, {"long_name": "name of the archetype", "units": "1"}),
         "damage_state": ("damage_state", np.array(states), {"long_name": "damage state", "units": "1"}),
     }
     if events is not None:
@@ -190,9 +190,9 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
 
 def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the event of each sample as an index, and the names of the events in the order they are first named."""
-    if "record" not in run.variables:
-        raise ValueError("the dataset has no 'record': it is not what simulate_portfolio() returned")
-    record, motions = run["record"].values, run.sizes["motion"]
+    if "motion_index" not in run.variables:
+        raise ValueError("the dataset has no 'motion_index': it is not what simulate_portfolio() returned")
+    record, motions = run["motion_index"].values, run.sizes["motion"]
     if events is None:
         return record, np.arange(motions)
     labels = list(events)
@@ -211,7 +211,7 @@ def _states_of_samples(run: xr.Dataset, table: np.ndarray) -> np.ndarray:
     """Return the damage state of every sample, counted from 0 for none; FAILED where it has none."""
     if "peak_storey_drift_ratio" not in run:
         raise ValueError("the run has no 'peak_storey_drift_ratio': leave 'drift' in what is recorded")
-    status, archetype = decoded_status(run["status"]), run["archetype"].values
+    status, archetype = decoded_status(run["status"]), run["archetype_index"].values
     states = np.empty(status.size, dtype=np.int8)
     for first in range(0, status.size, SAMPLES_AT_A_TIME):
         part = slice(first, first + SAMPLES_AT_A_TIME)

@@ -39,7 +39,7 @@ def fragility(
 
     A sample exceeds a damage state at a storey where its peak drift ratio is above the limit (strictly), and at every
     storey when it collapsed; the worst storey is the one of largest drift, be it that of isolators or of
-    a tuned mass damper: take `of_storeys` of such a run first. Curves maximise the binomial likelihood
+    a tuned mass damper: take `select_storeys` of such a run first. Curves maximise the binomial likelihood
     (Baker 2015, Earthquake Spectra 31(1)). Intervals of curves are percentiles of a bootstrap over records: records
     are drawn with replacement and bring all their samples along, since these share the motion.
 
@@ -48,7 +48,7 @@ def fragility(
 
     Args:
         dataset: `peak_storey_drift_ratio(sample, storey)`, the flag variable `status(sample)`, and the coordinates
-            `record(sample)` and `im_level(sample)` [g], the level of each sample's stripe.
+            `motion_index(sample)` and `im_level(sample)` [g], the level of each sample's stripe.
         limits: Storey drift ratio limit [1] of each damage state, from the lightest on.
         bootstrap: Number of replicates.
         confidence: Probability that the intervals cover.
@@ -115,23 +115,23 @@ def fragility(
         dimensions = ("damage_state", "stripe")[: values.ndim - 1]
         for suffix, part, words in _with_bounds(values, bounds, meaning, confidence):
             storeys = np.moveaxis(part[:-1], 0, -1)
-            variables[name + suffix] = _labelled(dimensions, part[-1], f"{words}, worst storey", **attributes)
-            variables[f"storey_{name}{suffix}"] = _labelled((*dimensions, "storey"), storeys, words, **attributes)
+            variables[name + suffix] = _variable(dimensions, part[-1], f"{words}, worst storey", **attributes)
+            variables[f"storey_{name}{suffix}"] = _variable((*dimensions, "storey"), storeys, words, **attributes)
     for suffix, part, words in _with_bounds(curve, curve_bounds, "fragility curve, worst storey", confidence):
-        variables[f"fragility_curve{suffix}"] = _labelled(("damage_state", "intensity"), part, words, comment=no_fit)
+        variables[f"fragility_curve{suffix}"] = _variable(("damage_state", "intensity"), part, words, comment=no_fit)
     variables |= {
-        "exceeding_samples": _labelled(("damage_state", "stripe"), exceeding[-1], "samples exceeding, worst storey"),
-        "valid_samples": _labelled("stripe", valid, "samples counted, collapsed ones included"),
-        "excluded_samples": _labelled((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
-        "drift_ratio_limit": _labelled("damage_state", limit, "storey drift ratio limit"),
+        "exceeding_samples": _variable(("damage_state", "stripe"), exceeding[-1], "samples exceeding, worst storey"),
+        "valid_samples": _variable("stripe", valid, "samples counted, collapsed ones included"),
+        "excluded_samples": _variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
+        "drift_ratio_limit": _variable("damage_state", limit, "storey drift ratio limit"),
     }
     return xr.Dataset(
         variables,
         coords={
             "damage_state": ("damage_state", np.array(names), {"long_name": "damage state", "units": "1"}),
-            "stripe": _labelled("stripe", counts.levels, "intensity of the stripe", units="g", comment=IN_G),
-            "intensity": _labelled("intensity", intensity, "intensity along the curve", units="g", comment=IN_G),
-            "storey": _labelled("storey", counts.storeys, "storey, from the ground up"),
+            "stripe": _variable("stripe", counts.levels, "intensity of the stripe", units="g", comment=IN_G),
+            "intensity": _variable("intensity", intensity, "intensity along the curve", units="g", comment=IN_G),
+            "storey": _variable("storey", counts.storeys, "storey, from the ground up"),
         },
         attrs={
             "fragility_method": "maximum binomial likelihood of a lognormal curve through stripes (Baker 2015)",
@@ -143,7 +143,7 @@ def fragility(
     )
 
 
-def _labelled(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
+def _variable(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
     return dimensions, values, {"long_name": long_name, "units": "1"} | attributes
 
 

@@ -93,7 +93,7 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
 def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int) -> str:
     """Say how many samples are kept out and where they are."""
     places = []
-    for what, values in (("record", record), ("im_level", level)):
+    for what, values in (("motion_index", record), ("im_level", level)):
         found, number = np.unique(values, return_counts=True)
         most = np.argsort(-number, kind="stable")[:3]
         places.append(f"{what} " + ", ".join(f"{found[i]} ({number[i]})" for i in most))
@@ -116,19 +116,19 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
     needed = {
         "peak_storey_drift_ratio": ("sample", "storey"),
         "status": ("sample",),
-        "record": ("sample",),
+        "motion_index": ("sample",),
         "im_level": ("sample",),
     }
     for name, dimensions in needed.items():
         if name not in dataset:
             raise ValueError(f"the dataset has no {name!r}; needed are {', '.join(needed)}")
         if set(dataset[name].dims) != set(dimensions):
-            of_one = "; take one event by `of_event`" if "event" in dataset[name].dims else ""
+            of_one = "; take one event by `select_event`" if "event" in dataset[name].dims else ""
             raise ValueError(f"{name!r} has dimensions {dataset[name].dims}; they must be {dimensions}{of_one}")
     if dataset.sizes["sample"] == 0 or dataset.sizes["storey"] == 0:
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     drift = dataset["peak_storey_drift_ratio"].transpose("sample", "storey").values
-    record, level = dataset["record"].values, dataset["im_level"].values.astype(np.float64)
+    record, level = dataset["motion_index"].values, dataset["im_level"].values.astype(np.float64)
     if dataset["im_level"].attrs.get("design", STRIPED) != STRIPED:
         raise ValueError(f"'im_level' is {dataset['im_level'].attrs['design']}: {_NEEDS_STRIPES}")
     units = dataset["im_level"].attrs.get("units", "g")
@@ -149,7 +149,7 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
     bad = np.flatnonzero(unusable & (status == _STATUS.index("ok")))
     if bad.size:
         raise ValueError(
-            f"sample {bad[0]} (record {record[bad[0]]}, im_level {level[bad[0]]} g) is 'ok' but its "
+            f"sample {bad[0]} (motion_index {record[bad[0]]}, im_level {level[bad[0]]} g) is 'ok' but its "
             f"peak_storey_drift_ratio is {drift[bad[0]].tolist()}; it must be finite and not negative "
             f"({bad.size} of {level.size} samples)"
         )

@@ -21,7 +21,7 @@ GRAVITY_OF_LU = 9.8
 
 
 @functools.cache
-def _table() -> Mapping[tuple[str, str], Mapping[str, float]]:
+def _hazus_table() -> Mapping[tuple[str, str], Mapping[str, float]]:
     """The rows of hazus_buildings.csv by building type and design level."""
     package = Path(__file__).parents[1]
     # An installed package has the table inside itself, a checkout beside it.
@@ -37,7 +37,7 @@ def _table() -> Mapping[tuple[str, str], Mapping[str, float]]:
 
 def building_types() -> tuple[str, ...]:
     """Return the names of the 36 model building types, such as "C1M"."""
-    return tuple(dict.fromkeys(building_type for building_type, _ in _table()))
+    return tuple(dict.fromkeys(building_type for building_type, _ in _hazus_table()))
 
 
 def building_class(building_type: str, design_level: str) -> Mapping[str, float]:
@@ -52,7 +52,7 @@ def building_class(building_type: str, design_level: str) -> Mapping[str, float]
     """
     one_of("Hazus building type", building_type, building_types())
     one_of("design level", design_level, DESIGN_LEVELS)
-    return _table()[building_type, design_level]
+    return _hazus_table()[building_type, design_level]
 
 
 def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float]:

@@ -105,7 +105,7 @@ def piecewise_linear_response(
     force = np.asarray(force, dtype=np.float64)
     if force.ndim != 2 or force.shape[1] != dof or not np.isfinite(force).all():
         raise ValueError(f"force must be finite and of shape [time, {dof}], got shape {force.shape}")
-    _positive(step=step)
+    _check_positive_numbers(step=step)
     shape, omega, system = _modal_state(mass, damping, stiffness)
     augmented = np.zeros((4 * dof, 4 * dof))  # state, force, and the force's increment over the step
     augmented[: 2 * dof, : 2 * dof] = system * step
@@ -137,7 +137,7 @@ def _exponential(matrix: np.ndarray) -> np.ndarray:
     return result
 
 
-def _positive(**values: float) -> None:
+def _check_positive_numbers(**values: float) -> None:
     for name, value in values.items():
         if not (np.isfinite(value) and value > 0):
             raise ValueError(f"{name} must be finite and above 0, got {value}")

@@ -28,7 +28,7 @@ def decision_scene() -> wd.Scene:
     """Return the main job's scene on fewer stripes, with independent structures and the drift alone."""
     scene = build_scene()
     stripes = wd.Stripes(scene.excitation.motions, LEVELS_IN_G, scene.excitation.measure)
-    return replace(scene, excitation=stripes, sampling="monte_carlo", record=("drift",))
+    return replace(scene, excitation=stripes, sampling="monte_carlo", recorders=("drift",))
 
 
 def exceedances(run: xr.Dataset, records: int) -> np.ndarray:
@@ -77,7 +77,7 @@ def decision(settings: Settings) -> xr.Dataset:
     records = len(scene.excitation.motions)
 
     def run(**terms: object) -> xr.Dataset:
-        return wd.simulate(scene, samples=STRUCTURES, device=settings.device, seed=settings.seed, **terms)
+        return wd.simulate(scene, structures=STRUCTURES, device=settings.device, seed=settings.seed, **terms)
 
     total = STRUCTURES * records
     reference = run(longest_step=REFERENCE_STEP, method="rk4", dtype="float64")

@@ -87,7 +87,7 @@ def residual_drift(dataset: xr.Dataset) -> Figure:
 
 def _diagram(axis: Axes, rows: xr.Dataset) -> None:
     """Draw a curve for each method and dtype, and name the cheapest within each target."""
-    error, seconds = rows["error"], 1e6 * rows["seconds_a_sample"]
+    error, seconds = rows["error"], 1e6 * rows["seconds_per_sample"]
     for method, (colour, marker) in LOOKS.items():
         for dtype, style in (("float64", {"ls": ":", "mfc": "white", "lw": 0.9}), ("float32", {"ls": "-", "lw": 1.2})):
             x, y = (values.sel({"method": method, "dtype": dtype}).values for values in (error, seconds))
@@ -213,7 +213,7 @@ def promises(dataset: xr.Dataset) -> Figure:
         left.loglog(true, estimated, "o", color=colour, ms=4, alpha=0.7, label=label)
         far = estimated < span[0]  # beyond the edge, shown on it
         left.plot(true[far], np.full(far.sum(), 1.2 * span[0]), "v", color=colour, ms=7)
-        ratio = rows["plan_seconds_a_sample"] / rows["best_seconds_a_sample"]
+        ratio = rows["plan_seconds_per_sample"] / rows["best_seconds_per_sample"]
         for target, marker in zip(dataset["target"].values, "osD", strict=False):
             at = (float(rows["plan_error"].sel(target=target) / target), float(ratio.sel(target=target)))
             right.plot(*at, marker, color=colour, ms=8)

@@ -71,7 +71,7 @@ def make_run(charted: Charted, method: str, dtype: str, step: float, settings: S
     """Return the launches of an ensemble, held stable, and the share of its samples that this gave shorter steps."""
     run, vibration = prepare(
         charted.scene,
-        samples=charted.structures(settings.samples),
+        structures=charted.structures(settings.samples),
         method=method,
         dtype=dtype,
         longest_step=step,
@@ -170,8 +170,8 @@ def compile_kernels(scenes: Iterable[Charted], settings: Settings) -> None:
     for charted in scenes:
         rows = charted_rows(charted)
         jobs += [(charted, *row) for row in rows]
-        pilot = replace(charted, scene=replace(charted.scene, record=("drift",)))  # what plan() runs
-        if pilot.scene.record != charted.scene.record:
+        pilot = replace(charted, scene=replace(charted.scene, recorders=("drift",)))  # what plan() runs
+        if pilot.scene.recorders != charted.scene.recorders:
             jobs += [(pilot, *row) for row in rows if row[0] in CANDIDATES]
     # The longest to compile first.
     jobs.sort(key=lambda job: not METHODS[job[1]].is_adaptive)

@@ -27,24 +27,24 @@ class Planned:
         plan_dtype: Its dtype.
         plan_step: Its longest step [s].
         plan_error: Its true 95 % error of the peak drift over the ensemble.
-        plan_seconds_a_sample: Its time a sample [s].
+        plan_seconds_per_sample: Its time a sample [s].
         best_method: Method of the cheapest point.
         best_dtype: Its dtype.
         best_step: Its longest step [s].
         best_error: Its 95 % error.
-        best_seconds_a_sample: Its time a sample, taken beside the choice's [s].
+        best_seconds_per_sample: Its time a sample, taken beside the choice's [s].
     """
 
     plan_method: str = ""
     plan_dtype: str = ""
     plan_step: float = np.nan
     plan_error: float = np.nan
-    plan_seconds_a_sample: float = np.nan
+    plan_seconds_per_sample: float = np.nan
     best_method: str = ""
     best_dtype: str = ""
     best_step: float = np.nan
     best_error: float = np.nan
-    best_seconds_a_sample: float = np.nan
+    best_seconds_per_sample: float = np.nan
 
 
 def plan_scene(
@@ -77,7 +77,7 @@ def _planned(
         error = float(statistics(compare(run, outputs, reference, every(run)))[0, 1])
         columns |= {"plan_method": choice.method, "plan_dtype": choice.dtype, "plan_step": choice.longest_step}
         columns["plan_error"] = error
-        runs["plan_seconds_a_sample"] = run
+        runs["plan_seconds_per_sample"] = run
     within = {key: point.seconds for key, point in points.items() if point.errors[0, 1] <= target}
     if within:
         key = min(within, key=within.get)
@@ -85,7 +85,7 @@ def _planned(
         integrate_guarded(run, every(run))  # learns the steps of samples that its law makes fail
         columns |= dict(zip(("best_method", "best_dtype", "best_step"), key, strict=True))
         columns["best_error"] = float(points[key].errors[0, 1])
-        runs["best_seconds_a_sample"] = run
+        runs["best_seconds_per_sample"] = run
     # In turn, and again: what slows the machine for a while slows both.
     seconds = [{name: timed(run) / every(run).size for name, run in runs.items()} for _ in range(TIMED_RUNS)]
     columns |= {name: min(row[name] for row in seconds) for name in runs}

@@ -57,7 +57,7 @@ def _stripe(building: wd.ShearBuilding, motions: list[wd.GroundMotion], level_in
     return wd.Stripes(motions, (level_in_g,), wd.SpectralAcceleration(building.fundamental_period))
 
 
-def _scatter(*names: str) -> dict[str, wd.Factor]:
+def _scatter(*names: str) -> dict[str, wd.RandomFactor]:
     return {name: BUILDING_SCATTER[name] for name in names}
 
 
@@ -70,10 +70,10 @@ def _seed_frame() -> wd.Scene:
     )
     load = wd.HarmonicForce(FRAME["force_amplitude"], FRAME["circular_frequency"], FRAME["duration"])
     scatter = {
-        "stiffness": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.10)),
-        "damping_coefficient": wd.Factor(wd.Lognormal(median=1.0, dispersion=0.30)),
+        "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
+        "damping_coefficient": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.30)),
     }
-    return wd.Scene(frame, load, scatter=scatter, record=("drift",), title="Seed frame with scatter")
+    return wd.Scene(frame, load, scatter=scatter, recorders=("drift",), title="Seed frame with scatter")
 
 
 def _five_storeys(law: str, motions: list[wd.GroundMotion]) -> wd.Scene:
@@ -86,7 +86,7 @@ def _five_storeys(law: str, motions: list[wd.GroundMotion]) -> wd.Scene:
     # The elastic building comes to rest where it began: it has no residual drift.
     record = ("drift", "residual") if own else ("drift",)
     title = f"Five-storey building, {law.replace('_', '-')}"
-    return wd.Scene(building, _stripe(building, motions, 0.8), scatter=scatter, record=record, title=title)
+    return wd.Scene(building, _stripe(building, motions, 0.8), scatter=scatter, recorders=record, title=title)
 
 
 def _stiff_tower(motions: list[wd.GroundMotion]) -> wd.Scene:
@@ -113,7 +113,7 @@ def _stiff_tower(motions: list[wd.GroundMotion]) -> wd.Scene:
     scatter = _scatter("mass", "stiffness", "yield_force") | {"damping_coefficient": BUILDING_SCATTER["damping_ratio"]}
     title = "Stiff 20-storey building, bilinear"
     record = ("drift", "residual")
-    return wd.Scene(tower, _stripe(tower, motions, 0.4), scatter=scatter, record=record, title=title)
+    return wd.Scene(tower, _stripe(tower, motions, 0.4), scatter=scatter, recorders=record, title=title)
 
 
 def build_scenes() -> dict[str, Charted]:

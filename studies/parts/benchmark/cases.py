@@ -231,9 +231,9 @@ def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray
     if chosen is None:
         design = wd.Stripes([ensemble.motion], ensemble.levels, wd.PeakGroundAcceleration())
     else:
-        design = wd.Individual([ensemble.motion], np.zeros(chosen.size, int), ensemble.scale[chosen])
-    scatter = {name: wd.Listed(array) for name, array in values.items()}
-    return wd.Scene(building, design, scatter=scatter, record=RECORDERS[recorders], tail=0.0, title="benchmark")
+        design = wd.OneMotionPerStructure([ensemble.motion], np.zeros(chosen.size, int), ensemble.scale[chosen])
+    scatter = {name: wd.GivenValues(array) for name, array in values.items()}
+    return wd.Scene(building, design, scatter=scatter, recorders=RECORDERS[recorders], tail=0.0, title="benchmark")
 
 
 def build_peer_case(ensemble: Ensemble, case: dict[str, Any], chosen: np.ndarray) -> Case:

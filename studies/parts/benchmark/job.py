@@ -29,7 +29,7 @@ def measure_job(device: str | list[str], histories: int) -> dict[str, Any]:
     scene = build_scene()
     of_a_structure = len(scene.excitation.motions) * len(scene.excitation.levels_in_g)
     structures = -(-histories // of_a_structure)
-    wd.simulate(scene, samples=structures, device=device)
+    wd.simulate(scene, structures=structures, device=device)
     with tempfile.TemporaryDirectory() as folder:
         runs = [_run(scene, structures, device, Path(folder) / "job.nc") for _ in range(TIMED_RUNS)]
     return min(runs, key=lambda row: row["simulate"]) | {"device": device, "histories": structures * of_a_structure}
@@ -37,7 +37,7 @@ def measure_job(device: str | list[str], histories: int) -> dict[str, Any]:
 
 def _run(scene: wd.Scene, structures: int, device: str | list[str], path: Path) -> dict[str, Any]:
     started = time.perf_counter()
-    run = wd.simulate(scene, samples=structures, device=device)
+    run = wd.simulate(scene, structures=structures, device=device)
     simulated = time.perf_counter()
     curves = wd.fragility(run, DRIFT_LIMITS)
     fitted = time.perf_counter()

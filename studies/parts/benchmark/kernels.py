@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 import warpdyn as wd
 from parts.benchmark.cases import STEP, build_scene, draw_ensemble, spread_out
-from warpdyn.integration.run import lay_out
+from warpdyn.integration.run import build_run
 from warpdyn.kernels.build import load_kernel
 
 # The least of several runs counts, after a warm-up: of two at least, and until they have been so long in kernels or
@@ -74,7 +74,7 @@ def reference_drifts(law: str, storeys: int, samples: int, steps: int, substeps:
     ensemble = draw_ensemble(storeys, samples, steps)
     chosen = common_samples(samples, of)
     scene = build_scene(ensemble, law, "drift", chosen)
-    run = run_quietly(scene, samples=chosen.size, step=STEP / substeps, dtype="float64", device="cpu")
+    run = run_quietly(scene, structures=chosen.size, step=STEP / substeps, dtype="float64", device="cpu")
     return run["peak_storey_drift"].values
 
 
@@ -113,7 +113,7 @@ def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
         scene = build_scene(draw_ensemble(storeys, 2, 2), law, recorders)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "a tail of")
-            run = lay_out(scene, samples=2, method=method, dtype=dtype, step=STEP, device=device)
+            run = build_run(scene, structures=2, method=method, dtype=dtype, step=STEP, device=device)
         load_kernel(run.terms.plan, device)
 
     # The tallest first, which may take longest.

@@ -35,22 +35,22 @@ def chain(damping: str, step: np.ndarray) -> wd.Scene:
             more in all others, since the damping matrix follows the stiffness alone.
         step: Step of each chain [s].
     """
-    given = {"stiffness": wd.Listed(STIFFNESS * step**2)}
+    given = {"stiffness": wd.GivenValues(STIFFNESS * step**2)}
     if damping in ("modal", "rayleigh"):
         modes = (1, 3) if damping == "rayleigh" else None
         how = {"damping": damping, "damping_ratio": DAMPING_RATIO, "damping_modes": modes}
     else:
         how = {"damping": "storey", "damping_coefficient": 0.0}
         per_stiffness = 0.0 if damping == "none" else 2 * DAMPING_RATIO / (2 * np.pi / FIRST_PERIOD)
-        given["damping_coefficient"] = wd.Listed(per_stiffness * STIFFNESS * step)
+        given["damping_coefficient"] = wd.GivenValues(per_stiffness * STIFFNESS * step)
     building = wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **how)
     shape = np.random.default_rng(2).standard_normal(STOREYS)
-    return wd.Scene(building, wd.FreeVibration(float(CHAIN_STEPS), shape), scatter=given, record=("drift",))
+    return wd.Scene(building, wd.FreeVibration(float(CHAIN_STEPS), shape), scatter=given, recorders=("drift",))
 
 
 def chain_sizes(damping: str, step: np.ndarray, every: int, device: str | None = None) -> np.ndarray:
     """Return the size of chains' displacements [m] and velocities [m/s] over the first, under RK4, [chain, time]."""
-    run, _ = prepare(chain(damping, step), samples=step.size, method="rk4", dtype="float64", device=device, step=1.0)
+    run, _ = prepare(chain(damping, step), structures=step.size, method="rk4", dtype="float64", device=device, step=1.0)
     with np.errstate(over="ignore", invalid="ignore"):
         _, kept = run.integrate_histories(range(step.size), every, 1.0)
         state = np.concatenate([kept["displacement"], kept["velocity"] / step[:, None, None]], axis=2)
@@ -75,7 +75,7 @@ def chain_limits(damping: str, device: str | None = None) -> tuple[float, float,
     }.get(damping, (0.0, 0.0))
     ratio = np.full(w.size, DAMPING_RATIO) if damping == "modal" else (of_mass / w + of_stiffness * w) / 2
     theory = min(stability_limit(METHODS["rk4"], z) / each for z, each in zip(ratio, w, strict=True))
-    _, vibration = prepare(scene, samples=1, method="rk4", dtype="float64", device=device, step=1.0)
+    _, vibration = prepare(scene, structures=1, method="rk4", dtype="float64", device=device, step=1.0)
     return measured, theory, vibration.stable_step[0]
 
 
@@ -94,9 +94,9 @@ def pushed_bouc_wen(
     yield_drift = step * exponent / (BOUC_WEN_LIMIT * ratio)
     # So heavy that the storey's force does not slow it.
     storey = wd.ShearBuilding([1e12], 1.0, 1.0, law="bouc_wen", yield_force=1.0, hardening_ratio=0.0)
-    given = {"yield_force": wd.Listed(yield_drift), "exponent": wd.Listed(exponent)}
-    scene = wd.Scene(storey, wd.FreeVibration(steps * step, velocity=1.0), scatter=given, record=("drift",))
-    run, _ = prepare(scene, samples=ratio.size, method="rk4", dtype="float64", device=device, step=step)
+    given = {"yield_force": wd.GivenValues(yield_drift), "exponent": wd.GivenValues(exponent)}
+    scene = wd.Scene(storey, wd.FreeVibration(steps * step, velocity=1.0), scatter=given, recorders=("drift",))
+    run, _ = prepare(scene, structures=ratio.size, method="rk4", dtype="float64", device=device, step=step)
     _, kept = run.integrate_histories(range(ratio.size), 1, step)
     status = run.integrate(np.arange(ratio.size))["status"]
     return kept["storey_force"][..., 0] / yield_drift[:, None], status
@@ -134,14 +134,14 @@ def yielding_drift(
     """
     how = YIELDING_LAWS[law]
     yield_drift = 1 / (DEMAND * frequency_step)  # at 1 m/s and a step of 1 s
-    given = {"stiffness": wd.Listed(frequency_step**2)}
+    given = {"stiffness": wd.GivenValues(frequency_step**2)}
     if law != "elastic":
         how = how | {"yield_force": 1.0}
-        given["yield_force"] = wd.Listed(frequency_step**2 * yield_drift)
+        given["yield_force"] = wd.GivenValues(frequency_step**2 * yield_drift)
     storey = wd.ShearBuilding([1.0], 1.0, 1.0, **how)
-    scene = wd.Scene(storey, wd.FreeVibration(float(steps), velocity=1.0), scatter=given, record=("drift",))
+    scene = wd.Scene(storey, wd.FreeVibration(float(steps), velocity=1.0), scatter=given, recorders=("drift",))
     count = frequency_step.size
-    run, _ = prepare(scene, samples=count, method=method, dtype="float64", device=device, step=1.0)
+    run, _ = prepare(scene, structures=count, method=method, dtype="float64", device=device, step=1.0)
     _, kept = run.integrate_histories(range(count), 1, 1.0)
     return kept["displacement"][..., 0] / yield_drift[:, None], run.integrate(np.arange(count))["status"]
 
@@ -205,6 +205,6 @@ def frame_errors(step: float, device: str | None = None) -> dict[str, float]:
     accumulated, counted = frame_in_numpy(step, every)
     found = {"float32_accumulated_time": accumulated, "float32_in_numpy": counted}
     for dtype in ("float32", "float64"):
-        run, _ = prepare(frame.SCENE, samples=1, method="rk4", dtype=dtype, device=device, step=step)
+        run, _ = prepare(frame.SCENE, structures=1, method="rk4", dtype=dtype, device=device, step=step)
         found[dtype] = run.integrate_histories([0], every, step)[1]["displacement"][0]
     return {name: np.abs(u - exact).max() / np.abs(exact).max() for name, u in found.items()}

@@ -36,11 +36,11 @@ def oscillator_states(
     """
     w = np.asarray(frequency_step, dtype=np.float64)  # the step is 1 s
     oscillator = wd.ShearBuilding([1.0], 1.0, 1.0, damping="storey", damping_coefficient=1.0)
-    given = {"stiffness": wd.Listed(w**2), "damping_coefficient": wd.Listed(2 * damping_ratio * w)}
+    given = {"stiffness": wd.GivenValues(w**2), "damping_coefficient": wd.GivenValues(2 * damping_ratio * w)}
     load = wd.FreeVibration(float(steps), displacement=1.0, velocity=1.0)
-    scene = wd.Scene(oscillator, load, scatter=given, record=("drift",))
+    scene = wd.Scene(oscillator, load, scatter=given, recorders=("drift",))
     # Below `simulate`: it would blank what lies beyond the limit, which is what is looked at here.
-    run, _ = prepare(scene, samples=w.size, method=method, dtype="float64", device=device, step=1.0)
+    run, _ = prepare(scene, structures=w.size, method=method, dtype="float64", device=device, step=1.0)
     _, kept = run.integrate_histories(range(w.size), every, 1.0)
     return np.concatenate([kept["displacement"], kept["velocity"] / w[:, None, None]], axis=2)
 
