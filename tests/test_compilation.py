@@ -11,7 +11,7 @@ import warpdyn as wd
 from warpdyn.integration.packing import plan_of
 from warpdyn.kernels.compilation import compile_side_by_side, is_compiled
 building = wd.ShearBuilding(1.0, 100.0, 3.0)
-scene = wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), {recorders}=("drift",))
+scene = wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), recorders=("drift",))
 plan = replace(plan_of(scene, "heun", "float64", False), lanes=1, max_unroll=1)
 plans = [plan, replace(plan, p_delta=True), plan]
 print(*(is_compiled(plan, "cpu") for plan in plans))
