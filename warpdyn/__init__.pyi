@@ -42,14 +42,8 @@ from .running.selections import (
     select_storeys as select_storeys,
 )
 from .running.simulate import simulate as simulate
-from .scene.scatter import (
-    GivenValues as GivenValues,
-    Lognormal as Lognormal,
-    Normal as Normal,
-    RandomFactor as RandomFactor,
-    RandomValue as RandomValue,
-    Uniform as Uniform,
-)
+from .scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
+from .scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .scene.scene import Scene as Scene
 from .statistics.damage_shares import damage_shares as damage_shares
 from .statistics.fragility_curves import fragility as fragility

@@ -1,102 +1,80 @@
-"""Scatter: what is random about the structures, as data: distributions, factors on parameters, correlations."""
+"""Scatter: how the structures of a scene differ, as random or given values of their parameters."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number, real_numbers
+from warpdyn.scene.distributions import Distribution
 from warpdyn.structures.shear_building import BUILDING_PARAMETERS, LinearSystem, ShearBuilding
 
 
+class ParameterScatter(ABC):
+    """How one parameter differs from structure to structure."""
+
+    def variables(self, storeys: int) -> int:
+        """Return how many random variables it has in a structure of so many storeys."""
+        return 0
+
+    def rows(self, count: int) -> np.ndarray:
+        """Return the indices of all structures whose values are given, or else of so many structures."""
+        return np.arange(count)
+
+    @abstractmethod
+    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+        """Return why it does not fit a parameter of a structure; None if it does."""
+
+    @abstractmethod
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
+        """Return the parameter's values.
+
+        Args:
+            nominal: Nominal value, shape [storey] or [].
+            normals: Standard normal values of its random variables, shape [variable, structure].
+            structures: Indices of the structures.
+
+        Returns:
+            Values of shape [storey, structure] or [structure].
+        """
+
+
 @dataclass(frozen=True)
-class Normal:
-    """A normal distribution.
+class FixedValue(ParameterScatter):
+    """A number that replaces the nominal value in every structure.
 
     Args:
-        mean: Mean.
-        standard_deviation: Standard deviation, at least 0.
+        value: The number.
     """
 
-    mean: float
-    standard_deviation: float
+    value: float
 
-    def __post_init__(self) -> None:
-        real_number("Normal.mean", self.mean)
-        real_number("Normal.standard_deviation", self.standard_deviation, least=0)
+    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+        """Return why the number does not fit a parameter of a structure; None if it does."""
+        found = structure.parameter_table[name].first_violation(f"scatter[{name!r}]", np.array(float(self.value)), ())
+        return found or _unscaled(name, structure)
 
-    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
-        return self.mean + self.standard_deviation * z
-
-
-@dataclass(frozen=True)
-class Lognormal:
-    """A lognormal distribution, by its median and dispersion.
-
-    Args:
-        median: Median, above 0.
-        dispersion: Standard deviation of the natural logarithm, at least 0.
-    """
-
-    median: float
-    dispersion: float
-
-    def __post_init__(self) -> None:
-        real_number("Lognormal.median", self.median, above=0)
-        real_number("Lognormal.dispersion", self.dispersion, least=0)
-
-    @classmethod
-    def from_mean(cls, mean: float, cov: float) -> Lognormal:
-        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean)."""
-        real_number("mean", mean, above=0)
-        real_number("cov", cov, least=0)
-        return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
-
-    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
-        return self.median * np.exp(self.dispersion * z)
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
+        """Return the number for every structure."""
+        return np.full((*nominal.shape, structures.size), float(self.value))
 
 
 @dataclass(frozen=True)
-class Uniform:
-    """A uniform distribution between two bounds.
+class RandomScatter(ParameterScatter):
+    """Scatter by a random variable; a subclass says how the variable applies to the nominal value.
 
     Args:
-        low: Lower bound.
-        high: Upper bound, above the lower.
-    """
-
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        real_number("Uniform.high", self.high, above=real_number("Uniform.low", self.low))
-
-    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
-        return self.low + (self.high - self.low) * ndtr(z)
-
-
-Distribution = Normal | Lognormal | Uniform
-
-
-@dataclass(frozen=True)
-class RandomFactor:
-    """Scatter that multiplies the nominal value of a parameter.
-
-    Args:
-        distribution: Distribution of the factor.
+        distribution: Distribution of the random variable.
         per: "building" (one draw for all storeys) or "storey" (one draw each).
         storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
 
     Raises:
-        ValueError: If `per` is unknown or the correlation is out of range or has no storeys to join.
+        ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all storeys.
     """
 
     distribution: Distribution
@@ -112,15 +90,51 @@ class RandomFactor:
         if self.storey_correlation and self.per == "building":
             raise ValueError("storey_correlation needs per='storey': one draw for the building is common to all")
 
+    def variables(self, storeys: int) -> int:
+        """Return how many random variables it has in a structure of so many storeys."""
+        return storeys if self.per == "storey" else 1
+
+    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+        """Return why it does not fit a parameter of a structure; None if it does."""
+        if self.per == "storey" and not _has_storeys(name, structure):
+            return f"scatter[{name!r}]: {name} has no values by storey; use per='building'"
+        return None
+
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
+        """Return the parameter's values, as the base class says."""
+        drawn = self.distribution.from_standard_normal(normals)
+        return self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
+
+    @abstractmethod
+    def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+        """Return the parameter's values from its nominal value and the drawn numbers, which broadcast."""
+
 
 @dataclass(frozen=True)
-class RandomValue(RandomFactor):
-    """Scatter that replaces the nominal value of a parameter; arguments as for RandomFactor."""
+class RandomFactor(RandomScatter):
+    """A random factor that multiplies the nominal value of a parameter; arguments as of RandomScatter."""
+
+    def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+        """Return the nominal value times the drawn factors."""
+        return nominal * drawn
+
+
+@dataclass(frozen=True)
+class RandomValue(RandomScatter):
+    """A random value that replaces the nominal value of a parameter; arguments as of RandomScatter."""
+
+    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+        """Return why it does not fit a parameter of a structure; None if it does."""
+        return super().problem(name, structure) or _unscaled(name, structure)
+
+    def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+        """Return the drawn values in place of the nominal one."""
+        return np.broadcast_to(drawn, np.broadcast_shapes(nominal.shape, drawn.shape))
 
 
 @dataclass(frozen=True, eq=False)
-class GivenValues:
-    """Values that are given, one a structure, in place of random ones: a design of experiments, or one's own samples.
+class GivenValues(ParameterScatter):
+    """Given values, one for each structure: a design of experiments, or samples drawn elsewhere.
 
     Args:
         values: The parameter's values in its units, shape [structure] or, if it has one a storey, [structure, storey];
@@ -144,6 +158,37 @@ class GivenValues:
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
 
+    def rows(self, count: int) -> np.ndarray:
+        """Return the indices of all structures whose values are given."""
+        return np.arange(len(self.values))
+
+    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+        """Return why the values do not fit a parameter of a structure; None if they do."""
+        by_storey = _has_storeys(name, structure)
+        if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.dofs):
+            wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
+            return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
+        missing = np.isnan(self.values).any(axis=0) & ~np.isnan(nominal_values(structure)[name])
+        for storey in np.flatnonzero(missing):
+            return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law takes {name}"
+        return None
+
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
+        """Return the given values of the structures."""
+        return np.broadcast_to(self.values[structures].T, (*nominal.shape, structures.size))
+
+
+def _has_storeys(name: str, structure: ShearBuilding | LinearSystem) -> bool:
+    """Return whether a parameter has one value for each storey."""
+    return structure.family == "chain" and name not in BUILDING_PARAMETERS
+
+
+def _unscaled(name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+    """Return why a value cannot replace a matrix; None for a structure whose parameters are not matrices."""
+    if structure.family == "dense":
+        return f"scatter[{name!r}]: a matrix can only be scaled, by a RandomFactor"
+    return None
+
 
 Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues | float]
 SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
@@ -160,33 +205,19 @@ def check_scatter(
     for name, spread in scatter.items():
         if name not in structure.parameter_table:
             raise ValueError(f"scatter names unknown parameter {name!r}; {structure!r} has {allowed}")
-        if isinstance(spread, Real) and not isinstance(spread, bool):
-            problem = structure.parameter_table[name].first_violation(f"scatter[{name!r}]", np.array(float(spread)), ())
-            if problem:
-                raise ValueError(problem)
-        elif isinstance(spread, GivenValues):
-            by_storey = structure.family == "chain" and name not in BUILDING_PARAMETERS
-            if spread.values.ndim == 2 and (not by_storey or spread.values.shape[1] != structure.dofs):
-                wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
-                raise ValueError(f"scatter[{name!r}] lists values of shape {spread.values.shape}; it must be {wanted}")
-            missing = np.isnan(spread.values).any(axis=0) & ~np.isnan(nominal_values(structure)[name])
-            for storey in np.flatnonzero(missing):
-                raise ValueError(f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law takes {name}")
-            continue
-        elif not isinstance(spread, RandomFactor):
+        if not isinstance(spread, ParameterScatter | Real) or isinstance(spread, bool):
             raise TypeError(
                 f"scatter[{name!r}] must be a RandomFactor, a RandomValue, GivenValues or a number, got {spread!r}"
             )
-        elif spread.per == "storey" and (structure.family != "chain" or name in BUILDING_PARAMETERS):
-            raise ValueError(f"scatter[{name!r}]: {name} has no values by storey; use per='building'")
-        if structure.family == "dense" and type(spread) is not RandomFactor:
-            raise ValueError(f"scatter[{name!r}]: a matrix can only be scaled, by a RandomFactor")
+        problem = _as_scatter(spread).problem(name, structure)
+        if problem:
+            raise ValueError(problem)
     for pair, value in correlation.items():
         if (
             not isinstance(pair, tuple)
             or len(pair) != 2
             or pair[0] == pair[1]
-            or any(not isinstance(scatter.get(name), RandomFactor) for name in pair)
+            or any(not isinstance(scatter.get(name), RandomScatter) for name in pair)
         ):
             raise ValueError(f"correlation names {pair}: it must be two different parameters with random scatter")
         if not abs(real_number(f"correlation of {pair}", value)) <= 1:
@@ -230,29 +261,24 @@ def correlation_factor(
 
 
 def central(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return the scattered parameters at the middle of their distributions, of shape [storey] or []."""
-    middle = _at(structure, scatter, np.zeros(1))
-    return {
-        name: np.median(values, axis=0) if isinstance(scatter[name], GivenValues) else values[0]
-        for name, values in middle.items()
-    }
+    """Return the medians of the scattered parameters, of shape [storey] or []."""
+    return {name: np.median(values, axis=0) for name, values in _at(structure, scatter, np.zeros(1)).items()}
 
 
 def representative(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return values of the scattered parameters that are all alike only where all that can be drawn are.
+    """Return values of the scattered parameters that are equal only where all values that can be drawn are equal.
 
-    They are those at two places of each distribution, or all that are listed, of shape [value, storey] or [value].
+    They are the values at two places of each distribution, or all given values, of shape [value, storey] or [value].
     """
     return _at(structure, scatter, np.array([0.0, 1.0]))
 
 
 def _at(structure: ShearBuilding | LinearSystem, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the scattered parameters at some standard normal values of their distributions; all of those listed."""
+    """Return the scattered parameters at some standard normal values of their distributions, or all given values."""
     values, nominal = {}, nominal_values(structure)
     for name, spread in scatter.items():
         normals = np.broadcast_to(z, (variables_of(structure, spread), z.size))
-        rows = np.arange(len(spread.values) if isinstance(spread, GivenValues) else z.size)
-        values[name] = combined(nominal[name], spread, normals, rows).T
+        values[name] = combined(nominal[name], spread, normals, _as_scatter(spread).rows(z.size)).T
     return values
 
 
@@ -262,37 +288,26 @@ def nominal_values(structure: ShearBuilding | LinearSystem) -> Mapping[str, np.n
     return values if structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
 
 
-def variables_of(
-    structure: ShearBuilding | LinearSystem, spread: RandomFactor | RandomValue | GivenValues | float
-) -> int:
+def _as_scatter(spread: ParameterScatter | float) -> ParameterScatter:
+    """Return an entry of a Scene's scatter as an object, also if it is a number."""
+    return spread if isinstance(spread, ParameterScatter) else FixedValue(spread)
+
+
+def variables_of(structure: ShearBuilding | LinearSystem, spread: ParameterScatter | float) -> int:
     """Return how many random variables a parameter's scatter has."""
-    if not isinstance(spread, RandomFactor):
-        return 0
-    return structure.dofs if spread.per == "storey" else 1
+    return _as_scatter(spread).variables(structure.dofs)
 
 
 def combined(
-    nominal: np.ndarray,
-    spread: RandomFactor | RandomValue | GivenValues | float,
-    normals: np.ndarray,
-    structures: np.ndarray,
+    nominal: np.ndarray, spread: ParameterScatter | float, normals: np.ndarray, structures: np.ndarray
 ) -> np.ndarray:
-    """Return a parameter's values [storey, structure] or [structure], of its normal values [variable, structure]."""
-    shape = (*nominal.shape, structures.size)
-    if isinstance(spread, GivenValues):
-        values = np.broadcast_to(spread.values[structures].T, shape)
-    elif not isinstance(spread, RandomFactor):
-        values = np.full(shape, float(spread))
-    else:
-        values = spread.distribution.from_standard_normal(normals)
-        if not nominal.ndim:
-            values = values[0]
-        values = nominal[..., None] * values if type(spread) is RandomFactor else np.broadcast_to(values, shape)
+    """Return a parameter's values as `ParameterScatter.draw` does, NaN at storeys whose law does not take it."""
+    values = _as_scatter(spread).draw(nominal, normals, structures)
     taken = storeys_with(nominal)
     return values if taken is None else np.where(taken[:, None], values, np.nan)
 
 
 def storeys_with(nominal: np.ndarray) -> np.ndarray | None:
-    """Return at which storeys a nominal value is one: whose law takes the parameter; None if all do."""
+    """Return which storeys have a law that takes the parameter of this nominal value; None if all have."""
     missing = np.isnan(nominal)
     return ~missing if missing.any() else None

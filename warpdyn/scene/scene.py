@@ -39,15 +39,16 @@ class Scene:
         structure: A ShearBuilding or a LinearSystem.
         excitation: Stripes, Cloud or OneMotionPerStructure ground motions, or an EventSequence of them; FilteredNoise;
             HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
-        scatter: What is random: parameter name -> RandomFactor, RandomValue, or a number that replaces the nominal value.
+        scatter: How structures differ: parameter name -> RandomFactor, RandomValue, GivenValues, or a number that
+            replaces the nominal value.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
         sampling: "monte_carlo", "latin_hypercube" or "sobol".
         recorders: Recorders to build in; None for all of the structure's: of a ShearBuilding "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
         collapse_drift_ratio: Storey drift ratio beyond which a sample counts as collapsed; None for none.
-        tail: Free vibration after a motion's end [s], each event's of an EventSequence; None for long enough to read each
-            structure's residual drift.
+        tail: Free vibration after the end of a motion, or of each event of an EventSequence [s]; None for long enough
+            to read each structure's residual drift.
         title: What the dataset is called.
 
     Raises:
@@ -71,8 +72,8 @@ class Scene:
             object.__setattr__(self, "excitation", Cloud((self.excitation,)))
         if not isinstance(self.excitation, Excitation):
             raise TypeError(
-                "excitation must be Stripes, Cloud, OneMotionPerStructure, EventSequence, GroundMotion, FilteredNoise, HarmonicForce, "
-                f"ForceHistory or FreeVibration, got {type(self.excitation).__name__}"
+                "excitation must be Stripes, Cloud, OneMotionPerStructure, EventSequence, GroundMotion, FilteredNoise, "
+                f"HarmonicForce, ForceHistory or FreeVibration, got {type(self.excitation).__name__}"
             )
         if isinstance(self.excitation, EventSequence) and not isinstance(self.structure, ShearBuilding):
             raise TypeError(

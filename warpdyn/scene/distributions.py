@@ -1,0 +1,82 @@
+"""Distributions of one random variable, each a function of a standard normal one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from warpdyn.core.checks import real_number
+
+
+@dataclass(frozen=True)
+class Normal:
+    """A normal distribution.
+
+    Args:
+        mean: Mean.
+        standard_deviation: Standard deviation, at least 0.
+    """
+
+    mean: float
+    standard_deviation: float
+
+    def __post_init__(self) -> None:
+        real_number("Normal.mean", self.mean)
+        real_number("Normal.standard_deviation", self.standard_deviation, least=0)
+
+    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the values at standard normal values z."""
+        return self.mean + self.standard_deviation * z
+
+
+@dataclass(frozen=True)
+class Lognormal:
+    """A lognormal distribution, by its median and dispersion.
+
+    Args:
+        median: Median, above 0.
+        dispersion: Standard deviation of the natural logarithm, at least 0.
+    """
+
+    median: float
+    dispersion: float
+
+    def __post_init__(self) -> None:
+        real_number("Lognormal.median", self.median, above=0)
+        real_number("Lognormal.dispersion", self.dispersion, least=0)
+
+    @classmethod
+    def from_mean(cls, mean: float, cov: float) -> Lognormal:
+        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean)."""
+        real_number("mean", mean, above=0)
+        real_number("cov", cov, least=0)
+        return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
+
+    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the values at standard normal values z."""
+        return self.median * np.exp(self.dispersion * z)
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A uniform distribution between two bounds.
+
+    Args:
+        low: Lower bound.
+        high: Upper bound, above the lower.
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        real_number("Uniform.high", self.high, above=real_number("Uniform.low", self.low))
+
+    def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
+        """Return the values at standard normal values z."""
+        return self.low + (self.high - self.low) * ndtr(z)
+
+
+Distribution = Normal | Lognormal | Uniform
