@@ -110,6 +110,9 @@ def test_stripes_of_peak_ground_acceleration():
     # Structure first, then motion, then level.
     assert run["structure"].values.tolist() == [0] * 6 + [1] * 6
     assert run["motion_index"].values.tolist() == [0, 0, 1, 1, 2, 2] * 2
+    assert run["motion"].values.tolist() == [0, 1, 2]
+    names = run["motion_name"].sel(motion=run["motion_index"])
+    assert names.values.tolist() == [MOTIONS[index].name for index in run["motion_index"].values]
     assert run["im_level"].values.tolist() == levels * 6
     peaks = np.array([np.abs(motion.acceleration).max() for motion in MOTIONS])
     scaled = run["scale_factor_of_motion"] * peaks[run["motion_index"]] / GRAVITY

@@ -45,7 +45,8 @@ class EventSequence(_Placed):
             raise TypeError(f"EventSequence.events must map each event's name to its design, got {self.events!r}")
         if len(self.events) < 2:
             raise ValueError(
-                f"an EventSequence has at least two events, got {len(self.events)}: one by itself is an excitation of its own"
+                f"an EventSequence has at least two events, got {len(self.events)}: "
+                "one by itself is an excitation of its own"
             )
         designs = {}
         for name, design in self.events.items():
@@ -55,7 +56,8 @@ class EventSequence(_Placed):
                 design = Cloud((design,))
             if not isinstance(design, Stripes | Cloud | OneMotionPerStructure):
                 raise TypeError(
-                    f"event {name!r} must be Stripes, Cloud, OneMotionPerStructure or a GroundMotion, got {type(design).__name__}"
+                    f"event {name!r} must be Stripes, Cloud, OneMotionPerStructure or a GroundMotion, "
+                    f"got {type(design).__name__}"
                 )
             designs[name] = design
         object.__setattr__(self, "events", MappingProxyType(designs))

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import real_number
 from warpdyn.core.netcdf import trace
 from warpdyn.ground_motions import motion_integrals
-from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names
+from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.ground_motions.response_spectra import checked_periods, spectral_displacements
 
 
@@ -283,7 +283,7 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
     }
     return xr.Dataset(
         variables,
-        coords={"motion_name": motion_names(motions)},
+        coords={"motion": motion_numbers(len(motions)), "motion_name": motion_names(motions)},
         attrs=trace("Intensity measures of ground motions", "intensity_measures"),
     )
 

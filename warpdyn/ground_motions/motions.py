@@ -84,6 +84,11 @@ def motion_names(motions: Sequence[GroundMotion | ForceHistory]) -> tuple:
     return "motion", np.array(names, dtype=str), {"long_name": "name of the motion", "units": "1"}
 
 
+def motion_numbers(count: int) -> tuple:
+    """Return the dimension coordinate `motion` of datasets."""
+    return "motion", np.arange(count, dtype=np.int32), {"long_name": "index of the motion", "units": "1"}
+
+
 @dataclass(frozen=True, eq=False)
 class Assignment:
     """Which structure runs under which motion at which scale, one value a sample.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers, whole_number
 from warpdyn.core.netcdf import trace
-from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names
+from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.methods.oscillator_increments import LARGEST_NORM, halvings_of, oscillator_increments
 
 # Periods over a record's step. Below, a step turns an oscillator by angles of which rounding leaves little, and takes
@@ -73,6 +73,7 @@ def response_spectra(
             )
         },
         coords={
+            "motion": motion_numbers(len(motions)),
             "motion_name": motion_names(motions),
             "damping_ratio": (
                 "damping_ratio",

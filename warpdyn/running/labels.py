@@ -13,7 +13,7 @@ from warpdyn.core.netcdf import trace
 from warpdyn.core.output_variables import HISTORY, STATUS_MEANINGS, STRIPED, recorded
 from warpdyn.core.units import IN_G
 from warpdyn.ground_motions.event_sequences import EventSequence
-from warpdyn.ground_motions.motions import Assignment, motion_names
+from warpdyn.ground_motions.motions import Assignment, motion_names, motion_numbers
 from warpdyn.integration.ensemble import Ensemble, MapFunction, Terms
 from warpdyn.integration.time_grid import motions_of
 from warpdyn.kernels.arguments import output_dtype
@@ -29,7 +29,8 @@ class Column:
     """A variable of a run's dataset that has one value (or one row of values) a sample.
 
     Args:
-        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), each after "event" in an EventSequence.
+        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), after "event" in an
+            EventSequence.
         dtype: Number type.
         attributes: What the dataset says of it.
         is_coordinate: Whether it is a coordinate.
@@ -212,6 +213,7 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
         return {}
     steps = np.array([motion.step for motion in motions])
     return {
+        "motion": motion_numbers(len(motions)),
         "motion_name": motion_names(motions),
         "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
     }

@@ -13,6 +13,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, real_number
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STRIPED
 from warpdyn.core.units import IN_G
+from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.running.selections import archetypes_of
 from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
 
@@ -27,8 +28,9 @@ def damage_shares(
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
     A building is in the last damage state whose limit its largest storey drift ratio is above (strictly), in "none" if
-    it is above no limit, and in the last state of all if it collapsed. Every storey counts, that of isolators or of a
-    tuned mass damper, too: keep buildings on isolators in a portfolio of their own, and take `select_storeys` of its run.
+    it is above no limit, and in the last state of all if it collapsed. Every storey counts, also that of isolators or
+    of a tuned mass damper: keep buildings on isolators in a portfolio of their own, and take `select_storeys` of its
+    run.
 
     Args:
         run: What `simulate_portfolio` returned, with the recorder "drift".
@@ -117,8 +119,10 @@ def damage_shares(
     }
     if events is not None:
         coordinates["event"] = ("event", event_names, {"long_name": "event", "units": "1"})
-    elif "motion_name" in run:
-        variables["motion_name"] = run["motion_name"].variable
+    else:
+        coordinates["motion"] = motion_numbers(len(event_names))
+        if "motion_name" in run:
+            variables["motion_name"] = run["motion_name"].variable
     if is_striped:
         level = {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G}
         coordinates["stripe"] = ("stripe", levels, level)
