@@ -77,9 +77,9 @@ def plan(
     target_error: float = 0.01,
     *,
     structures: int = 1,
+    seed: int = 0,
     method: str | None = None,
     dtype: str | None = None,
-    seed: int = 0,
     device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
 ) -> MethodChoice:
@@ -93,10 +93,10 @@ def plan(
     Args:
         scene: The scene.
         target_error: Relative error that 95 % of the samples are to stay below.
-        structures: Structures of the run that is planned, for its expected time.
-        method: The method, if that is settled; None to try those that are ever the cheapest.
-        dtype: "float32" or "float64", if that is settled.
+        structures: Number of structures in the planned run, for its expected time.
         seed: Seed of the pilot's samples.
+        method: The method, if it is already chosen; None to try those that can be the cheapest.
+        dtype: "float32" or "float64", if it is already chosen.
         device: As `simulate` takes it; the pilot runs on the first of several.
         threads: CPU threads; None for every core this process may use.
 
@@ -107,8 +107,8 @@ def plan(
     check_target_error(target_error)
     if isinstance(scene.excitation, EventSequence):
         raise ValueError(
-            "target_error chooses the step by a pilot of one event, and the scene has an EventSequence: plan() its first event by "
-            "itself, give simulate() the step, and estimate the errors of all events with checked_share="
+            "target_error chooses the step by a pilot of one event, and the scene has an EventSequence: plan() its "
+            "first event by itself, give simulate() the step, and estimate the errors of all events with checked_share="
         )
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if method is not None:
@@ -127,8 +127,8 @@ def plan(
                 break
     if not rows:
         raise ValueError(
-            f"no method keeps the 95 % error of the peak drift below {target_error:g} with up to {STEPS_A_PERIOD[-1]:.4g} "
-            f"steps in the first period (tried: {', '.join(methods)}): ask for a larger error"
+            f"no method keeps the 95 % error of the peak drift below {target_error:g} with up to "
+            f"{STEPS_A_PERIOD[-1]:.4g} steps in the first period (tried: {', '.join(methods)}): ask for a larger error"
         )
     # Every candidate in turn, and again: what slows the machine for a while slows them all.
     seconds = np.min([[pilot.seconds(row[4]) for row in rows] for _ in range(TIMINGS)], axis=0)

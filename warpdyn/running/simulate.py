@@ -33,65 +33,70 @@ def simulate(
     scene: Scene,
     *,
     structures: int = 1,
+    seed: int = 0,
+    method: str | None = None,
     step: float | None = None,
     longest_step: float | None = None,
     resample: bool = False,
-    method: str | None = None,
     dtype: str | None = None,
     tolerance: float | None = None,
     target_error: float | None = None,
-    checked_share: float | None = None,
     on_unstable: str = "substep",
-    device: str | collections.abc.Sequence[str] | None = None,
-    seed: int = 0,
     histories: Histories | None = None,
     keep_inputs: bool = True,
+    checked_share: float | None = None,
+    path: str | os.PathLike | None = None,
+    device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
     memory: int | None = None,
-    path: str | os.PathLike | None = None,
 ) -> xr.Dataset:
     """Integrate every sample of a scene and return what it records.
 
-    The samples go block by block, each of consecutive structures. A sample's values depend on the seed and its own
-    index alone, so that no division among blocks, threads and devices changes a bit of them.
+    Structures are drawn, and each of them under each motion (and level) of the scene's design is a sample. A sample's
+    values depend on the seed and its own index alone: no division among blocks, threads and devices changes a bit.
 
     Args:
         scene: The scene.
-        structures: Structures to draw; each runs under every motion (and at every level) of the scene's design.
+
+        structures: Number of structures to draw; each runs under every motion, at every level, of the scene's design.
+        seed: Seed of every random draw; the same seed gives the same samples on any device.
+
+        method: Integration method, a row of METHODS; None for "rk4", or the choice made for `target_error`.
         step: Integration step [s], which must divide the step of every motion; None to choose one for each motion.
-        longest_step: Step [s] that the chosen ones are not longer than, in place of the engine's own rule.
-        resample: Whether a motion whose step `step` does not divide is resampled at it, which cuts its corners.
-        method: Integration method, a row of METHODS; None for "rk4", or what `target_error` leads to.
-        dtype: "float32" or "float64"; None for "float32", or what `target_error` leads to.
-        tolerance: Relative error a step that an adaptive method allows itself (1e-6 by default); its steps are no
+        longest_step: Upper bound of the chosen steps [s], in place of the default rule.
+        resample: Whether a motion whose step is no multiple of `step` is resampled at `step`, which cuts its corners.
+        dtype: "float32" or "float64"; None for "float32", or the choice made for `target_error`.
+        tolerance: Relative error that an adaptive method allows itself in a step (1e-6 by default); its steps are no
             longer than those of other methods.
-        target_error: Relative error that the peak drift of 95 % of the samples is to stay below, for which `plan` chooses the
-            step, and method and dtype if they are not given; None to leave the choice as it is.
-        checked_share: Share of the samples (at least 30) that are run again at half the step and in float64, to estimate the
-            relative error of every demand; None for none.
-        on_unstable: What is done where the step is beyond a structure's stability limit: "substep" (the fewest steps of
-            the record's interval that hold, for these samples alone), "raise" (before any sample runs), or "flag"
-            (status unstable_step).
+        target_error: Relative error that the peak drifts of 95 % of the samples stay below; `plan` chooses the step for
+            it, and method and dtype if they are not given. None for no such choice.
+        on_unstable: What is done where the step is beyond a structure's stability limit: "substep" (these samples take
+            the fewest stable steps in each interval of the record), "raise" (an error before any sample runs), or
+            "flag" (status unstable_step).
+
+        histories: Samples whose whole histories are kept; None for none. An EventSequence has none.
+        keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
+        checked_share: Share of the samples (at least 30 of them) that are run again at half the step and in float64, to
+            estimate the relative error of every demand; None for none.
+        path: NetCDF file to write the samples to, block by block. It appears when the run has finished; a file that
+            stood there before stays until then. The returned dataset reads values from the file when they are asked
+            for: close it when done. None to return the dataset in memory.
+
         device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
             samples; None for the first GPU, or the CPU where there is none.
-        seed: Seed of every random draw; the same seed gives the same samples on any device.
-        histories: Samples whose whole histories are kept; None for none. Of an EventSequence there are none.
-        keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
         threads: CPU threads; None for every core this process may use.
-        memory: Bytes that the blocks under way may take, on the host and on each device; None for a share of what is
-            free. A dataset that is returned in memory comes on top.
-        path: NetCDF file that the samples are written to as they come; it is there once the run has finished, and what
-            stood there before stays until then. The dataset that is returned reads it as it is asked for values: close
-            it when done. None to return the dataset in memory.
+        memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
+            memory. A dataset that is returned in memory is not counted.
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,
-        unstable_step, not_converged). Demands of the last three are NaN. Of an EventSequence all but the inputs drawn lies
-        along `event`, too (see `select_event`); what is not ok in an event has no demands in those after it.
+        unstable_step, not_converged). Demands of the last three are NaN. All variables of an EventSequence but its
+        drawn inputs also lie along `event` (see `select_event`); a sample that is not ok in an event has no demands in
+        later ones.
 
     Raises:
-        ValueError: If an argument is out of its range or a name is unknown; nothing has been run then. If a value is
-            drawn that its parameter may not take; blocks before it have been run in vain then.
+        ValueError: If an argument is out of its range or a name is unknown, before anything has run; or if a drawn
+            value is out of its parameter's bounds, which may come after some blocks have run.
         OSError: If the file cannot be written.
     """
     started = time.perf_counter()
