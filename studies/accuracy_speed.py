@@ -170,7 +170,7 @@ def print_report(result: xr.Dataset) -> None:
 
 def main() -> None:
     """Run the study."""
-    arguments = read_arguments(__doc__, samples=1024, meaning="samples of each ensemble, at least")
+    arguments = read_arguments(__doc__, 1024, meaning="samples of each ensemble, at least")
     target = netcdf.check_writable(arguments.out / "accuracy_speed.nc")
     result = build_dataset(build_scenes(), Settings(arguments.samples, arguments.device, arguments.seed))
     netcdf.write(result, target)

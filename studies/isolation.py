@@ -73,9 +73,9 @@ def build_scene(name: str) -> wd.Scene:
     )
 
 
-def curves_of(name: str, samples: int, seed: int, device: str | None) -> tuple[xr.Dataset, xr.Dataset]:
+def curves_of(name: str, structures: int, seed: int, device: str | None) -> tuple[xr.Dataset, xr.Dataset]:
     """Return a building's demands, with its scene, and its fragility curves, along a dimension `building` of 1."""
-    run = wd.simulate(build_scene(name), structures=samples, seed=seed, device=device)
+    run = wd.simulate(build_scene(name), structures=structures, seed=seed, device=device)
     first = FIRST_STOREY.get(name, 1)
     own = wd.select_storeys(run, first, first + BUILDING.storeys - 1)
     with warnings.catch_warnings():
@@ -126,10 +126,10 @@ def print_medians(curves: xr.Dataset) -> None:
 
 def main() -> None:
     """Run the study."""
-    arguments = read_arguments(__doc__, samples=16, meaning="structures a record and stripe")
+    arguments = read_arguments(__doc__, 16, meaning="structures under each record at each level", counted="structures")
     target = netcdf.check_writable(arguments.out / "isolation.nc")
     started = time.perf_counter()
-    found = [curves_of(name, arguments.samples, arguments.seed, arguments.device) for name in BUILDINGS]
+    found = [curves_of(name, arguments.structures, arguments.seed, arguments.device) for name in BUILDINGS]
     demands, curves = (
         xr.concat(parts, "building", combine_attrs="drop_conflicts") for parts in zip(*found, strict=True)
     )

@@ -69,7 +69,7 @@ def print_table(result: xr.Dataset) -> None:
 
 def main() -> None:
     """Run the study."""
-    arguments = read_arguments(__doc__, samples=64, meaning="structures a record and stripe")
+    arguments = read_arguments(__doc__, 64, meaning="structures under each record at each level", counted="structures")
     target = netcdf.check_writable(arguments.out / "p695_fragility.nc")
 
     started = time.perf_counter()
@@ -80,7 +80,7 @@ def main() -> None:
     )
     run = wd.simulate(
         scene,
-        structures=arguments.samples,
+        structures=arguments.structures,
         device=arguments.device,
         seed=arguments.seed,
         histories=loop,

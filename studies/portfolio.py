@@ -146,7 +146,7 @@ def draw(result: xr.Dataset) -> Figure:
 
 def main() -> None:
     """Run the study."""
-    arguments = read_arguments(__doc__, samples=10_000, meaning="buildings of the city", counted="buildings")
+    arguments = read_arguments(__doc__, 10_000, meaning="buildings of the city", counted="buildings")
     target = netcdf.check_writable(arguments.out / "portfolio.nc")
     started = time.perf_counter()
     portfolio, limits = build_city(arguments.buildings)

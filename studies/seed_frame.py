@@ -279,7 +279,7 @@ def print_report(result: xr.Dataset) -> None:
 
 def main() -> None:
     """Run the study."""
-    arguments = read_arguments(__doc__, samples=10_000, meaning="frames with scatter")
+    arguments = read_arguments(__doc__, 10_000, meaning="frames with scatter")
     target = netcdf.check_writable(arguments.out / "seed_frame.nc")
 
     result = build_dataset(arguments.samples, arguments.device, arguments.seed)

@@ -272,7 +272,7 @@ def print_report(result: xr.Dataset) -> None:
 
 def main() -> None:
     """Run the study."""
-    arguments = read_arguments(__doc__, samples=10_000, meaning="oscillators in each method's map of growth")
+    arguments = read_arguments(__doc__, 10_000, meaning="oscillators in each method's map of growth")
     target = netcdf.check_writable(arguments.out / "stability.nc")
     started = time.perf_counter()
     result = build_dataset(arguments.samples, arguments.device)

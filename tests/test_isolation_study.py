@@ -13,7 +13,7 @@ from matplotlib import image
 
 def test_study(tmp_path: Path) -> None:
     (command,) = (c for c in readme_commands() if "studies/isolation.py" in c)
-    done = run_study(f"{command} --samples 2", tmp_path)
+    done = run_study(f"{command} --structures 2", tmp_path)
     assert done.returncode == 0, done.stderr
     assert image.imread(tmp_path / "isolation.png").shape[0] > 500
     with xr.open_dataset(tmp_path / "isolation.nc") as result:

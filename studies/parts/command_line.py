@@ -1,4 +1,4 @@
-"""What every study takes on its command line, and how it leaves its figures."""
+"""Command-line arguments that every study takes, and writing of its figures."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 
-def read_arguments(description: str | None, samples: int, meaning: str, counted: str = "samples") -> argparse.Namespace:
-    """Return `out`, `device`, `samples` (or what else is counted) and `seed` from the command line.
+def read_arguments(description: str | None, count: int, meaning: str, counted: str = "samples") -> argparse.Namespace:
+    """Return `out`, `device`, `samples` (or another count) and `seed` from the command line.
 
     Args:
         description: What the study does, for its help.
-        samples: Default number of samples.
-        meaning: What is counted by it.
-        counted: What it is called.
+        count: Default of the count.
+        meaning: What is counted, for the help.
+        counted: Name of the count on the command line.
     """
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
-    parser.add_argument(f"--{counted}", type=int, default=samples, help=f"{meaning} [%(default)s]")
+    parser.add_argument(f"--{counted}", type=int, default=count, help=f"{meaning} [%(default)s]")
     parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
     return parser.parse_args()
 
