@@ -344,7 +344,7 @@ WILD = {"mass": wd.RandomValue(wd.Normal(0.0, 1.0))}
 BAD_DRAW = wd.Portfolio({"bad": wd.Archetype(chain(1), 9, WILD)})
 RUNS = {
     "no portfolio": ({"portfolio": chain(1)}, "takes a Portfolio, got ShearBuilding"),
-    "excitation": ({"excitation": wd.FreeVibration(1.0)}, "must be Stripes, Cloud or OneMotionPerStructure, got FreeVibration"),
+    "excitation": ({"excitation": wd.FreeVibration(1.0)}, "Stripes, Cloud or OneMotionPerStructure, got FreeVibration"),
     "structures": ({"structures": 3}, "takes no structures: an archetype's `count`"),
     "histories": ({"histories": wd.Histories([0])}, "takes no histories"),
     "individual": ({"excitation": wd.OneMotionPerStructure(MOTIONS, [0, 1])}, "motion has 2 values for 25 samples"),
@@ -366,7 +366,10 @@ RUNS = {
     ),
     # Settings are judged before anything is drawn, and are no archetype's fault.
     "step": ({"step": 0.007}, "^step 0.007 s does not divide"),
-    "typo": ({"stpe": 0.01, "portfolio": BAD_DRAW}, "takes no setting 'stpe'; it takes checked_share, device, .*step, threads"),
+    "typo": (
+        {"stpe": 0.01, "portfolio": BAD_DRAW},
+        "takes no setting 'stpe'; it takes checked_share, device, .*step, target_error, threads",
+    ),
     "dtype": ({"dtype": "float16", "portfolio": BAD_DRAW}, "^unknown dtype 'float16'"),
     "check": ({"checked_share": 2, "portfolio": BAD_DRAW}, "^checked_share must be a share"),
     "error": ({"target_error": -1.0, "portfolio": BAD_DRAW}, "^target_error must be"),

@@ -56,8 +56,8 @@ class Sampler:
         for name, spread in scatter.items():
             if isinstance(spread, GivenValues) and len(spread.values) != structures:
                 raise ValueError(
-                    f"scatter[{name!r}] lists {len(spread.values)} structures, and structures={structures} are asked for: "
-                    "they must agree"
+                    f"scatter[{name!r}] lists {len(spread.values)} structures, and structures={structures} are asked "
+                    "for: they must agree"
                 )
         self.structure, self.scatter, self.seed = structure, scatter, seed
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)

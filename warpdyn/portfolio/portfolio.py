@@ -23,8 +23,8 @@ class Archetype:
     Args:
         building: The nominal building.
         count: How many buildings there are of it; None for as many as `scatter` lists, or one.
-        scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue, a number, or GivenValues
-            values, one a building, with which a table of single buildings is given.
+        scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue, a number, or
+            GivenValues, one for each building, which hold a table of single buildings.
         correlation: Correlation of pairs of scattered parameters, as a Scene takes it.
     """
 

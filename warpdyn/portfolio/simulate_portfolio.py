@@ -59,7 +59,8 @@ def simulate_portfolio(
 
     Args:
         portfolio: The buildings.
-        excitation: Stripes or Cloud, for every building; or OneMotionPerStructure, with a motion and a scale for each building.
+        excitation: Stripes or Cloud, for every building; or OneMotionPerStructure, with a motion and a scale for each
+            building.
         recorders, collapse_drift_ratio, tail, title: As a Scene takes them.
         method, seed, path: As `simulate` takes them. Beside `path` as much room again is needed while it is written.
         **settings: What else `simulate` takes, but `structures` and `histories`.

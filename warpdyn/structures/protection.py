@@ -60,8 +60,8 @@ class ProtectedChain:
             base_mass: Mass between the isolators and the first storey [kg].
             displacement_capacity: Displacement at which the isolators fail [m]. Their storey counts as ten times as
                 high, so that its drift ratio is 0.1 there: with a Scene's `collapse_drift_ratio` of 0.1 a building
-                whose isolators fail has collapsed. That ratio is no drift of the building: `select_storeys(run, 2, n + 1)`
-                leaves it out, which fragility and damage need.
+                whose isolators fail has collapsed. That ratio is no drift of the building: leave it out by
+                `select_storeys(run, 2, n + 1)` before `fragility` or `damage_shares`.
             damper_coefficient: Linear viscous damping across the isolators [N s/m].
             **parameters: Parameters of the isolators' law.
 
