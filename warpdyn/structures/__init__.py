@@ -1,1 +1,1 @@
-"""Structures and where they come from: shear buildings, linear systems, capacity curves, Hazus, periods."""
+"""Structures: shear buildings and linear systems, also from capacity curves, Hazus types and periods."""

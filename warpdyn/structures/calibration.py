@@ -1,4 +1,4 @@
-"""Buildings from what is known of them: a Hazus class, a capacity curve, periods."""
+"""Buildings from properties of the whole building: a Hazus type, a capacity curve, periods."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from warpdyn.structures.periods import chain_of_periods
 
 
 class CalibratedChain:
-    """The ways to a ShearBuilding that begin with what is known of the building as a whole."""
+    """Constructors of a ShearBuilding from properties of the whole building."""
 
     @classmethod
     def from_hazus(
@@ -31,13 +31,13 @@ class CalibratedChain:
         damping: str = "rayleigh",
         **parameters: ArrayLike,
     ) -> Self:
-        """Return the chain that stands for a building of one of the 36 Hazus types, after Lu's MDOF model.
+        """Return the shear building for one of the 36 Hazus types, after Lu's MDOF model.
 
         Storeys have one mass (1,000 kg/m2) and one stiffness, which give the type's first period; their strengths are
         the storey shears of a triangular load whose base shear is the type's yield spectral acceleration times the
-        mass in the first mode. The ultimate strength of the capacity curve is not in a bilinear law.
-        `hazus_drift_limits` gives the limits of the damage states. The type's period is that of the storeys' springs
-        alone: with a `gravity_load` the building's own is longer.
+        mass in the first mode. A bilinear law does not represent the ultimate strength of the capacity curve.
+        `hazus_drift_limits` gives the limits of the damage states. The type's period is that without P-Delta: a
+        `gravity_load` makes the building's own period longer.
 
         Lu, Han, Hori, Xiong, Xu (2014), Advances in Engineering Software 70; Lu and Guan (2017), Earthquake Disaster
         Simulation of Civil Infrastructures; numbers from FEMA's Hazus Earthquake Model Technical Manual.
@@ -45,12 +45,13 @@ class CalibratedChain:
         Args:
             building_type: One of the 36 model building types, such as "C1M".
             design_level: "high", "moderate", "low" or "pre" (code).
-            storeys: Number of storeys, within the type's class of heights. Types of one class (W1, W2, S3, PC1, MH) are
-                let up to 50, though Hazus thinks of one or two: periods and strengths are then out of all measure.
+            storeys: Number of storeys, within the type's class of heights. Types of a single class (W1, W2, S3, PC1,
+                MH) are accepted up to 50 storeys, although Hazus means one or two: periods and strengths are then
+                unrealistic.
             floor_area: Area of a floor [m2].
             law: Storey law; it takes yield force and hardening ratio as far as it has them.
-            damping: As of ShearBuilding; whatever has a damping ratio takes the type's.
-            **parameters: As of ShearBuilding: what the law needs beside these, and what shall differ from the type's.
+            damping: As of ShearBuilding; a damping that takes a damping ratio takes the type's.
+            **parameters: As of ShearBuilding: other parameters of the law, and values that replace the type's.
 
         Raises:
             ValueError: If a name is unknown, the type has no such number of storeys, or ShearBuilding refuses a value.
@@ -78,8 +79,8 @@ class CalibratedChain:
     ) -> Self:
         """Return a chain whose capacity is a given pushover curve or capacity spectrum.
 
-        The curve up to its peak is replaced by the bilinear one of the same area (a yield and an ultimate point are
-        taken as they are), and shared out over the storeys, which yield all at once under the loads they are made for:
+        The curve up to its peak is replaced by the bilinear curve of the same area (a curve of a yield and an ultimate
+        point is kept) and distributed over the storeys, which all yield at once under the assumed lateral loads:
 
         - "triangular", after Lu: all storeys have one stiffness, and strengths are the storey shears of floor loads
           mass times height above the ground. The chain has the capacity spectrum's period and base shear, or, pushed by
@@ -87,7 +88,7 @@ class CalibratedChain:
         - "first_mode", after GEM's Vulnerability Modellers ToolKit: strengths and drifts are those of the first mode of
           a chain of equal stiffness. This mode is then the chain's own, and it has the curve exactly, in both forms.
 
-        The curve is that of the storeys' springs alone: with a `gravity_load` the building's own lies below it.
+        The curve is that without P-Delta: with a `gravity_load` the building's own curve lies below it.
 
         Args:
             displacement: Roof displacements [m], or spectral ones; increasing, shape [point].
@@ -99,7 +100,7 @@ class CalibratedChain:
             distribution: "triangular" or "first_mode".
             law: Storey law; it takes yield force and hardening ratio as far as it has them.
             damping: As of ShearBuilding.
-            **parameters: As of ShearBuilding, but for stiffness, yield force and hardening ratio.
+            **parameters: As of ShearBuilding, except stiffness, yield force and hardening ratio.
 
         Raises:
             ValueError: If the curve starts below zero, folds back, has no yield point or stiffens, a name is unknown,
@@ -123,11 +124,11 @@ class CalibratedChain:
         damping: str = "none",
         **parameters: ArrayLike,
     ) -> Self:
-        """Return a chain whose first period, or whose first periods, are as given.
+        """Return a chain that has given first periods.
 
-        One period scales a distribution of stiffness. Several also bend it over the height, as smoothly as they allow.
-        With a `gravity_load` they are the periods under gravity, and the distribution is of what gravity leaves of the
-        stiffness.
+        One period scales a distribution of stiffness over the height. Several periods also modify the distribution, as
+        smoothly as they allow. With a `gravity_load` they are the periods with P-Delta, and the distribution is that
+        of the stiffness less the P-Delta stiffness.
 
         Args:
             period: First period [s], or the periods of the first modes, falling, as many as storeys at most.
@@ -138,7 +139,7 @@ class CalibratedChain:
                 straight line (in storeys of one height: in proportion to the storey shears of a triangular load).
             law: Storey law.
             damping: As of ShearBuilding.
-            **parameters: As of ShearBuilding, but for the stiffness; a law's strength among them.
+            **parameters: As of ShearBuilding, except the stiffness; the strength of the law is one of them.
 
         Raises:
             ValueError: If periods do not fall, no chain of these masses has them, a name is unknown, a stiffness is
@@ -156,7 +157,7 @@ class CalibratedChain:
     def _of_chain(
         cls, storeys: int, chain: Mapping[str, ArrayLike], law: str, damping: str, parameters: Mapping[str, ArrayLike]
     ) -> Self:
-        """Build the chain with what the law takes of it; parameters of the caller's own come first."""
+        """Build the chain with the values that the law takes; the caller's parameters replace them."""
         if isinstance(law, list | tuple):
             raise ValueError(
                 f"law must be one name here, as 'bilinear', got {law!r}: build the ShearBuilding directly where "
@@ -172,7 +173,7 @@ class CalibratedChain:
 
 
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
-    """Return masses and heights, one a storey."""
+    """Return masses and heights, one for each storey."""
     count = whole_number("storeys", storeys, 1)
     chain = {name: _one_a_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
     for name, array in chain.items():
@@ -182,7 +183,7 @@ def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dic
 
 
 def _one_a_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
-    """Return finite numbers, one a storey."""
+    """Return finite numbers, one for each storey."""
     array = finite_numbers(name, value)
     if array.shape not in ((), (storeys,)):
         raise ValueError(f"{name} must be one value or one a storey ({storeys}), got shape {array.shape}")
@@ -190,7 +191,7 @@ def _one_a_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
 
 
 def _refuse_determined(parameters: Mapping[str, ArrayLike], determined: tuple[str, ...], source: str) -> None:
-    """Raise a ValueError if a parameter is given that follows from something else."""
+    """Raise a ValueError if a parameter is given that is derived from a source."""
     for name in determined:
         if name in parameters:
             raise ValueError(f"{name} follows from {source}; leave it out, or build the ShearBuilding of it directly")

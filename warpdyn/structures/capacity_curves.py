@@ -1,4 +1,4 @@
-"""Shear chains from capacity curves: a bilinear curve is fitted, then shared out over the storeys."""
+"""Shear chains from capacity curves: a bilinear curve is fitted, then distributed over the storeys."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
 
 CURVES = ("pushover", "spectrum")
 DISTRIBUTIONS = ("triangular", "first_mode")
-SECANT_SHARE = 0.6  # of the yield strength at which a curve's initial stiffness is taken
+SECANT_SHARE = 0.6  # share of the yield strength at which the secant gives a curve's initial stiffness
 
 
 def capacity_chain(
@@ -29,7 +29,7 @@ def capacity_chain(
     one_of("capacity curve", curve, CURVES)
     one_of("distribution over the storeys", distribution, DISTRIBUTIONS)
     yield_displacement, strength, hardening = bilinear_curve(displacement, capacity)
-    # Both ways go by the first mode of a chain of equal stiffness (GEM's toolkit has masses of its own, but this mode).
+    # Both distributions use the first mode of a chain of equal stiffness (as GEM's toolkit does, with its own masses).
     uniform = modal_properties(mass, chain_stiffness_matrix(np.ones(len(mass))))
     first = uniform.isel(mode=0)
     shape, participation = first["shape"].values, float(first["participation_factor"])
@@ -51,12 +51,12 @@ def capacity_chain(
 
 
 def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float, float, float]:
-    """Return yield displacement, yield strength and hardening ratio of the bilinear curve that stands for a curve.
+    """Return yield displacement, yield strength and hardening ratio of the bilinear curve that replaces a curve.
 
     It ends at the curve's peak, has the same area up to there, and its initial stiffness is the curve's secant at
     0.6 of the yield strength (ASCE 41-17, section 7.4.3.2.4, up to the peak). A curve of a yield and an ultimate point
-    is itself. Of several such curves it is the one that yields first; where there is none, it is
-    elastic-perfectly-plastic at the peak, with a warning.
+    is returned unchanged. Of several solutions the one with the lowest strength is taken; if there is none, an
+    elastic-perfectly-plastic curve at the peak, with a warning.
 
     Args:
         displacement: Displacements [m], increasing, with or without the origin, shape [point].
@@ -67,7 +67,7 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
     """
     x, y = _checked_curve(displacement, capacity)
     peak = _peak(y)
-    given_peak = peak - (x.size - np.size(displacement))  # as the caller counts, who may have left the origin out
+    given_peak = peak - (x.size - np.size(displacement))  # index in the caller's curve, which may lack the origin
     x, y = x[: peak + 1], y[: peak + 1]
     end, top = x[-1], y[-1]
     area = np.trapezoid(y, x)
@@ -79,7 +79,7 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
         return place / SECANT_SHARE
 
     def excess(strength: float) -> float:
-        """Twice the area of the bilinear curve less twice that of the curve, as a share of its rectangle."""
+        """Return twice the difference of the two curves' areas, over the area of the rectangle around the curve."""
         return strength / top - yield_displacement(strength) / end + 1 - 2 * area / (top * end)
 
     straight = 0.5 * top * end
@@ -104,28 +104,28 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
 
 
 def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: float) -> float | None:
-    """Return the lowest strength without excess of area, or None.
+    """Return the lowest strength at which the excess area is zero, or None.
 
-    The excess rises and may fall again. It is straight from a strength whose share is a point of the curve to the next;
-    where the curve falls before its peak it jumps at them.
+    The excess rises and may fall again. It is linear between the strengths whose secant points are points of the curve;
+    where the curve falls before its peak, it jumps at such a strength.
     """
     ends = np.unique(capacity / SECANT_SHARE)
     ends = np.append(ends[(ends > 0) & (ends < top)], top)
     for begin, end in pairwise([0.0, *ends]):
-        begin += 1e-9 * (end - begin)  # past a jump
+        begin += 1e-9 * (end - begin)  # beyond a jump
         if excess(begin) * excess(end) <= 0:
             return brentq(excess, begin, end, xtol=1e-15 * top, rtol=1e-14)
-    # An elastic-perfectly-plastic curve misses its root at the end by rounding.
+    # By rounding, the root of an elastic-perfectly-plastic curve may be missed at the end.
     return top if abs(excess(top)) <= 1e-12 else None
 
 
 def _peak(capacity: np.ndarray) -> int:
-    """Return the last point of the largest capacity: where a plateau ends."""
+    """Return the last point of the largest capacity, the end of a plateau."""
     return int(np.flatnonzero(capacity == capacity.max())[-1])
 
 
 def _checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curve from the origin on."""
+    """Return the curve, with the origin as its first point."""
     x, y = finite_numbers("displacement", displacement), finite_numbers("capacity", capacity)
     if x.ndim != 1 or x.shape != y.shape or not x.size:
         raise ValueError(

@@ -16,15 +16,15 @@ from warpdyn.structures.lateral_loads import floor_loads, storey_shears
 DESIGN_LEVELS = ("high", "moderate", "low", "pre")
 DAMAGE_STATES = ("slight", "moderate", "extensive", "complete")
 MASS_PER_AREA = 1000.0  # kg/m2 of floor
-# Lu's model has this rounded value, and its published strengths follow from it.
+# Lu's model uses this rounded value, from which its published strengths follow.
 GRAVITY_OF_LU = 9.8
 
 
 @functools.cache
 def _hazus_table() -> Mapping[tuple[str, str], Mapping[str, float]]:
-    """The rows of hazus_buildings.csv by building type and design level."""
+    """Return the rows of hazus_buildings.csv by building type and design level."""
     package = Path(__file__).parents[1]
-    # An installed package has the table inside itself, a checkout beside it.
+    # An installed package contains the table; in a checkout it stands beside the package.
     paths = (package / "data" / "hazus_buildings.csv", package.parent / "data" / "hazus_buildings.csv")
     text = next(path for path in paths if path.exists()).read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
@@ -41,7 +41,7 @@ def building_types() -> tuple[str, ...]:
 
 
 def building_class(building_type: str, design_level: str) -> Mapping[str, float]:
-    """Return what Hazus says of a building type at a design level: capacity, period, height, damping, drift limits.
+    """Return the Hazus values of a building type at a design level: capacity, period, height, damping, drift limits.
 
     Args:
         building_type: One of the 36 model building types.
@@ -74,7 +74,7 @@ def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float
 def hazus_chain(
     building_type: str, design_level: str, storeys: int, floor_area: float
 ) -> dict[str, float | np.ndarray]:
-    """Return the parameters of the chain that stands for a building of a Hazus type, after Lu.
+    """Return the parameters of the chain for a building of a Hazus type, after Lu.
 
     All storeys have one stiffness, which gives the type's first period; strengths are the storey shears of a load that
     grows in proportion to the floor's number. The share of the mass in the first mode is taken from the cubic in 1/N of

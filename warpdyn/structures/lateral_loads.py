@@ -21,7 +21,7 @@ def floor_loads(
             "uniform" (floor mass), or loads of any scale from the ground up, shape [floor].
         mass: Floor mass [kg], shape [storey].
         height: Storey height [m], shape [storey].
-        stiffness: Storey stiffness [N/m], less what gravity takes of it, shape [storey]; the first mode needs it.
+        stiffness: Storey stiffness [N/m], less the P-Delta stiffness, shape [storey]; the first mode needs it.
 
     Returns:
         Floor loads of sum 1, shape [floor].

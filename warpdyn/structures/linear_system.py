@@ -46,7 +46,7 @@ class LinearSystem:
             if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
                 raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: they must agree")
             difference = np.abs(matrix - matrix.T)
-            # Rounding of an assembly is forgiven; anything above it is a mistake in the matrix.
+            # Rounding in the assembly of a matrix is accepted; a larger difference is a mistake.
             if difference.max() > 1e-12 * np.abs(matrix).max():
                 row, column = np.unravel_index(difference.argmax(), difference.shape)
                 raise ValueError(
@@ -70,7 +70,7 @@ class LinearSystem:
                 f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would put energy in"
             )
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(matrices)
-        # A matrix is only ever scaled: these are the bounds of its factor.
+        # A matrix can only be scaled: these are the bounds of its factor.
         self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
             {
                 "mass": Parameter("1", "factor on the mass matrix", low=0.0, low_open=True),
@@ -82,7 +82,7 @@ class LinearSystem:
         if self.influence.shape != (self.dofs,):
             raise ValueError(f"influence must be {self.dofs} finite values, one a degree of freedom")
         self.damping = "matrix"
-        self.modal()  # says what is wrong with a stiffness that is not positive definite
+        self.modal()  # raises an error if the stiffness is not positive definite
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped system."""

@@ -1,4 +1,4 @@
-"""Undamped modes of a structure, and damping built on them."""
+"""Undamped modes of a structure, and damping matrices that are based on them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from warpdyn.core.checks import check_dataset
 
 
 def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None) -> xr.Dataset:
-    """Periods, shapes and participation of the undamped modes, from the lowest frequency up.
+    """Return periods, shapes and participation of the undamped modes, from the lowest frequency up.
 
     Shapes are scaled so that their largest component is +1; participation factors belong to that scaling.
     Chopra, Dynamics of Structures, sections 10.2 and 13.2.
@@ -67,7 +67,7 @@ def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndar
 
 
 def modal_table(modes: xr.Dataset) -> str:
-    """Return the modes as a table to print: periods, frequencies, participation and effective masses, added up too.
+    """Return the modes as a text table: periods, frequencies, participation, effective masses and their sums.
 
     Args:
         modes: What `modal()` of a structure returned, or its first modes.
@@ -94,7 +94,7 @@ def modal_table(modes: xr.Dataset) -> str:
 
 
 def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:
-    """Stiffness matrices of shear chains that stand on the ground.
+    """Return the stiffness matrices of shear chains on a fixed base.
 
     Args:
         storey_stiffness: Storey stiffness [N/m], from the ground up, shape [..., storey]. Storey dampers [N s/m] give
@@ -118,7 +118,7 @@ def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:
 
 
 def modal_damping_matrix(mass: np.ndarray, stiffness_matrix: np.ndarray, ratio: np.ndarray | float) -> np.ndarray:
-    """Damping matrices that give every mode the same damping ratio.
+    """Return damping matrices that give every mode the same damping ratio.
 
     C = M (sum of 2 zeta w_n phi_n phi_n^T) M with mass-normalised shapes (Chopra, Dynamics of Structures, 11.4.2).
 
@@ -156,10 +156,10 @@ def modal_damping_matrix(mass: np.ndarray, stiffness_matrix: np.ndarray, ratio: 
 def rayleigh_coefficients(
     omega_i: np.ndarray | float, omega_j: np.ndarray | float, ratio: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients of C = a0 M + a1 K that give one damping ratio at two frequencies (Chopra, equation 11.4.10).
+    """Return the coefficients of C = a0 M + a1 K for one damping ratio at two frequencies (Chopra, equation 11.4.10).
 
     Args:
-        omega_i: Circular frequency of the one mode [rad/s], shape [...].
+        omega_i: Circular frequency of one mode [rad/s], shape [...].
         omega_j: Circular frequency of the other mode [rad/s], shape [...].
         ratio: Damping ratio at both [-], 0 or above, shape [...].
 

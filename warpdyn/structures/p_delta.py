@@ -1,7 +1,7 @@
-"""Second-order effect of gravity on a chain of storeys: loads that lean with it push it over.
+"""P-Delta: the second-order effect of gravity loads on a chain of storeys.
 
-A storey that carries the load W over its height h feels W / h times its drift as a force away from its middle: a spring
-of negative stiffness -W / h beside its own (Chopra, Dynamics of Structures, section 22.1; linear P-Delta columns).
+A storey of height h that carries the load W is pushed off its upright position by W / h times its drift, as if a spring of
+negative stiffness -W / h acted beside its own (Chopra, Dynamics of Structures, section 22.1; linear P-Delta columns).
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ def storey_weight_over_height(parameters: Values) -> np.ndarray:
 
 
 def stiffness_under_gravity(parameters: Values, stiffness: np.ndarray | None = None) -> np.ndarray:
-    """Return what gravity leaves of the storeys' initial, or some other, stiffness [N/m], shape [..., storey]."""
+    """Return the initial, or another, storey stiffness less that of P-Delta [N/m], shape [..., storey]."""
     stiffness = parameters["stiffness"] if stiffness is None else stiffness
     return stiffness - storey_weight_over_height(parameters) if "gravity_load" in parameters else stiffness
 
 
 def buckling_problem(parameters: Values) -> str | None:
-    """Return a sentence on the first storey that gravity alone pushes over, or None."""
+    """Return an error message on the first storey that buckles under its gravity load, or None."""
     if "gravity_load" not in parameters or np.all(stiffness_under_gravity(parameters) > 0):
         return None
     bad = stiffness_under_gravity(parameters) <= 0

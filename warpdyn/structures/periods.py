@@ -44,16 +44,16 @@ def _scale(stiffness: np.ndarray, mass: np.ndarray, period: float) -> float:
 
 
 def _frequencies(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Return all circular frequencies [rad/s], rising; by numpy, as no scene needs warp to be described."""
+    """Return all circular frequencies [rad/s], rising; by numpy, because describing a scene must not import warp."""
     root = np.sqrt(mass)
     return np.sqrt(np.linalg.eigvalsh(chain_stiffness_matrix(stiffness) / np.outer(root, root)))
 
 
 def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Bend a distribution of stiffness until its first periods are as asked.
+    """Modify a distribution of stiffness until it has the given first periods.
 
-    The logarithm of the stiffness is the starting one plus a polynomial over the storeys. Its high terms are made dear,
-    so that few periods give a smooth building; as many as storeys leave every stiffness free.
+    The logarithm of the stiffness is that of the start plus a polynomial over the storeys. High terms are scaled down,
+    so that a few periods give a smooth distribution; as many periods as storeys leave every stiffness free.
     """
     count, storeys = periods.size, start.size
     place = np.linspace(-1, 1, storeys)
@@ -71,7 +71,7 @@ def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarra
         drift = np.diff(root[:, None] * vectors, axis=0, prepend=0.0)[:, :count]
         return (drift**2 * stiffness[:, None] / (2 * square[:count])).T @ basis
 
-    # The search may end beside the solution; it then begins again elsewhere.
+    # The search may end in a local minimum; it then starts again elsewhere.
     random = np.random.default_rng(0)
     nearest: Any = None
     for scale in (0.0, *np.linspace(0.2, 2.0, RESTARTS)):

@@ -1,4 +1,4 @@
-"""Buildings with one storey more: on isolators, or under a tuned mass damper."""
+"""Buildings with an additional storey: isolators below, or a tuned mass damper on the roof."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from warpdyn.laws import LAWS, Parameter
 from warpdyn.laws.building_law import missing_at
 
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
-CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at the end of its capacity
+CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at its displacement capacity
 MASS_RATIO = Parameter(
     "1", "mass of the damper over that of the first mode", low=0.0, low_open=True, high=1.0, often_in_percent=True
 )
@@ -23,7 +23,7 @@ DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
 
 
 class ProtectedChain:
-    """What a ShearBuilding can be given besides storeys of its own."""
+    """Methods of a ShearBuilding that add isolators or a tuned mass damper."""
 
     # Of the ShearBuilding that this is a part of.
     storeys: int
@@ -46,21 +46,21 @@ class ProtectedChain:
         damper_coefficient: float = 0.0,
         **parameters: float,
     ) -> Self:
-        """Return the building on isolators: a storey more, the first, that carries the mass of the base.
+        """Return the building on isolators, which form an additional first storey below the mass of the base.
 
         Rayleigh damping stays that of the building on a fixed base, in proportion to the stiffness of its own storeys
-        alone (`damped_storeys`): across the isolators there is what they dissipate, and their own viscous damping. Of a
-        Rayleigh damping in two modes, the ratio at the first is kept. Damping in proportion to stiffness becomes such.
+        alone (`damped_storeys`); isolators have only their hysteresis and their own viscous damping. Rayleigh damping
+        in two modes keeps the ratio of the first. Stiffness-proportional damping becomes such damping, too.
 
         Args:
             law: Law of the isolators: "lead_rubber_bearing" (`stiffness` before yield [N/m], `yield_force` [N],
                 `post_yield_stiffness` [N/m]), "friction_pendulum" (`stiffness` before sliding [N/m],
-                `friction_coefficient`, `radius` [m]; `weight` [N] is the building's own unless it is given), or
+                `friction_coefficient`, `radius` [m]; `weight` [N] is the building's weight by default), or
                 "elastic", "bilinear" or "bouc_wen".
             base_mass: Mass between the isolators and the first storey [kg].
-            displacement_capacity: Displacement at which the isolators fail [m]. Their storey counts as ten times as
-                high, so that its drift ratio is 0.1 there: with a Scene's `collapse_drift_ratio` of 0.1 a building
-                whose isolators fail has collapsed. That ratio is no drift of the building: leave it out by
+            displacement_capacity: Displacement at which the isolators fail [m]. The height of their storey is set to
+                ten times that, so that its drift ratio is 0.1 there: with a Scene's `collapse_drift_ratio` of 0.1 a
+                building whose isolators fail has collapsed. That ratio is no drift ratio of the building: remove it by
                 `select_storeys(run, 2, n + 1)` before `fragility` or `damage_shares`.
             damper_coefficient: Linear viscous damping across the isolators [N s/m].
             **parameters: Parameters of the isolators' law.
@@ -91,19 +91,19 @@ class ProtectedChain:
         *,
         displacement_capacity: float = 10.0,
     ) -> Self:
-        """Return the building with a tuned mass damper on its roof: a storey more, the last, elastic, with a dashpot.
+        """Return the building with a tuned mass damper on its roof: an additional, elastic last storey with a dashpot.
 
-        The defaults are Den Hartog's optimum, which makes the roof's largest response to a harmonic force as small as
-        it can be without other damping: frequency ratio 1 / (1 + mu), damping ratio sqrt(3 mu / (8 (1 + mu))) (Den
+        The defaults are Den Hartog's optimum, which minimises the roof's largest response to a harmonic force without
+        other damping: frequency ratio 1 / (1 + mu), damping ratio sqrt(3 mu / (8 (1 + mu))) (Den
         Hartog, Mechanical Vibrations, 4th edition, section 3.3; his ratio is over the building's frequency, this one
         over the damper's own). Rayleigh damping stays that of the building without it, as in `on_isolators`.
 
         Args:
             mass_ratio: Mass of the damper over that of the first mode, whose shape is 1 at the roof; at most 1.
-            frequency_ratio: Its own frequency over the building's first one.
-            damping_ratio: Its own damping ratio.
-            displacement_capacity: Displacement from the roof that it has room for [m]; its storey counts as ten times
-                as high, so that its drift ratio is 0.1 there.
+            frequency_ratio: Frequency of the damper over the building's first frequency.
+            damping_ratio: Damping ratio of the damper.
+            displacement_capacity: Displacement from the roof that the damper has room for [m]; the height of its storey
+                is set to ten times that, so that its drift ratio is 0.1 there.
 
         Raises:
             ValueError: If a value is out of bounds, or the damping is modal, of mass or of tangents.
@@ -127,7 +127,7 @@ class ProtectedChain:
         return self._with_storey(self.storeys, "elastic", own, 2 * damping_ratio * omega * mass)
 
     def _with_storey(self, place: int, law: str, own: dict[str, float], dashpot: float) -> Self:
-        """Return the building with a storey more at a place, of a law, parameters and a dashpot of its own."""
+        """Return the building with a storey inserted at a place, with its own law, parameters and dashpot."""
         if self.damping not in DAMPINGS:
             raise ValueError(
                 f"a building of damping {self.damping!r} takes no isolators and no tuned mass damper: this damping is "
@@ -142,11 +142,11 @@ class ProtectedChain:
                 )
         for name, value in own.items():
             if not isinstance(value, Real):
-                real_number(f"{name} of the storey", value)  # says what it must be
+                real_number(f"{name} of the storey", value)  # raises an error
         laws = self.storey_laws if len(self.storey_laws) > 1 else self.storey_laws * self.storeys
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
         added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
-        # A device that only the storeys of the building have: none of it here.
+        # Devices of the building's storeys have zero strength here.
         added |= {"slip_force": 0.0, "contact_stiffness": 0.0}
         devices = self.devices
         values = dict(self.parameters)
@@ -160,7 +160,7 @@ class ProtectedChain:
             if new is None and name in LAWS[law].parameters:
                 new = LAWS[law].parameters[name].default
             elif new is None and name not in ("stiffness", "mass", "height"):
-                new = before[0]  # of what only other storeys' laws take it will not count; of devices any will do
+                new = before[0]  # this law does not use it, or it is a device's parameter, where any value will do
             if new is None:
                 raise ValueError(missing_at(name, place, law))
             values[name] = np.insert(before, place, new)
@@ -168,7 +168,7 @@ class ProtectedChain:
             values["damping_ratio"] = ratio
         damped, damping = None, self.damping
         if damping in ("rayleigh", "stiffness_proportional"):
-            damping = "rayleigh"  # that of some storeys is in proportion to their stiffness alone
+            damping = "rayleigh"  # with damped_storeys: in proportion to their stiffness alone
             first, last = self.damped_storeys or (1, self.storeys)
             damped = (first + (place == 0), last + (place == 0))
         laws = (*laws[:place], law, *laws[place:])

@@ -1,4 +1,4 @@
-"""Structures: what they are made of, in SI units, checked when they are built."""
+"""Shear buildings, in SI units, checked at construction."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["LinearSystem", "ShearBuilding"]
 MAXIMUM_STOREYS = 60
 
 DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_open=True, often_in_percent=True)
-# Each kind of damping with the parameters it takes: one value a storey, or one for the building.
+# Each kind of damping with its parameters: one value for each storey, or one for the building.
 DAMPING = {
     "none": {},
     "storey": {"damping_coefficient": Parameter("N s m-1", "viscous damping coefficient of the storey", low=0.0)},
@@ -40,7 +40,7 @@ BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 class ShearBuilding(CalibratedChain, ProtectedChain):
     """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
 
-    `from_hazus`, `from_capacity` and `from_periods` make one from what is known of the building as a whole.
+    `from_hazus`, `from_capacity` and `from_periods` make one from properties of the whole building.
 
     Args:
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
@@ -53,34 +53,34 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             a capping point and cyclic deterioration "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or
             "..._pinching"; of isolators "lead_rubber_bearing" or "friction_pendulum". Each law's parameters are in its
             file of `warpdyn.laws`, beside OpenSees' names of them.
-        devices: What stands beside the storeys' springs: "friction_damper", "viscous_damper", "gap" (a stop on either
-            side of the storey's drift) or "one_sided_gap" (one ahead).
+        devices: Devices that act in parallel to the storeys' springs: "friction_damper", "viscous_damper", "gap" (a
+            stop on either side of the storey's drift) or "one_sided_gap" (a stop at positive drift).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
             mass and initial stiffness, without P-Delta); "rayleigh_tangent" (the same of mass and tangent stiffness,
             OpenSees' betaK: it fades as storeys yield, and is 0 on falling branches, where OpenSees' gives energy);
             "mass_proportional" or "stiffness_proportional" (initial stiffness; `damping_ratio` in the first mode); or
             "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
-        damped_storeys: First and last storey that Rayleigh damping is of, where the others are isolators or a tuned
-            mass damper: it is then in proportion to their stiffness alone, with its ratio in the first mode that they
-            would have on a fixed base. A part in proportion to mass would damp what isolators let through (Ryan and
+        damped_storeys: First and last storey with Rayleigh damping, if the others are isolators or a tuned mass damper:
+            the damping is then in proportion to their stiffness alone, with its ratio in the first mode that they would
+            have on a fixed base. A mass-proportional part would damp the displacement of the isolators (Ryan and
             Polanco 2008, Journal of Structural Engineering 134).
         gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, that leans with the
             building (P-Delta); None for no P-Delta.
-        **parameters: What the law and the damping take, one value or one a storey: `yield_force` [N],
+        **parameters: Parameters of the law and the damping, one value or one for each storey: `yield_force` [N],
             `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`. Where laws
-            differ, a value counts in storeys whose law takes it, and is NaN in the others. Devices: `slip_force` [N],
+            differ, a value is used in storeys whose law takes it, and is NaN in the others. Devices: `slip_force` [N],
             `brace_stiffness` [N/m]; `damper_coefficient` [N (s/m)^a], `velocity_exponent` a, at most 1,
             `linear_velocity` [m/s], below which the force is linear; `clearance` [m], `contact_stiffness` [N/m],
-            `restitution`. A storey without a device
-            has 0 for its first.
+            `restitution`. A storey without a
+            device has 0 for the first parameter of the device.
 
     The Bouc-Wen force is a k d + (1 - a) Fy z with a the hardening ratio, Fy the yield force, k the stiffness and
     (Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v), where -beta < gamma <= beta. Its z is bounded by
     (beta + gamma)^(-1/n), which is 1 at the defaults, beta = gamma = 0.5: elsewhere it yields at that multiple of Fy.
 
-    With a gravity load each storey carries those from its floor up, W, and over its height h they push it over with the
-    force W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
+    With gravity loads each storey carries those of its floor and above, W, and its height h gives the P-Delta force
+    W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
     base shear and storey forces are those of the springs alone: the shear in the columns.
 
     Raises:
@@ -135,7 +135,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
                 )
         arrays = {}
         for name, parameter in self.parameter_table.items():
-            # Where laws differ, each sees to what is not given.
+            # Where laws differ, each law supplies its own default.
             by_law = len(self.storey_laws) > 1 and any(name in LAWS[each].parameters for each in self.storey_laws)
             value = given.get(name, np.nan if by_law else parameter.default)
             if value is None:
@@ -187,7 +187,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         self.damping_modes = self._checked_modes(damping_modes) if has_modes else None
 
     def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return values of a parameter, NaN at storeys whose law does not take it, and at which it does."""
+        """Return values of a parameter, NaN at storeys whose law does not take it, and which storeys take it."""
         laws = [law for law in dict.fromkeys(self.storey_laws) if name in LAWS[law].parameters]
         if not laws:
             return values, None
@@ -201,7 +201,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         return values, takes
 
     def _checked_storeys(self, storeys: tuple[int, int]) -> tuple[int, int]:
-        """Return the first and last storey of those that damping is of."""
+        """Return the first and the last storey with Rayleigh damping."""
         if not isinstance(storeys, Sequence) or len(storeys) != 2:
             raise ValueError(f"damped_storeys must be the first and the last storey, such as (2, 6), got {storeys!r}")
         first, last = (whole_number(f"damped_storeys[{i}]", storey, 1) for i, storey in enumerate(storeys))
@@ -222,7 +222,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
 
     @property
     def dofs(self) -> int:
-        """Degrees of freedom: one a storey."""
+        """Degrees of freedom: one for each storey."""
         return self.storeys
 
     def modal(self) -> xr.Dataset:
@@ -241,12 +241,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
 
 
 def _unequal(name: str, values: int, other: str, others: int) -> str:
-    """Return a sentence on two parameters whose values are not of as many storeys."""
+    """Return an error message on two parameters with values for different numbers of storeys."""
     return f"{name} has {values} values and {other} has {others}: lists of one value a storey must be of one length"
 
 
 def _checked_laws(law: str | Sequence[str]) -> tuple[str, ...]:
-    """Return the law of each storey, or the one of all."""
+    """Return the law of each storey, or the one law of all storeys."""
     laws = (law,) if isinstance(law, str) else tuple(law) if isinstance(law, list | tuple) else (law,)
     for name in laws or (None,):
         one_of("storey law", name, LAWS)
