@@ -1,25 +1,28 @@
-"""Every law with every method: the cases of the tests of combinations, from the engine's own tables.
+"""Laws, methods, loads, dampings and recorders together: the cases of the tests of combinations.
 
-A new row of a table is in them. What one case is:
+The factors are the engine's own tables, so that a new row of a table is in them. The library covertable chooses cases
+in which all pairs meet that may:
 
-- Chains of two storeys under every law x source of methods, and dense systems of one and three degrees of freedom under
-  every source x dtype. Damping, load, dtype and what is recorded are taken in turn, so that every law and every source
-  meets every one of them, and they each other; so are the methods of a source, which differ by constants alone.
-- Chains of one storey and of five under every damping x law with the other tables' rows in turn.
-- `pytest -m thorough` adds what is left of law x method x dtype.
+- Of structures (chains of one, two and five storeys, dense systems of one and three degrees of freedom), laws of few
+  values, sources of methods, dampings, kinds of load, number types and what is recorded. The methods of a source, which
+  differ by constants alone, and random motions of one, two and four states are taken in turn.
+- Of laws of many values, explicit and implicit methods, chains of two and five storeys and number types. They share all
+  else with the laws of few values: it is taken in turn.
+- `pytest -m thorough` adds what is left of law x method x dtype, and of dense systems by method x dtype.
 
 What is recorded is one of the rows of RECORDED: every recorder, one recorder alone, every recorder beside whole
 histories or beside one alone.
-
-Random motions of one, two and four states are one kind of load, whose rows are taken in turn.
 
 Storey loops of the two-storey chains are left rolled, the form that buildings above eight storeys have; the others are
 unrolled as shipped. sm_90 gets a kernel for every law x load and for every method, with the other tables' rows in turn.
 """
 
+from collections import Counter
 from dataclasses import replace
-from itertools import product
+from functools import cache
+from itertools import combinations, product
 
+import covertable
 import numpy as np
 from method_sources import by_source, shown, source_of
 
@@ -85,13 +88,7 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
 )
 
 
-# Laws of few values are combined with all there is. Those of more share all that with them: what is theirs alone stands
-# in kernels of an explicit and an implicit method, of all sources that a method can have in turn, and in five storeys.
-FEW = [name for name, spring in SPRINGS.items() if spring.memory <= 1]
-MANY = [name for name in SPRINGS if name not in FEW]
-SOURCES = list(by_source([*fitting_methods("bouc_wen"), *METHODS]))  # those that fit every law first
-
-
+@cache
 def springs_of_laws():
     """Return for every row of SPRINGS that a law leads to: the law, and the parameters that lead to it."""
     found = {}
@@ -132,91 +129,126 @@ def in_turn(table, turn):
     return list(table)[turn % len(table)]
 
 
-def load_in_turn(turn, turn_of_noise):
-    kind = in_turn(LOAD_KINDS, turn)
-    return in_turn(NOISE, turn_of_noise) if kind == "noise" else kind
+# Laws of few values are combined with all there is.
+FEW = [name for name, spring in SPRINGS.items() if spring.memory <= 1]
+MANY = [name for name in SPRINGS if name not in FEW]
+SOURCES = list(by_source([*fitting_methods("bouc_wen"), *METHODS]))  # those that fit every law first
+# These amplify what is not damped at any step, and are flagged for it.
+GROWING = [name for name, method in METHODS.items() if stability_limit(method, 0.0) == 0]
+STRUCTURES = (("chain", 1), ("chain", 2), ("chain", 5), ("dense", 1), ("dense", 3))
+RECORDED = (("all",), ("alone",), ("all", "alone"), ("all", "histories"))
+FACTORS = {
+    "structure": STRUCTURES,
+    "law": FEW,
+    "source": SOURCES,
+    "damping": (*KERNEL_DAMPING, "matrix"),
+    "load": LOAD_KINDS,
+    "dtype": list(DTYPES),
+    "recorded": RECORDED,
+}
+CONSTRAINED = ("structure", "law", "source", "damping")  # the others go with everything
+FACTORS_OF_MANY = {
+    "law": MANY,
+    "kind": ("explicit", "implicit"),
+    "structure": (("chain", 2), ("chain", 5)),
+    "dtype": list(DTYPES),
+}
 
 
-def methods_for(spring, law, law_at):
-    """Return the methods that a law meets: one of every source, or an explicit and an implicit one, in turn."""
-    alike = by_source(fitting_methods(law))
-    if spring in FEW:
-        # Those that need damping last: the law that has none meets one that does not.
-        return [in_turn(sorted(names, key=GROWING.__contains__), law_at) for names in alike.values()]
-    kinds = ([names for source, names in alike.items() if source[0] == kind] for kind in ("explicit", "implicit"))
-    return [in_turn(in_turn(sources, law_at), law_at // len(sources)) for sources in kinds]
+def methods_of(row):
+    """Return the methods of a row's source that integrate its structure."""
+    law, _ = springs_of_laws()[row["law"]]
+    fitting = fitting_methods(law, row["damping"])
+    growing = GROWING if row["damping"] == "none" else ()
+    return [name for name in fitting if source_of(name) == row["source"] and name not in growing]
 
 
-def chain_case(spring, method, dtype, turn, turn_of_load, turn_of_noise):
-    damping = in_turn(USUAL_DAMPING, turn)
-    if damping == "none" and method in GROWING:
-        damping = "storey"
-    return "chain", 2, damping, spring, load_in_turn(turn_of_load, turn_of_noise), method, dtype
+def may_meet(row):
+    """Return whether there is a structure of this family, law and damping, and a method of this source for it."""
+    is_dense = row["structure"][0] == "dense"
+    if is_dense != (row["damping"] == "matrix") or (is_dense and row["law"] != "elastic"):
+        return False
+    return bool(methods_of(row))
 
 
-def chain_cases():
-    """Return laws x sources of methods with one damping, load and dtype each."""
-    cases = []
-    for law_at, (spring, (law, _)) in enumerate(springs_of_laws().items()):
-        for at, method in enumerate(methods_for(spring, law, law_at)):
-            source_at = SOURCES.index(source_of(method))
-            dtype = in_turn(DTYPES, (source_at // 2 if spring in FEW else at) + law_at)
-            cases.append(chain_case(spring, method, dtype, source_at + law_at, source_at + 3 * law_at, source_at))
+def pairs_of(row):
+    """Return the pairs of values that meet in a row."""
+    return set(combinations(row.items(), 2))
+
+
+def recording_little(rows):
+    """Return the rows with a kernel less where no pair is lost by it."""
+    rows = list(rows)
+    for place, row in enumerate(rows):
+        elsewhere = set().union(*map(pairs_of, rows[:place] + rows[place + 1 :]))
+        for recorded in RECORDED if len(row["recorded"]) > 1 else ():
+            less = row | {"recorded": recorded}
+            if len(recorded) == 1 and pairs_of(row) <= elsewhere | pairs_of(less):
+                rows[place] = less
+    return rows
+
+
+def rows_of_few():
+    """Return rows in which every pair of FACTORS meets that may."""
+    constraint = {"operator": "fn", "requires": CONSTRAINED, "evaluate": may_meet}
+    return recording_little(covertable.make(FACTORS, constraints=[constraint]))
+
+
+def rows_of_many():
+    """Return rows in which every pair of FACTORS_OF_MANY meets, with all else in turn."""
+    rows, turns = [], Counter()
+    for place, row in enumerate(covertable.make(FACTORS_OF_MANY)):
+        sources = [source for source in SOURCES if source[0] == row["kind"]]
+        row |= {"load": in_turn(LOAD_KINDS, place), "recorded": ("alone",)}
+        others = [{"source": source, "damping": damping} for damping, source in product(KERNEL_DAMPING, sources)]
+        fitting = [other for other in others if may_meet(row | other)]
+        # Coprime to how many there are of each, a stride leads to all of them.
+        rows.append(row | in_turn(fitting, 7 * turns[row["kind"]]))
+        turns[row["kind"]] += 1
+    return rows
+
+
+def cases_of(rows):
+    """Return what is recorded by case, with the methods of every source and the random motions in turn."""
+    cases, turns = {}, Counter()
+    for row in rows:
+        method = in_turn(methods_of(row), turns[row["source"]])
+        load = in_turn(NOISE, turns["noise"]) if row["load"] == "noise" else row["load"]
+        turns.update([row["source"], row["load"]])
+        case = (*row["structure"], row["damping"], row["law"], load, method, row["dtype"])
+        cases[case] = tuple(dict.fromkeys((*cases.get(case, ()), *row["recorded"])))
     return cases
 
 
 def remaining_cases(met):
-    """Return every law with every method that fits it in every dtype, but for those met."""
-    met = {(spring, method, dtype) for *_, spring, _, method, dtype in met}
-    return [
-        chain_case(spring, method, dtype, law_at + method_at + dtype_at, 2 * law_at + method_at, method_at)
-        for law_at, (spring, (law, _)) in enumerate(springs_of_laws().items())
-        for method_at, method in enumerate(fitting_methods(law))
-        for dtype_at, dtype in enumerate(DTYPES)
-        if (spring, method, dtype) not in met
-    ]
+    """Return every law with every method that fits it, and dense systems with every method, in every dtype, not met."""
+    known = {(case[0], case[3], *case[5:]) for case in met}
+    cases = []
+    for (law_at, (spring, (law, _))), (dtype_at, dtype) in product(
+        enumerate(springs_of_laws().items()), enumerate(DTYPES)
+    ):
+        for method_at, method in enumerate(fitting_methods(law)):
+            turn = law_at + method_at + dtype_at
+            damping = in_turn(USUAL_DAMPING, turn)
+            damping = "storey" if damping == "none" and method in GROWING else damping
+            load = in_turn(LOADS, 2 * law_at + method_at)
+            if ("chain", spring, method, dtype) not in known:
+                cases.append(("chain", 2, damping, spring, load, method, dtype))
+            if spring == "elastic" and ("dense", spring, method, dtype) not in known:
+                cases.append(("dense", in_turn((1, 3), turn), "matrix", spring, load, method, dtype))
+    return cases
 
 
-# These amplify what is not damped at any step, and are flagged for it.
-GROWING = [name for name, method in METHODS.items() if stability_limit(method, 0.0) == 0]
-# Those that do not fit every law do not meet every load and damping either.
-CHOOSY = set(METHODS) - set.intersection(*(set(fitting_methods(law)) for law in LAWS))
-STABLE = [name for name in fitting_methods("bouc_wen") if name not in GROWING]
-
-
-def stable(damping):
-    """Return the methods that fit every law and a damping, and amplify nothing."""
-    return [name for name in STABLE if name in fitting_methods("bouc_wen", damping)]
-
-
-FULL = chain_cases()
-REMAINING = remaining_cases(FULL)
-RECORDED = (("all",), ("all", "histories"), ("alone",), ("all", "alone"))
-IN_TURN = [
-    ("chain", dofs, damping, spring, load_in_turn(i + j, i), in_turn(stable(damping), 5 * i + j + dofs), dtype)
-    for dofs, dtype in ((1, "float64"), (5, "float32"))
-    for (i, damping), (j, spring) in product(enumerate(KERNEL_DAMPING), enumerate(SPRINGS))
-    if (spring in FEW if dofs == 1 else i == j % len(KERNEL_DAMPING))
-]
+RECORDED_IN = cases_of(rows_of_few()) | cases_of(rows_of_many())
+DEFAULT = list(RECORDED_IN)
+REMAINING = remaining_cases(DEFAULT)
+RECORDED_IN |= dict.fromkeys(REMAINING, ("alone",))
 SHOWN = shown(METHODS)
-METHODS_IN_TURN = sorted(METHODS, key=lambda method: method not in SHOWN)
-DENSE = [
-    ("dense", (1, 3)[turn // 2 % 2], "matrix", "elastic", load_in_turn(turn + turn // 4, turn), method, dtype)
-    for turn, (method, dtype) in enumerate(product(METHODS_IN_TURN, DTYPES))
-]
-# Rows of SPRINGS that a law leads to share their source but for a few terms: in five storeys one of them is shown.
-ROW_OF_LAW = {law: spring for spring, (law, _) in springs_of_laws().items()}
-CASES = FULL + REMAINING + IN_TURN + DENSE
 
 
-def is_default(case):
-    """Return whether a case is one of those run by default; `pytest -m thorough` runs the others."""
-    family, dofs, damping, spring, _, method, _ = case
-    if family == "dense":
-        return method in SHOWN
-    if dofs == 1:
-        return (KERNEL_DAMPING.index(damping) + FEW.index(spring)) % 2 == 0
-    return case not in REMAINING if dofs == 2 else spring in FEW or spring in ROW_OF_LAW.values()
+def load_in_turn(turn, turn_of_noise):
+    kind = in_turn(LOAD_KINDS, turn)
+    return in_turn(NOISE, turn_of_noise) if kind == "noise" else kind
 
 
 SM90 = [
@@ -243,28 +275,16 @@ def is_default_on_sm90(case):
     return spring in MANY or (FEW.index(spring) + LOAD_KINDS.index(kind)) % 2 == 0
 
 
-def recorded_in(case):
-    """Return what a case's kernels record, a row of RECORDED in turn."""
-    _, dofs, damping, spring, _, method, _ = case
-    law_at = list(SPRINGS).index(spring)
-    if case in REMAINING or (case in FULL and spring in MANY):
-        return ("alone",)
-    if case in FULL:
-        method_at = SOURCES.index(source_of(method))
-        turn = method_at + method_at // len(RECORDED) + 3 * law_at + law_at // 3
-    elif case in DENSE:
-        turn = DENSE.index(case) + DENSE.index(case) // len(RECORDED)
-    else:
-        turn = law_at + (KERNEL_DAMPING.index(damping) if dofs == 1 else 0)
-    return in_turn(RECORDED, turn)
+def recorders_alone(cases):
+    """Return the recorder that each case has alone, in turn."""
+    turns, found = Counter(), {}
+    for case in cases:
+        found[case] = in_turn(RECORDERS[case[0]], turns[case[0]])
+        turns[case[0]] += "alone" in RECORDED_IN.get(case, ("alone",))
+    return found
 
 
-def recorder_alone(family, dofs, damping, spring, load, method, dtype):
-    """Return the recorder that this case has alone; neighbours along every axis have another."""
-    place = dofs + list(SPRINGS).index(spring) + list(LOADS).index(load) + list(DTYPES).index(dtype)
-    place += list(METHODS).index(method)
-    place += KERNEL_DAMPING.index(damping) if damping in KERNEL_DAMPING else 0
-    return list(RECORDERS[family])[place % len(RECORDERS[family])]
+ALONE = recorders_alone([*RECORDED_IN, *(case for case in SM90 if case not in RECORDED_IN)])
 
 
 def name_of(case):
@@ -291,10 +311,10 @@ def plans_of(case, is_gpu=False):
     plan = build.fitted(plan, is_gpu)
     if is_rolled(case) and not is_gpu:
         plan = replace(plan, max_unroll=1)
-    alone = replace(plan, recorders=(recorder_alone(*case),))
+    alone = replace(plan, recorders=(ALONE[case],))
     return {"all": plan, "histories": build.history_plan(plan), "alone": alone}
 
 
 def launches_of(case):
     """Return the plans that a case launches, in their order."""
-    return [plan for name, plan in plans_of(case).items() if name in recorded_in(case)]
+    return [plan for name, plan in plans_of(case).items() if name in RECORDED_IN[case]]

@@ -9,34 +9,30 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 from combination_cases import (
-    CASES,
-    CHOOSY,
-    DENSE,
+    ALONE,
+    CONSTRAINED,
+    DEFAULT,
+    FACTORS,
+    FACTORS_OF_MANY,
     FEW,
-    FULL,
-    IN_TURN,
-    KERNEL_DAMPING,
-    LOAD_KINDS,
     MANY,
     NOISE,
-    RECORDED,
+    RECORDED_IN,
     REMAINING,
     SAMPLES,
-    SHOWN,
     SM90,
     SOURCES,
     USUAL_DAMPING,
     in_turn,
-    is_default,
     is_default_on_sm90,
     is_rolled,
     launches_of,
     load_in_turn,
     make_excitation,
     make_structure,
+    may_meet,
     name_of,
-    recorded_in,
-    recorder_alone,
+    pairs_of,
     sm90_plan,
     springs_of_laws,
 )
@@ -79,58 +75,62 @@ def launched(monkeypatch):
     return plans
 
 
+def values_of(case):
+    """Return a case as values of FACTORS and of FACTORS_OF_MANY."""
+    family, dofs, damping, spring, load, method, dtype = case
+    source, load = source_of(method), "noise" if load in NOISE else load
+    names = ("structure", "law", "source", "damping", "load", "dtype", "recorded", "kind")
+    return dict(
+        zip(names, ((family, dofs), spring, source, damping, load, dtype, RECORDED_IN[case], source[0]), strict=True)
+    )
+
+
+def test_all_pairs_that_may_meet_do():
+    rows = [values_of(case) for case in DEFAULT]
+    met = set().union(*(pairs_of({name: row[name] for name in FACTORS}) for row in rows if row["law"] in FEW))
+    constrained = [dict(zip(CONSTRAINED, values, strict=True)) for values in product(*map(FACTORS.get, CONSTRAINED))]
+    allowed = [row for row in constrained if may_meet(row)]
+    due = set().union(*map(pairs_of, allowed))
+    values = {name: {row[name] for row in allowed} if name in CONSTRAINED else set(FACTORS[name]) for name in FACTORS}
+    assert values == {name: set(table) for name, table in FACTORS.items()}  # nothing is kept out altogether
+    for one, other in combinations(FACTORS, 2):
+        if not {one, other} <= set(CONSTRAINED):
+            due |= {((one, a), (other, b)) for a, b in product(values[one], values[other])}
+    assert not due - met
+    of_many = set().union(
+        *(pairs_of({name: row[name] for name in FACTORS_OF_MANY}) for row in rows if row["law"] in MANY)
+    )
+    for one, other in combinations(FACTORS_OF_MANY, 2):
+        assert {((one, a), (other, b)) for a, b in product(FACTORS_OF_MANY[one], FACTORS_OF_MANY[other])} <= of_many
+    for name in ("source", "damping", "load"):
+        assert {row[name] for row in rows if row["law"] in MANY} >= set(FACTORS[name]) - {SOURCES[-1], "matrix"}
+
+
 def test_every_row_is_among_the_cases():
     # A row that no scene leads to, or for which this file has no load, would go untested in silence.
-    assert set(springs_of_laws()) == set(SPRINGS)
+    assert set(springs_of_laws()) == set(SPRINGS) == {*FEW, *MANY}
     for load in LOADS:
         make_excitation(load, 2)
-    default = [case for case in CASES if is_default(case)]
-    # Every law with every method that fits it in every dtype, by `pytest -m thorough`, and no case twice.
+    # Every law with every method that fits it in every dtype, by `pytest -m thorough`.
+    cases = [*DEFAULT, *REMAINING]
     fitting = {(spring, name) for spring, (law, _) in springs_of_laws().items() for name in fitting_methods(law)}
     product_of_all = {(*pair, dtype) for pair, dtype in product(fitting, DTYPES)}
-    assert {(case[3], *case[5:]) for case in FULL + REMAINING} == product_of_all
-    assert len(FULL + REMAINING) == len(product_of_all)
-    assert {case[5:] for case in DENSE} == set(product(METHODS, DTYPES))
-    assert {case[5] for case in default if case[0] == "chain"} == set(METHODS)
+    assert {(case[3], *case[5:]) for case in cases if case[0] == "chain"} == product_of_all
+    assert {case[5:] for case in cases if case[0] == "dense"} == set(product(METHODS, DTYPES))
+    assert len(set(cases)) == len(cases)
+    assert {case[5] for case in DEFAULT if case[0] == "chain"} == set(METHODS)
+    assert {case[4] for case in DEFAULT} == set(LOADS)
     for family in ("chain", "dense"):
-        assert set(RECORDERS[family]) == {
-            recorder_alone(*case) for case in default if case[0] == family and "alone" in recorded_in(case)
-        }
+        alone = {ALONE[case] for case in DEFAULT if case[0] == family and "alone" in RECORDED_IN[case]}
+        assert alone == set(RECORDERS[family])
     on_gpu = [sm90_plan(case) for case in SM90 if is_default_on_sm90(case)]
     assert {source_of(plan.method) for plan in on_gpu} == set(SOURCES)
     assert {case[5] for case in SM90} == set(METHODS)
-    tables = {"law": SPRINGS, "load": LOADS, "dtype": DTYPES}
-    for column, table in tables.items():
+    for column, table in {"law": SPRINGS, "load": LOADS, "dtype": DTYPES}.items():
         assert set(table) <= {getattr(plan, column) for plan in on_gpu}, column
-    assert set(LOADS) <= {case[4] for case in FULL}
-    # By pairs: (law, source of a method), (damping, source) and so on, all there are.
-    names = ("damping", "law", "load", "method", "dtype", "recorded")
-    chains = [dict(zip(names, (*case[2:], recorded_in(case)), strict=True)) for case in FULL]
-    chains = [case | {"method": source_of(case["method"])} for case in chains]
-    choosy = {source_of(method) for method in CHOOSY}
-    met = {(case["law"], case["method"]) for case in chains if case["law"] in MANY}
-    assert {(law, source[0]) for law, source in met} >= set(product(MANY, ("explicit", "implicit")))
-    assert {source for _, source in met} >= set(SOURCES) - choosy
-    assert set(product(MANY, DTYPES)) <= {(case["law"], case["dtype"]) for case in chains}
-    chains = [case for case in chains if case["law"] in FEW]
-    chains = [case | {"load": "noise" if case["load"] in NOISE else case["load"]} for case in chains]
-    tables |= {"method": SOURCES, "law": FEW, "damping": USUAL_DAMPING, "load": LOAD_KINDS, "recorded": RECORDED}
-    for one, other in combinations(tables, 2):
-        met = {(case[one], case[other]) for case in chains}
-        due = set(product(tables[one], tables[other]))
-        missing = {pair for pair in due - met if not set(pair) & choosy}
-        assert not missing, (one, other, missing)
-    dense = {(part, *recorded_in(case)) for case in default if case[0] == "dense" for part in case[5:]}
-    assert all((dtype, *recorded) in dense for dtype, recorded in product(DTYPES, RECORDED))
-    alone = [case for case in default if case[1] == 1 and case[0] == "chain"]
-    assert {part for case in alone for part in case[2:4]} == set(KERNEL_DAMPING) | set(FEW)
-    of_few = {(part, recorded_in(case)) for case in IN_TURN for part in (*case[2:4], case[6])}
-    assert of_few >= set(product([*KERNEL_DAMPING, *FEW, *DTYPES], RECORDED))
-    # A dense method meets two rows, one of each dtype, and one of them compares.
-    assert all(any(len(recorded) > 1 for name, *recorded in dense if name == method) for method in SHOWN)
 
 
-@pytest.mark.parametrize("case", [thorough_unless(is_default(case), case, id=name_of(case)) for case in CASES])
+@pytest.mark.parametrize("case", [thorough_unless(case in DEFAULT, case, id=name_of(case)) for case in RECORDED_IN])
 def test_combination(case, launched, monkeypatch):
     family, dofs, damping, spring, load, method, dtype = case
     if is_rolled(case):
@@ -138,7 +138,7 @@ def test_combination(case, launched, monkeypatch):
         monkeypatch.setattr(build, "CPU_LONG_UNROLL", 1)
         monkeypatch.setattr(build, "GLIDING_CHAIN", 1)
     structure, excitation = make_structure(family, dofs, damping, spring), make_excitation(load, dofs)
-    alone, kernels = recorder_alone(*case), recorded_in(case)
+    alone, kernels = ALONE[case], RECORDED_IN[case]
 
     def run_of(recorders, **kept):
         scene = wd.Scene(structure, excitation, recorders=recorders, tail=1.2)
