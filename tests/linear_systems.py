@@ -4,7 +4,7 @@ import numpy as np
 
 import warpdyn as wd
 from warpdyn.structures.modal import modal_damping_matrix
-from warpdyn.truth.linear import piecewise_linear_response
+from warpdyn.truth import piecewise_linear_response
 
 # Three storeys of 9, 29 and 45 rad/s, and their matrices; the storeys' dampers are not proportional to anything.
 MASS, STIFFNESS, DAMPER = np.array([2e3, 1.5e3, 1e3]), np.array([1.2e6, 9e5, 5e5]), np.array([2e4, 1e3, 9e3])

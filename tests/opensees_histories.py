@@ -15,7 +15,6 @@ from opensees import chain_drifts
 
 import warpdyn as wd
 from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.ground_motions.records import far_field
 
 LIMIT = 0.1  # collapse drift ratio
 RECORDS = (0, 9, 18, 27, 36)  # of the far-field set: five earthquakes
@@ -196,7 +195,7 @@ def compare(compared: Compared, record: int, level: float, ours: float = OURS, t
     building, period = compared.building, compared.building.fundamental_period
     scene = wd.Scene(
         building,
-        wd.Stripes([far_field()[record]], [level], wd.SpectralAcceleration(period)),
+        wd.Stripes([wd.records.far_field()[record]], [level], wd.SpectralAcceleration(period)),
         recorders=("drift", "residual"),
         collapse_drift_ratio=LIMIT,
         tail=TAIL * period,

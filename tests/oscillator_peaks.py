@@ -10,13 +10,13 @@ from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
-from warpdyn.ground_motions.motions import GroundMotion
+import warpdyn as wd
 
 INSTANTS_PER_PERIOD = 100
 TERMS = 14  # of the exponential between neighbouring instants, where the next one is 0.06^14 / 14! = 1e-28
 
 
-def largest_displacement(motion: GroundMotion, period: float, damping_ratio: float) -> float:
+def largest_displacement(motion: wd.GroundMotion, period: float, damping_ratio: float) -> float:
     """Return it [m] for a base acceleration that is linear between its samples and zero after them.
 
     The displacement is exact at 100 instants a period and at every sample. Wherever it might gain enough until the next
@@ -63,7 +63,7 @@ def largest_displacement(motion: GroundMotion, period: float, damping_ratio: flo
     return tops(states[:, -1:], 0.51 * 2 * np.pi / root.imag, peak) / root.imag
 
 
-def integrated_displacement(motion: GroundMotion, period: float, damping_ratio: float) -> float:
+def integrated_displacement(motion: wd.GroundMotion, period: float, damping_ratio: float) -> float:
     """Return the same from DOP853, one run a step of the record, extrema located by its events."""
     frequency, last = 2 * np.pi / period, motion.acceleration.size - 1
     state, peak = np.zeros(2), 0.0

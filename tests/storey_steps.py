@@ -8,10 +8,10 @@ import numpy as np
 import warp as wp
 import xarray as xr
 
+import warpdyn as wd
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
-from warpdyn.structures.shear_building import ShearBuilding
 
 CHORD = 1e-7  # of the path's largest drift
 
@@ -51,7 +51,7 @@ def step_kernel(row: str, dtype_name: str) -> wp.Kernel:
     return take_steps
 
 
-def steps(building: ShearBuilding, drift: np.ndarray, dtype: str = "float64") -> xr.Dataset:
+def steps(building: wd.ShearBuilding, drift: np.ndarray, dtype: str = "float64") -> xr.Dataset:
     """Return what the law of a one-storey building says at each step; NaN where its kernel wrote nothing."""
     parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
     row = LAWS[building.law].spring(parameters)

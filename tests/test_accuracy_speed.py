@@ -13,9 +13,7 @@ import xarray as xr
 from conftest import ROOT
 from matplotlib import image
 
-from warpdyn.truth.bilinear import bilinear_chain_response
-from warpdyn.truth.bouc_wen import bouc_wen_chain_response
-from warpdyn.truth.linear import harmonic_response
+from warpdyn.truth import bilinear_chain_response, bouc_wen_chain_response, harmonic_response
 
 sys.path.insert(0, str(ROOT / "studies"))
 points, scenes_of, promises, decision, figures = (

@@ -6,9 +6,7 @@ from scipy.linalg import eigh
 
 import warpdyn as wd
 from warpdyn.structures.modal import chain_stiffness_matrix
-from warpdyn.truth.bilinear import bilinear_chain_response
-from warpdyn.truth.bouc_wen import bouc_wen_chain_response
-from warpdyn.truth.linear import piecewise_linear_response
+from warpdyn.truth import bilinear_chain_response, bouc_wen_chain_response, piecewise_linear_response
 
 MASS, STIFFNESS, STEP = np.array([1e5, 1e5, 8e4]), np.array([8e7, 6e7, 5e7]), 0.02
 YIELD_FORCE, HARDENING = np.array([2.2e5, 1.8e5, 1.2e5]), 0.05

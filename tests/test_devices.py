@@ -10,7 +10,6 @@ from scipy.linalg import eigh, expm
 from scipy.special import gamma
 
 import warpdyn as wd
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS = 2.0e7
 PROTOCOLS = {
@@ -41,7 +40,7 @@ def storey(**parameters):
 
 
 def forces(drift, **parameters):
-    return storey_hysteresis(storey(**parameters), drift).storey_force.values[:, 0]
+    return wd.storey_hysteresis(storey(**parameters), drift).storey_force.values[:, 0]
 
 
 def history(building, load, step, method="rk4", dtype="float64", **options):
@@ -81,7 +80,7 @@ def test_gap_keeps_its_share_of_the_work():
     restitution, stiffness, clearance = 0.6, 3e8, 0.01
     device = {"devices": ("gap",), "contact_stiffness": stiffness, "restitution": restitution}
     drift = finer(np.array([0.03, 0.0, -0.02, 0.0, 0.02, 0.017, 0.02, 0.0]), 2000)
-    found = storey_hysteresis(storey(clearance=clearance, **device), drift).dissipated_energy.values[:, 0]
+    found = wd.storey_hysteresis(storey(clearance=clearance, **device), drift).dissipated_energy.values[:, 0]
     # Pressed in by 20 mm, 10 mm the other way and 10 mm again, there let go a little: that far it is elastic.
     lost = (1 - restitution**2) * 0.5 * stiffness * np.array([0.02, 0.01, 0.01]) ** 2
     # Steps of 5 to 15 um, where the trapezoidal rule passes a corner: one step's width times the force there.
@@ -168,7 +167,7 @@ DISSIPATIVE = {
 @pytest.mark.parametrize("name", DISSIPATIVE)
 def test_dissipated_energy_never_falls(name, protocol):
     fine = finer(PROTOCOLS[protocol], 40)
-    found = storey_hysteresis(storey(**DISSIPATIVE[name]), fine)
+    found = wd.storey_hysteresis(storey(**DISSIPATIVE[name]), fine)
     dissipated = found.dissipated_energy.values[:, 0]
     assert dissipated[-1] > 100
     # A step across a corner of the path misses the triangle there: at most the change of stiffness times step^2 / 8.

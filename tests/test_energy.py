@@ -6,7 +6,7 @@ from scipy.integrate import simpson
 from scipy.linalg import eigh
 
 import warpdyn as wd
-from warpdyn.truth.linear import harmonic_response, piecewise_linear_response
+from warpdyn.truth import harmonic_response, piecewise_linear_response
 
 # Three storeys of 9, 29 and 45 rad/s.
 MASS, STIFFNESS = np.array([2000.0, 1500.0, 1000.0]), np.array([1.2e6, 9e5, 5e5])

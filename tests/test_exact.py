@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from seed_problem import AMPLITUDE, DAMPING, MASS, SEED_DISPLACEMENT, STIFFNESS
 
-from warpdyn.truth.linear import harmonic_response, piecewise_linear_response
+from warpdyn.truth import harmonic_response, piecewise_linear_response
 
 NONCLASSICAL = np.array([[60.0, -30, 0], [-30, 430, -400], [0, -400, 400]])
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
 
-from warpdyn.truth.bilinear import bilinear_chain_response
-from warpdyn.truth.linear import piecewise_linear_response
+from warpdyn.truth import bilinear_chain_response, piecewise_linear_response
 
 
 def oscillator(force, step, hardening_ratio=0.0, damping=0.0, **initial):

@@ -5,8 +5,7 @@ import pytest
 from scipy.integrate import simpson, solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from warpdyn.truth.bouc_wen import bouc_wen_chain_response
-from warpdyn.truth.linear import piecewise_linear_response
+from warpdyn.truth import bouc_wen_chain_response, piecewise_linear_response
 
 
 def oscillator(force, step, velocity, mass=1.0, **law):

@@ -6,7 +6,7 @@ import xarray as xr
 from scipy.optimize import minimize
 from scipy.stats import beta, norm
 
-from warpdyn.statistics.fragility_curves import fragility
+import warpdyn as wd
 from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, fit_lognormal
 
 
@@ -50,7 +50,7 @@ def test_fractions_curves_and_labels():
         record=[0, 0, 5, 5, 0, 0, 5, 5],
         level=[0.5, 0.5, 0.5, 0.5, 1.0, 1.0, 1.0, 1.0],
     )
-    result = fragility(run, {"light": 0.02, "heavy": 0.04}, bootstrap=50)
+    result = wd.fragility(run, {"light": 0.02, "heavy": 0.04}, bootstrap=50)
     # Counted by hand; 0.02 does not exceed 0.02.
     assert result["exceeding_samples"].values.tolist() == [[3, 3], [1, 2]]
     assert result["valid_samples"].values.tolist() == [4, 4]
@@ -70,7 +70,7 @@ def test_fractions_curves_and_labels():
 
 def test_file_round_trip_keeps_every_variable_labelled(tmp_path):
     run = synthetic_run(1)
-    result = fragility(run, {"light": 0.01, "heavy": 0.03}, bootstrap=40, confidence=0.9, seed=3)
+    result = wd.fragility(run, {"light": 0.01, "heavy": 0.03}, bootstrap=40, confidence=0.9, seed=3)
     assert {"bootstrap_replicates": 40, "confidence": 0.9, "bootstrap_seed": 3}.items() <= result.attrs.items()
     assert "Baker" in result.attrs["fragility_method"]
     for name, variable in result.drop_vars("damage_state").variables.items():
@@ -101,7 +101,7 @@ def test_collapse_counts_as_exceeding_even_without_a_demand():
         pytest.warns(UserWarning, match="'heavy' has no lognormal fit: not_increasing"),
         pytest.warns(UserWarning, match=r"the limit 0.02 lies above the drift at which samples collapsed"),
     ):
-        result = fragility(collapsed, limits, bootstrap=20)
+        result = wd.fragility(collapsed, limits, bootstrap=20)
     assert result["exceeding_samples"].sel(damage_state="heavy").values.tolist() == [7, 0, 0, 0, 0, 0]
     by_storey = result["storey_exceedance_fraction"].sel(damage_state="heavy", stripe=0.3)
     assert by_storey.values.tolist() == [7 / 300, 7 / 300]
@@ -112,11 +112,11 @@ def test_diverged_and_unstable_samples_are_kept_out():
     run = synthetic_run(3)
     out = np.arange(5, 1800, 100)  # 18 of 1800: exactly the 1 % that is allowed
     marked = with_status(with_status(with_status(run, out[:10], 2), out[10:14], 3), out[14:], 4)
-    result = fragility(marked, {"light": 0.02}, bootstrap=60)
+    result = wd.fragility(marked, {"light": 0.02}, bootstrap=60)
     assert result["excluded_samples"].item() == 18
     assert result["excluded_samples"].attrs["comment"] == "diverged: 10, unstable_step: 4, not_converged: 4"
     # The rest alone give the same numbers.
-    without = fragility(run.isel(sample=np.setdiff1d(np.arange(1800), out)), {"light": 0.02}, bootstrap=60)
+    without = wd.fragility(run.isel(sample=np.setdiff1d(np.arange(1800), out)), {"light": 0.02}, bootstrap=60)
     xr.testing.assert_identical(result.drop_vars("excluded_samples"), without.drop_vars("excluded_samples"))
 
 
@@ -126,7 +126,7 @@ def test_more_than_one_per_cent_kept_out_is_refused():
     second = np.flatnonzero((run["motion_index"] == 4).values & (run["im_level"] == 1.5).values)
     marked = with_status(with_status(run, first, 2), second[:9], 3)
     with pytest.raises(ValueError, match=r"19 of 1800 samples \(1.06 %\).*10 diverged, 9 unstable_step") as raised:
-        fragility(marked, {"light": 0.02})
+        wd.fragility(marked, {"light": 0.02})
     assert "motion_index 7 (10), 4 (9); and in im_level 2.0 (10), 1.5 (9) g" in str(raised.value)
 
 
@@ -134,13 +134,13 @@ def test_status_is_read_by_its_meanings():
     run = synthetic_run(4)
     flags = {"flag_values": np.int8([8, 4, 2, 1]), "flag_meanings": "ok unstable_step diverged collapsed"}
     renamed = run.assign(status=("sample", np.full(1800, 8, np.int8), flags))
-    plain, other = (fragility(one, {"light": 0.02}, bootstrap=5) for one in (run, renamed))
+    plain, other = (wd.fragility(one, {"light": 0.02}, bootstrap=5) for one in (run, renamed))
     xr.testing.assert_identical(plain, other)
 
 
 def test_bootstrap_equals_a_direct_loop():
     run = synthetic_run(6, records=7, structures=5, within=0.5)
-    result = fragility(run, {"light": 0.02}, bootstrap=60, confidence=0.8, seed=9)
+    result = wd.fragility(run, {"light": 0.02}, bootstrap=60, confidence=0.8, seed=9)
     # The same records drawn, then everything by hand: samples copied, counted and fitted one replicate at a time.
     worst = run["peak_storey_drift_ratio"].values.max(axis=1)
     record, level = run["motion_index"].values, run["im_level"].values
@@ -173,7 +173,7 @@ def test_bootstrap_intervals_have_the_width_of_the_estimators_spread():
     levels = np.array([0.3, 0.6, 0.9, 1.2, 1.5, 2.0])
 
     def log_width(run):
-        result = fragility(run, {"light": 0.02}, bootstrap=300)
+        result = wd.fragility(run, {"light": 0.02}, bootstrap=300)
         return float(np.log(result["fragility_median_upper"] / result["fragility_median_lower"]).item())
 
     # One storey, so that capacity is lognormal with dispersion hypot(.35, .2); records shared over all levels.
@@ -201,13 +201,13 @@ def test_bootstrap_intervals_have_the_width_of_the_estimators_spread():
 
 def test_the_same_seed_gives_the_same_result_and_another_does_not():
     run, limits = synthetic_run(8), {"light": 0.01, "heavy": 0.03}
-    first = fragility(run, limits, bootstrap=30, seed=1)
-    xr.testing.assert_identical(first, fragility(run, limits, bootstrap=30, seed=1))
+    first = wd.fragility(run, limits, bootstrap=30, seed=1)
+    xr.testing.assert_identical(first, wd.fragility(run, limits, bootstrap=30, seed=1))
     # Neither the order of the samples nor the labels of the records matter beyond their order.
     shuffled = run.isel(sample=np.random.default_rng(0).permutation(1800))
     shuffled = shuffled.assign_coords(motion_index=shuffled["motion_index"] * 3)
-    xr.testing.assert_identical(first, fragility(shuffled, limits, bootstrap=30, seed=1))
-    other = fragility(run, limits, bootstrap=30, seed=2)
+    xr.testing.assert_identical(first, wd.fragility(shuffled, limits, bootstrap=30, seed=1))
+    other = wd.fragility(run, limits, bootstrap=30, seed=2)
     assert (other["fragility_median_lower"] != first["fragility_median_lower"]).all()
     xr.testing.assert_identical(other["fragility_median"], first["fragility_median"])
 
@@ -215,7 +215,7 @@ def test_the_same_seed_gives_the_same_result_and_another_does_not():
 def test_one_record_has_no_interval():
     run = synthetic_run(10, records=1, structures=200)
     with pytest.warns(UserWarning, match="one record"):
-        result = fragility(run, {"light": 0.02})
+        result = wd.fragility(run, {"light": 0.02})
     assert np.isfinite(result["fragility_median"]).all()
     for name in ["fragility_median", "fragility_dispersion", "fragility_curve", "storey_fragility_dispersion"]:
         assert result[f"{name}_lower"].isnull().all()
@@ -230,7 +230,7 @@ def test_no_interval_where_too_few_replicates_are_fitted():
     drift[0] = [0.03, 0.01, 0.03]
     run = make_run(drift.ravel(), np.repeat(range(5), 3), np.tile(levels, 5))
     with pytest.warns(UserWarning, match=r"'light', (worst storey|storey 1): only .* % of the bootstrap replicates"):
-        result = fragility(run, {"light": 0.02}, bootstrap=400)
+        result = wd.fragility(run, {"light": 0.02}, bootstrap=400)
     # Four standard deviations of a proportion of 400.
     assert result["bootstrap_fitted"].item() == pytest.approx(1 - 0.8**5, abs=4 * np.sqrt(0.33 * 0.67 / 400))
     assert np.isfinite(result["fragility_median"]).all()
@@ -241,8 +241,8 @@ def test_no_interval_where_too_few_replicates_are_fitted():
 @pytest.mark.filterwarnings("error")
 def test_a_storey_is_fitted_as_if_it_were_the_only_one():
     run, limits = synthetic_run(12), {"light": 0.01, "heavy": 0.03}
-    both = fragility(run, limits, bootstrap=20)
-    alone = fragility(run.isel(storey=[1]), limits, bootstrap=20)
+    both = wd.fragility(run, limits, bootstrap=20)
+    alone = wd.fragility(run.isel(storey=[1]), limits, bootstrap=20)
     for name in ["exceedance_fraction", "fragility_median", "fragility_dispersion"]:
         for side in ["", "_lower", "_upper"]:
             expected = alone[f"{name}{side}"].values
@@ -280,7 +280,7 @@ def test_a_storey_is_fitted_as_if_it_were_the_only_one():
 )
 def test_bad_runs_are_refused(change, message):
     with pytest.raises(ValueError, match=message):
-        fragility(change(synthetic_run(13)), {"light": 0.02})
+        wd.fragility(change(synthetic_run(13)), {"light": 0.02})
 
 
 @pytest.mark.parametrize(
@@ -300,4 +300,4 @@ def test_bad_runs_are_refused(change, message):
 )
 def test_bad_arguments_are_refused(limits, options, error, message):
     with pytest.raises(error, match=message):
-        fragility(synthetic_run(13), limits, **options)
+        wd.fragility(synthetic_run(13), limits, **options)

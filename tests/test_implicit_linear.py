@@ -19,7 +19,7 @@ from linear_systems import (
 
 import warpdyn as wd
 from warpdyn.methods.table import METHODS
-from warpdyn.truth.linear import harmonic_response
+from warpdyn.truth import harmonic_response
 
 # Steps of several a period, in which a few per cent of the energy go astray.
 pytestmark = pytest.mark.filterwarnings("ignore:the energy balance")

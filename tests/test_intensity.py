@@ -12,24 +12,14 @@ from scipy.stats import gmean
 
 import warpdyn as wd
 import warpdyn.plots.ensembles
-from warpdyn.ground_motions.intensity_measures import (
-    AriasIntensity,
-    AverageSpectralAcceleration,
-    IntensityMeasure,
-    PeakGroundAcceleration,
-    PeakGroundVelocity,
-    SignificantDuration,
-    SpectralAcceleration,
-    spectral_acceleration,
-)
-from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.intensity_measures import IntensityMeasure, spectral_acceleration
 
 G = 9.80665
-MOTIONS = [GroundMotion(np.random.default_rng(i).normal(size=30 + 10 * i), 0.1, f"motion {i}") for i in range(3)]
+MOTIONS = [wd.GroundMotion(np.random.default_rng(i).normal(size=30 + 10 * i), 0.1, f"motion {i}") for i in range(3)]
 
 
 def test_shapes():
-    motion = GroundMotion([0.0, 1.0, -2.0, 0.5], 0.1)
+    motion = wd.GroundMotion([0.0, 1.0, -2.0, 0.5], 0.1)
     periods = np.array([[0.3, 0.5, 1.0], [2.0, 3.0, 4.0]])
     result = spectral_acceleration(motion, periods)
     assert result.shape == (2, 3)
@@ -41,51 +31,52 @@ def test_shapes():
 
 
 def test_measures():
-    motion = GroundMotion([0.0, 1.0, -2.0, 0.5], 0.1)
-    assert PeakGroundAcceleration().value(motion) == 2.0
-    assert PeakGroundAcceleration().name == "PGA"
-    measure = SpectralAcceleration(0.75)
+    motion = wd.GroundMotion([0.0, 1.0, -2.0, 0.5], 0.1)
+    assert wd.PeakGroundAcceleration().value(motion) == 2.0
+    assert wd.PeakGroundAcceleration().name == "PGA"
+    measure = wd.SpectralAcceleration(0.75)
     assert measure.name == "Sa(0.75 s, 5 %)"
-    assert SpectralAcceleration(2, damping_ratio=0.025).name == "Sa(2 s, 2.5 %)"
+    assert wd.SpectralAcceleration(2, damping_ratio=0.025).name == "Sa(2 s, 2.5 %)"
     assert measure.value(motion) == spectral_acceleration(motion, 0.75, 0.05)
-    assert measure == SpectralAcceleration(0.75, 0.05)
-    assert SignificantDuration(0.05, 0.75).name == "D5-75"
+    assert measure == wd.SpectralAcceleration(0.75, 0.05)
+    assert wd.SignificantDuration(0.05, 0.75).name == "D5-75"
     with pytest.raises(AttributeError):
         measure.period = 1.0
 
 
 def test_average_spectral_acceleration():
     periods = np.arange(0.15, 2.25, 0.01)
-    measure = AverageSpectralAcceleration(periods, 0.02)
+    measure = wd.AverageSpectralAcceleration(periods, 0.02)
     assert measure.name == "Sa_avg(0.15 to 2.24 s, 210 periods, 2 %)"
-    assert measure == AverageSpectralAcceleration(list(periods), 0.02)
+    assert measure == wd.AverageSpectralAcceleration(list(periods), 0.02)
     for motion, value in zip(MOTIONS, measure.values(MOTIONS), strict=True):
         assert value == pytest.approx(gmean(spectral_acceleration(motion, periods, 0.02)), rel=1e-13)
         assert value == measure.value(motion)
-    single = AverageSpectralAcceleration([0.7])
-    np.testing.assert_allclose(single.values(MOTIONS), SpectralAcceleration(0.7).values(MOTIONS), rtol=1e-15)
+    single = wd.AverageSpectralAcceleration([0.7])
+    np.testing.assert_allclose(single.values(MOTIONS), wd.SpectralAcceleration(0.7).values(MOTIONS), rtol=1e-15)
 
 
-@pytest.mark.parametrize("measure", [SpectralAcceleration(0.6), AverageSpectralAcceleration([0.2, 0.6, 1.8])])
+@pytest.mark.parametrize("measure", [wd.SpectralAcceleration(0.6), wd.AverageSpectralAcceleration([0.2, 0.6, 1.8])])
 def test_stripes_are_scaled_to_their_level(measure):
     stripes = wd.Stripes(MOTIONS, [0.3, 1.2], measure)
     assignment = stripes.assign(structures=[0], seed=0)
     assert assignment.units == "g"
     assert assignment.measure == measure.name
     for motion, scale, level in zip(assignment.motion, assignment.scale, assignment.im_level, strict=True):
-        scaled = GroundMotion(scale * MOTIONS[motion].acceleration, MOTIONS[motion].step)
+        scaled = wd.GroundMotion(scale * MOTIONS[motion].acceleration, MOTIONS[motion].step)
         assert measure.value(scaled) == pytest.approx(level * G, rel=1e-13)
 
 
 @pytest.mark.parametrize(
-    ("measure", "units"), [(PeakGroundVelocity(), "m s-1"), (AriasIntensity(), "m s-1"), (SignificantDuration(), "s")]
+    ("measure", "units"),
+    [(wd.PeakGroundVelocity(), "m s-1"), (wd.AriasIntensity(), "m s-1"), (wd.SignificantDuration(), "s")],
 )
 def test_other_measures_label_what_runs_at_any_scale(measure, units):
     cloud = wd.Cloud(MOTIONS, measure).assign(structures=[0, 1], seed=0)
     assert cloud.units == units
     np.testing.assert_allclose(cloud.im_level, np.tile(measure.values(MOTIONS), 2), rtol=1e-15)
     individual = wd.OneMotionPerStructure(MOTIONS, motion=[2, 0], scale=[0.5, 3.0], measure=measure).assign([0, 1], 0)
-    scaled = [GroundMotion(0.5 * MOTIONS[2].acceleration, 0.1), GroundMotion(3.0 * MOTIONS[0].acceleration, 0.1)]
+    scaled = [wd.GroundMotion(0.5 * MOTIONS[2].acceleration, 0.1), wd.GroundMotion(3.0 * MOTIONS[0].acceleration, 0.1)]
     np.testing.assert_allclose(individual.im_level, measure.values(scaled), rtol=1e-12)
     with pytest.raises(ValueError, match=r"levels_in_g are of an acceleration: .*, got .*"):
         wd.Stripes(MOTIONS, [0.1, 0.2], measure)
@@ -93,7 +84,7 @@ def test_other_measures_label_what_runs_at_any_scale(measure, units):
 
 def test_units_reach_the_dataset():
     structure = wd.ShearBuilding(mass=1.0, stiffness=[100.0], height=3.0)
-    run = wd.simulate(wd.Scene(structure, wd.Cloud(MOTIONS, PeakGroundVelocity())), device="cpu")
+    run = wd.simulate(wd.Scene(structure, wd.Cloud(MOTIONS, wd.PeakGroundVelocity())), device="cpu")
     assert run["im_level"].attrs["units"] == "m s-1"
     assert run["im_level"].attrs["long_name"] == "PGV of the scaled motion"
     assert "comment" not in run["im_level"].attrs
@@ -114,43 +105,43 @@ def test_every_measure_is_in_si_units_and_named():
 
 
 def test_silence_has_no_intensity():
-    motion = GroundMotion(np.zeros(5), 0.1)
-    assert AverageSpectralAcceleration([0.5, 1.0]).value(motion) == 0.0
-    assert SpectralAcceleration(1.0).value(motion) == 0.0
-    assert PeakGroundAcceleration().value(motion) == 0.0
+    motion = wd.GroundMotion(np.zeros(5), 0.1)
+    assert wd.AverageSpectralAcceleration([0.5, 1.0]).value(motion) == 0.0
+    assert wd.SpectralAcceleration(1.0).value(motion) == 0.0
+    assert wd.PeakGroundAcceleration().value(motion) == 0.0
 
 
 @pytest.mark.parametrize("period", [0.0, -1.0, np.nan, np.inf, "1", None])
 def test_bad_period(period):
     with pytest.raises(ValueError, match="period must be"):
-        SpectralAcceleration(period)
+        wd.SpectralAcceleration(period)
     with pytest.raises(ValueError, match="period must be"):
-        spectral_acceleration(GroundMotion([0.0, 1.0], 0.1), [1.0, period])
+        spectral_acceleration(wd.GroundMotion([0.0, 1.0], 0.1), [1.0, period])
 
 
 def test_one_measure_has_one_period():
     with pytest.raises(ValueError, match="period must be one number"):
-        SpectralAcceleration([0.5, 1.0])
+        wd.SpectralAcceleration([0.5, 1.0])
 
 
 @pytest.mark.parametrize("damping_ratio", [-0.01, 1.0, 5, np.nan, "0.05", None])
 def test_bad_damping_ratio(damping_ratio):
     with pytest.raises(ValueError, match="damping_ratio must be a number from 0"):
-        SpectralAcceleration(1.0, damping_ratio)
+        wd.SpectralAcceleration(1.0, damping_ratio)
     with pytest.raises(ValueError, match="damping_ratio must be a number from 0"):
-        spectral_acceleration(GroundMotion([0.0, 1.0], 0.1), 1.0, damping_ratio)
+        spectral_acceleration(wd.GroundMotion([0.0, 1.0], 0.1), 1.0, damping_ratio)
 
 
 @pytest.mark.parametrize(("start", "end"), [(0.0, 0.95), (0.05, 1.0), (0.75, 0.05), (0.5, 0.5), (-0.1, 0.5)])
 def test_bad_duration(start, end):
     with pytest.raises(ValueError, match="start"):
-        SignificantDuration(start, end)
+        wd.SignificantDuration(start, end)
 
 
 @pytest.mark.parametrize("periods", [[], 1.0, [[1.0, 2.0]], [1.0, 0.0], [np.nan], "T", [1.0, None]])
 def test_bad_periods_of_an_average(periods):
     with pytest.raises(ValueError, match="periods must be"):
-        AverageSpectralAcceleration(periods)
+        wd.AverageSpectralAcceleration(periods)
 
 
 def test_bad_motions_of_intensity_measures():

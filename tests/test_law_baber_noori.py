@@ -7,7 +7,6 @@ from storey_steps import steps
 
 import warpdyn as wd
 from warpdyn.laws import LAWS
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -66,7 +65,7 @@ def theirs(shape, rules, drift):
 def test_opensees(protocol, rules):
     drift = PROTOCOLS[protocol]
     for shape in SHAPES:
-        ours = storey_hysteresis(building(shape, RULES[rules]), finer(drift, 8)).storey_force.values[7::8, 0]
+        ours = wd.storey_hysteresis(building(shape, RULES[rules]), finer(drift, 8)).storey_force.values[7::8, 0]
         # OpenSees goes along a step by Euler's backward rule, of first order: twice its forces at a step less those at
         # twice the step are of second order.
         expected, coarse = (theirs(shape, RULES[rules], finer(drift, n))[n - 1 :: n] for n in (100, 50))
@@ -77,7 +76,7 @@ def test_opensees(protocol, rules):
 def test_order_along_a_step():
     drift = finer(PROTOCOLS["growing"], 2)
     ours = [
-        storey_hysteresis(building(SHAPES[1], RULES["sharp"]), finer(drift, n)).storey_force.values[n - 1 :: n, 0]
+        wd.storey_hysteresis(building(SHAPES[1], RULES["sharp"]), finer(drift, n)).storey_force.values[n - 1 :: n, 0]
         for n in (1, 2, 16)
     ]
     coarse, fine = (np.abs(force - ours[2]).max() for force in ours[:2])
@@ -90,8 +89,8 @@ def test_none_of_it_is_bouc_wen():
     for hardening, beta, gamma, exponent in SHAPES:
         given = {"yield_force": YIELD_FORCE, "hardening_ratio": hardening, "beta": beta, "gamma": gamma}
         plain = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law="bouc_wen", exponent=exponent, **given)
-        ours = storey_hysteresis(building((hardening, beta, gamma, exponent), {}), drift)
-        expected = storey_hysteresis(plain, drift)
+        ours = wd.storey_hysteresis(building((hardening, beta, gamma, exponent), {}), drift)
+        expected = wd.storey_hysteresis(plain, drift)
         np.testing.assert_allclose(ours.storey_force, expected.storey_force, rtol=0, atol=1e-9 * YIELD_FORCE)
         np.testing.assert_allclose(ours.dissipated_energy, expected.dissipated_energy, atol=1e-9 * YIELD_ENERGY)
 
@@ -100,7 +99,7 @@ def test_growth_goes_no_lower_than_zero():
     # Pushed one way with beta + gamma = n = 1: z' = A - z and A' = -z / 2 over the yield drift, a damped oscillation.
     u = np.linspace(0, 20, 4001)[1:]
     shape, rules = (0.0, 0.5, 0.5, 1.0), {"growth_loss": 0.5}
-    ours = storey_hysteresis(building(shape, rules), u * YIELD_DRIFT).storey_force.values[:, 0] / YIELD_FORCE
+    ours = wd.storey_hysteresis(building(shape, rules), u * YIELD_DRIFT).storey_force.values[:, 0] / YIELD_FORCE
     oscillation = 2 * np.exp(-u / 2) * np.sin(u / 2)
     growth = np.exp(-u / 2) * (np.cos(u / 2) + np.sin(u / 2))
     lost = np.argmax(growth < 0)
@@ -133,7 +132,7 @@ def test_pinching_is_centred_on_the_bound_that_degrades():
         middle = rate(z + dz * (u - last) / 2, e + de * (u - last) / 2)
         z, e = z + middle[0] * (u - last), e + middle[1] * (u - last)
     expected = hardening * STIFFNESS * 6 * YIELD_DRIFT + (1 - hardening) * YIELD_FORCE * z
-    force = storey_hysteresis(building(shape, rules), path[599::600] * YIELD_DRIFT).storey_force.values[-1, 0]
+    force = wd.storey_hysteresis(building(shape, rules), path[599::600] * YIELD_DRIFT).storey_force.values[-1, 0]
     assert force == pytest.approx(expected, rel=1e-6)
 
 
@@ -141,7 +140,7 @@ def test_pinching_is_centred_on_the_bound_that_degrades():
 def test_energy_closes_and_never_falls(rules):
     drift = finer(PROTOCOLS["random"], 20)
     for shape in SHAPES:
-        result = storey_hysteresis(building(shape, RULES[rules]), drift)
+        result = wd.storey_hysteresis(building(shape, RULES[rules]), drift)
         force, dissipated = result.storey_force.values[:, 0], result.dissipated_energy.values[:, 0]
         work = np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(drift)) + force[0] * drift[0] / 2
         # Where the hysteretic force is 0 only the hardening spring stores energy.

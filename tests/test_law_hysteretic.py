@@ -7,7 +7,6 @@ from storey_steps import steps
 
 import warpdyn as wd
 from warpdyn.laws import LAWS
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -62,7 +61,7 @@ def theirs(backbone, rules, drift):
 def test_opensees(protocol, rules):
     drift = PROTOCOLS[protocol]
     for name, backbone in BACKBONES.items():
-        ours = storey_hysteresis(building(backbone, RULES[rules]), drift).storey_force.values[:, 0]
+        ours = wd.storey_hysteresis(building(backbone, RULES[rules]), drift).storey_force.values[:, 0]
         expected = theirs(backbone, RULES[rules], drift)
         assert np.ptp(expected) > 1.2 * YIELD_FORCE
         # The same rules, rounded otherwise.
@@ -73,7 +72,7 @@ def test_backbone_that_comes_to_no_force_where_opensees_rounds_it_above():
     # The line of this backbone's third part is 1e-11 N where it crosses zero in OpenSees, which takes the storey for
     # one that never lost its strength: coming back from 9 dy it pushes at once, where ours waits for 8 dy.
     backbone, drift = (2, 1.3, 8, 0.0), YIELD_DRIFT / 10 * np.concatenate([np.arange(1, 91), np.arange(89, -11, -1)])
-    ours = storey_hysteresis(building(backbone, RULES["plain"]), drift).storey_force.values[:, 0]
+    ours = wd.storey_hysteresis(building(backbone, RULES["plain"]), drift).storey_force.values[:, 0]
     expected = theirs(backbone, RULES["plain"], drift)
     coming_back = np.arange(drift.size) >= 90
     np.testing.assert_allclose(ours[:90], expected[:90], rtol=0, atol=1e-9 * YIELD_FORCE)
@@ -86,7 +85,7 @@ def test_unloading_is_no_softer_than_towards_the_origin():
     # f = 1.22 at 5 dy: by 1 / 5 of the first stiffness unloading would come to no force at -1.1 dy.
     backbone, rules = (3, 1.2, 8, 1.25), (1.0, 1.0, 0.0, 0.0, 1.0)
     drift = growing(YIELD_DRIFT * np.full(4, 5.0), 500)
-    result = storey_hysteresis(building(backbone, rules), drift)
+    result = wd.storey_hysteresis(building(backbone, rules), drift)
     force = result.storey_force.values[:, 0]
     top = np.argmax(drift > 5 * YIELD_DRIFT * (1 - 1e-12))
     down = slice(top, top + 250)  # to the origin
@@ -107,7 +106,7 @@ def test_unloading_is_no_softer_than_towards_the_origin():
 @pytest.mark.parametrize("backbone", BACKBONES)
 def test_energy_closes_and_never_falls(backbone, rules):
     drift = wandering(10 * YIELD_DRIFT, 30, 400, seed=2)
-    result = storey_hysteresis(building(BACKBONES[backbone], RULES[rules]), drift)
+    result = wd.storey_hysteresis(building(BACKBONES[backbone], RULES[rules]), drift)
     force, dissipated = result.storey_force.values[:, 0], result.dissipated_energy.values[:, 0]
     work = np.concatenate([[0], np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(drift))]) + force[0] * drift[0] / 2
     # Unloading is along stiffness / ductility^exponent, or stiffer: what is stored cannot be less than with the first.

@@ -7,7 +7,6 @@ from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
 from warpdyn.laws import LAWS
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -75,7 +74,7 @@ def building(kind, **changes):
 
 
 def hysteresis(kind, drift, **changes):
-    run = storey_hysteresis(building(kind, **changes), drift)
+    run = wd.storey_hysteresis(building(kind, **changes), drift)
     return run.storey_force.values[:, 0], run.dissipated_energy.values[:, 0]
 
 

@@ -6,7 +6,6 @@ from law_steps import check_steps
 from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -50,7 +49,7 @@ def test_forces_are_those_of_opensees(case, protocol):
     *curve, isotropic, ductility = CASES[case]
     given = [YIELD_FORCE, STIFFNESS, *curve, isotropic, ductility, isotropic, ductility]
     theirs = material_forces("Steel02", given, drift)
-    ours = storey_hysteresis(building(*CASES[case]), drift).storey_force.values[:, 0]
+    ours = wd.storey_hysteresis(building(*CASES[case]), drift).storey_force.values[:, 0]
     assert np.ptp(theirs) > 1.4 * YIELD_FORCE
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * YIELD_FORCE)  # the same rules, rounded otherwise
 
@@ -78,7 +77,7 @@ def test_far_beyond_yield_in_single_precision():
 
 def test_virgin_curve_is_the_closed_form():
     drift = np.linspace(0, 4, 81)[1:] * YIELD_DRIFT
-    force = storey_hysteresis(building(*CASES["defaults"]), drift).storey_force.values[:, 0] / YIELD_FORCE
+    force = wd.storey_hysteresis(building(*CASES["defaults"]), drift).storey_force.values[:, 0] / YIELD_FORCE
     x = drift / YIELD_DRIFT
     expected = 0.02 * x + 0.98 * x / (1 + x**20) ** (1 / 20)  # Menegotto and Pinto 1973
     np.testing.assert_allclose(force, expected, rtol=1e-13)
@@ -90,7 +89,7 @@ def test_energy(case):
     unit = YIELD_FORCE * YIELD_DRIFT
     for name, drift in PROTOCOLS.items():
         path = finer(drift, 20)
-        found = storey_hysteresis(storey, path)
+        found = wd.storey_hysteresis(storey, path)
         done = found.dissipated_energy.values[:, 0]
         # The law gives back what unloading on its present curve would, which is more than a straight line's. A turn
         # within an unloading may start a softer curve than the last: it is the law itself that then gains up to some
@@ -114,7 +113,7 @@ def test_unloading_gives_back_what_is_stored():
     storey = building(*CASES["defaults"])
     turn = np.linspace(0, 6, 3000)[1:]
     path = np.concatenate([turn, 6 - np.linspace(0, 1.5, 6000)[1:]]) * YIELD_DRIFT
-    found = storey_hysteresis(storey, path)
+    found = wd.storey_hysteresis(storey, path)
     done = found.dissipated_energy.values[2998:, 0]
     h = (found.storey_force.values[2998:, 0] - 0.02 * STIFFNESS * path[2998:]) / YIELD_FORCE
     back = h > 0

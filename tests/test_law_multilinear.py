@@ -6,7 +6,6 @@ from law_steps import check_steps
 from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -45,7 +44,7 @@ def test_forces_are_those_of_opensees(law, protocol):
     parameters, material, given = CASES[law]
     drift = PROTOCOLS[protocol]
     theirs = material_forces(material, given, drift)
-    ours = storey_hysteresis(building(law, **parameters), drift).storey_force.values[:, 0]
+    ours = wd.storey_hysteresis(building(law, **parameters), drift).storey_force.values[:, 0]
     assert np.ptp(theirs) > 1.9 * YIELD_FORCE
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * YIELD_FORCE)  # the same rules, rounded otherwise
 
@@ -66,7 +65,7 @@ def test_a_backbone_and_its_turn_by_hand():
     corners = {"yield_force": 2.0, "ductility_2": 3.0, "force_ratio_2": 2.0, "ductility_3": 7.0, "force_ratio_3": 3.0}
     storey = wd.ShearBuilding(1.0, 2.0, 3.0, law="quadrilinear", hardening_ratio=0.125, **corners)
     drift, force = np.array(BY_HAND + TURNED, float).T
-    np.testing.assert_allclose(storey_hysteresis(storey, drift).storey_force[:, 0], force, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(wd.storey_hysteresis(storey, drift).storey_force[:, 0], force, rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("law", CASES)
@@ -78,10 +77,10 @@ def test_energy_closes_and_never_falls(law):
     for times in (1, 10):
         path = finer(closed, times)
         bound = STIFFNESS / 8 * np.abs(np.diff(path)).max() ** 2
-        assert np.diff(storey_hysteresis(storey, path).dissipated_energy[:, 0]).min() > -bound
+        assert np.diff(wd.storey_hysteresis(storey, path).dissipated_energy[:, 0]).min() > -bound
     # A whole loop between steady peaks: all the work is dissipated, and the loop's area is known.
     peak = 7 * YIELD_DRIFT
-    loops = storey_hysteresis(storey, growing([peak, peak, peak], 7000))
+    loops = wd.storey_hysteresis(storey, growing([peak, peak, peak], 7000))
     done = loops.dissipated_energy.values[:, 0]
     area = done[7000 * 5 - 1] - done[7000 * 3 - 1]
     corners = [YIELD_DRIFT] if law == "elastic_perfectly_plastic" else [YIELD_DRIFT, SECOND[0], THIRD[0]]

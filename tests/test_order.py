@@ -8,7 +8,7 @@ from seed_problem import AMPLITUDE, DAMPING, MASS, STIFFNESS
 import warpdyn as wd
 from warpdyn.integration.run import prepare
 from warpdyn.methods.table import METHODS
-from warpdyn.truth.linear import harmonic_response
+from warpdyn.truth import harmonic_response
 
 CHAIN = wd.ShearBuilding(MASS, 20e3, 3.0, damping="storey", damping_coefficient=30.0)
 DENSE = wd.LinearSystem(MASS, DAMPING, STIFFNESS)

@@ -12,7 +12,7 @@ from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK
 from warpdyn.integration.run import prepare
 from warpdyn.methods.table import fitting_methods
 from warpdyn.structures.modal import chain_stiffness_matrix
-from warpdyn.truth.linear import piecewise_linear_response
+from warpdyn.truth import piecewise_linear_response
 
 MASS, STIFFNESS, HEIGHT, LOAD = 2e4, 2e6, 3.0, 6e5  # a tenth of the stiffness goes to gravity
 TOPPLING = LOAD / HEIGHT  # [N/m]

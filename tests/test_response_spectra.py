@@ -16,7 +16,6 @@ from oscillator_peaks import integrated_displacement, largest_displacement
 
 import warpdyn as wd
 from warpdyn import plots
-from warpdyn.ground_motions.records import far_field
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.methods.oscillator_increments import halvings_of, oscillator_increments
 
@@ -35,7 +34,7 @@ def el_centro() -> wd.GroundMotion:
 
 @pytest.fixture(scope="module")
 def records() -> list[wd.GroundMotion]:
-    return far_field()
+    return wd.records.far_field()
 
 
 def displacements(motions, periods, damping_ratios, **how) -> np.ndarray:

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,12 @@ ROOMS = (
     "plots",
 )
 MOST_FILES = 13  # a dozen, and `__init__.py`
+MOST_LINES = 400
+# Files that are still too long. The list must be empty in the end.
+LONG = ("kernels/chain.py", "kernels/implicit_chain.py", "kernels/linear.py")
+MOST_HOMONYMS = 1  # of a function, in other rooms
+# Functions that still have more. The list must be empty in the end.
+OF_MANY_ROOMS: tuple[str, ...] = ()
 
 
 def imported_rooms(source: str) -> set[str]:
@@ -67,6 +74,40 @@ def test_the_rule_sees_every_kind_of_import():
 def test_a_folder_holds_a_dozen_files_at_most():
     for folder in folders():
         assert len(list(folder.glob("*.py"))) <= MOST_FILES, folder.relative_to(PACKAGE)
+
+
+def lines_of(name: str) -> int:
+    return len((PACKAGE / name).read_text().splitlines())
+
+
+def test_files_are_short():
+    names = {path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")}
+    assert names >= set(LONG), "a file that is no longer there stands in LONG"
+    too_long = {name: lines_of(name) for name in names - set(LONG) if lines_of(name) > MOST_LINES}
+    assert not too_long
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.xfail(strict=True, reason="is being divided")) for name in LONG]
+)
+def test_long_file(name):
+    assert lines_of(name) <= MOST_LINES
+
+
+def rooms_of_functions() -> dict[str, set[str]]:
+    """Return the rooms that define a function of a name, outside of classes and other functions."""
+    rooms: dict[str, set[str]] = defaultdict(set)
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.parse(path.read_text()).body:
+            if isinstance(node, ast.FunctionDef):
+                rooms[node.name].add(path.relative_to(PACKAGE).parts[0])
+    return rooms
+
+
+def test_a_function_has_few_homonyms():
+    # Who searches for a name finds what is meant.
+    shared = {name: sorted(rooms) for name, rooms in rooms_of_functions().items() if len(rooms) > 1 + MOST_HOMONYMS}
+    assert set(shared) == set(OF_MANY_ROOMS), shared
 
 
 def test_no_public_name_hides_a_module():

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.core.netcdf import write
 
 GRAVITY = 9.80665
 SEEDED = {
@@ -58,7 +57,7 @@ def assert_same_bits(first, second, samples=slice(None)):
 def test_one_seed_gives_one_result_also_through_a_file(dtype, tmp_path):
     runs = [wd.simulate(make_scene(), structures=4, seed=11, dtype=dtype, threads=2) for _ in range(2)]
     assert_same_bits(*runs)
-    write(runs[0], tmp_path / "run.nc")
+    wd.write(runs[0], tmp_path / "run.nc")
     with xr.open_dataset(tmp_path / "run.nc") as read:
         assert_same_bits(read.load(), runs[1])
     other = wd.simulate(make_scene(), structures=4, seed=12, dtype=dtype)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from warpdyn.core.netcdf import check_writable, write
+import warpdyn as wd
+from warpdyn.core.netcdf import check_writable
 
 
 def make_dataset(scale=1.0):
@@ -26,7 +27,7 @@ def unwritable_dataset():
 
 
 def test_what_is_read_is_what_was_written(tmp_path):
-    path = write(make_dataset(), tmp_path / "new" / "folder" / "run.nc")
+    path = wd.write(make_dataset(), tmp_path / "new" / "folder" / "run.nc")
     assert path == tmp_path / "new" / "folder" / "run.nc"
     with xr.open_dataset(path) as read:
         xr.testing.assert_identical(read.load(), make_dataset())
@@ -38,9 +39,9 @@ def test_what_is_read_is_what_was_written(tmp_path):
 
 
 def test_a_file_is_replaced_whole(tmp_path):
-    write(make_dataset(), tmp_path / "run.nc")
+    wd.write(make_dataset(), tmp_path / "run.nc")
     with xr.open_dataset(tmp_path / "run.nc") as before:  # held open, as a notebook does
-        write(make_dataset(2.0), str(tmp_path / "run.nc"))
+        wd.write(make_dataset(2.0), str(tmp_path / "run.nc"))
         np.testing.assert_array_equal(before["drift"], make_dataset()["drift"])
     with xr.open_dataset(tmp_path / "run.nc") as after:
         np.testing.assert_array_equal(after["drift"], make_dataset(2.0)["drift"])
@@ -77,17 +78,17 @@ def fail_at_the_end(monkeypatch):
 def test_a_failure_leaves_what_was_there(fail, existed, tmp_path, monkeypatch):
     path = tmp_path / "run.nc"
     if existed:
-        write(make_dataset(), path)
+        wd.write(make_dataset(), path)
     before = path.read_bytes() if existed else None
     dataset, reason = fail(monkeypatch)
     with pytest.raises((OSError, TypeError), match=reason):
-        write(dataset, path)
+        wd.write(dataset, path)
     assert os.listdir(tmp_path) == (["run.nc"] if existed else [])
     if existed:
         assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("attempt", [check_writable, lambda path: write(make_dataset(), path)])
+@pytest.mark.parametrize("attempt", [check_writable, lambda path: wd.write(make_dataset(), path)])
 def test_no_place_to_write(attempt, tmp_path):
     (tmp_path / "file").write_text("not a folder")
     with pytest.raises(OSError, match=r"cannot write .*file.run\.nc: .*; choose another folder"):
@@ -146,6 +147,6 @@ def test_only_files_are_written(tmp_path):
         check_writable(5)
     link, target = tmp_path / "link.nc", tmp_path / "target.nc"
     link.symlink_to(target)
-    assert write(xr.Dataset({"x": 1.0}), link) == target
+    assert wd.write(xr.Dataset({"x": 1.0}), link) == target
     assert link.is_symlink()
     assert target.is_file()

@@ -36,7 +36,7 @@ def building(building: ShearBuilding) -> Figure:
     thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()
     slab = min(0.012 * level[-1], 0.1 * values["height"].min())
     depth = slab * (0.5 + values["mass"] / values["mass"].max())
-    labelled = _labelled_storeys(storeys)
+    labelled = _storeys_labelled(storeys)
     for storey in range(storeys):
         for left in (0.0, width * (1 - thickness[storey])):
             corner, size = (left, level[storey]), (width * thickness[storey], values["height"][storey])
@@ -71,7 +71,7 @@ def building(building: ShearBuilding) -> Figure:
     return figure
 
 
-def _labelled_storeys(storeys: int) -> list[int]:
+def _storeys_labelled(storeys: int) -> list[int]:
     """Return the storeys that are labelled, from 0: all, or about ten at equal distances."""
     return list(range(0, storeys, -(-storeys // MOST_LABELS)))
 
@@ -117,7 +117,7 @@ def pushover_curve(dataset: xr.Dataset) -> Figure:
         outline = np.append(drift[step, 0], drift[step]), np.append(0, storeys)
         profile.step(*outline, where="post", color=colour, label=f"{roof[step]:.3g} mm")
     profile.set(xlabel="Storey drift [mm]", ylabel="Storey", ylim=(0, storeys[-1]))
-    labelled = storeys[_labelled_storeys(storeys.size)]
+    labelled = storeys[_storeys_labelled(storeys.size)]
     profile.set_yticks(labelled - 0.5, [str(storey) for storey in labelled])
     profile.legend(title="roof at", fontsize=8, title_fontsize=8)
     for axes in (curve, profile):
