@@ -8,6 +8,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,16 @@ def _forget_kernels() -> None:
                     factory.cache_clear()
 
 
+@contextmanager
+def _without_optimisation() -> Iterator[None]:
+    shipped = wp.config.optimization_level
+    _forget_kernels()
+    wp.config.optimization_level = 0
+    yield
+    wp.config.optimization_level = shipped
+    _forget_kernels()
+
+
 @pytest.fixture
 def unoptimised() -> Iterator[None]:
     """Compile a test's kernels without optimisation, in half the time; those of other tests are as shipped.
@@ -64,9 +75,19 @@ def unoptimised() -> Iterator[None]:
     For what combines parts and compares runs with each other. A value that is read where it was not set, which an
     optimiser may happen to put right, shows here.
     """
-    shipped = wp.config.optimization_level
-    _forget_kernels()
-    wp.config.optimization_level = 0
-    yield
-    wp.config.optimization_level = shipped
-    _forget_kernels()
+    with _without_optimisation():
+        yield
+
+
+@pytest.fixture(scope="module")
+def unoptimised_file() -> Iterator[None]:
+    """Do so for all tests of a file, for studies: what they show is not how the compiler optimises."""
+    with _without_optimisation():
+        yield
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Let `-m fast` leave out the thorough cases of a file that is marked `fast`."""
+    if config.option.markexpr == "fast":
+        items[:] = [item for item in items if not item.get_closest_marker("thorough")]
