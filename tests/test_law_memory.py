@@ -9,7 +9,7 @@ import warp as wp
 from scipy.integrate import solve_ivp
 
 import warpdyn as wd
-from warpdyn.laws import HARDENING_RATIO, LAWS, YIELD_FORCE, Law
+from warpdyn.laws import LAWS, Bilinear
 from warpdyn.laws.bilinear.device_functions import SPRINGS as BILINEAR_ROWS
 from warpdyn.laws.spring import Spring
 from warpdyn.laws.springs import SPRINGS
@@ -94,18 +94,28 @@ ROWS = {
 }
 
 
+class Counting(Bilinear):
+    rows = {"counting": Bilinear.rows["bilinear"]}  # noqa: RUF012
+
+
+class Fading(Bilinear):
+    rows = {"fading": ("hardening_stiffness", "hysteretic_force", "rate")}  # noqa: RUF012
+
+    @staticmethod
+    def named_coefficients(p, row):
+        stiffness, strength, hardening = p["stiffness"], p["yield_force"], p["hardening_ratio"]
+        return {
+            "hardening_stiffness": hardening * stiffness,
+            "hysteretic_force": (1 - hardening) * strength,
+            "rate": stiffness / strength,
+        }
+
+
 @pytest.fixture(autouse=True)
 def rows(monkeypatch):
-    parameters = {"yield_force": YIELD_FORCE, "hardening_ratio": HARDENING_RATIO}
-    bilinear, strength = LAWS["bilinear"].coefficients, "yield_force"
-
-    def fading(p, spring):
-        hardening = p["hardening_ratio"]
-        return hardening * p["stiffness"], (1 - hardening) * p[strength], p["stiffness"] / p[strength]
-
-    for name, coefficients in (("counting", bilinear), ("fading", fading)):
-        monkeypatch.setitem(SPRINGS, name, ROWS[name])
-        monkeypatch.setitem(LAWS, name, Law(parameters, lambda p, name=name: name, coefficients))
+    for law in (Counting, Fading):
+        monkeypatch.setitem(SPRINGS, law.name, ROWS[law.name])
+        monkeypatch.setitem(LAWS, law.name, law)
 
 
 def run(law, method, step, dtype="float64"):

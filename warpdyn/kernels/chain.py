@@ -37,7 +37,7 @@ from warpdyn.kernels.recorders import (
     worst_storey,
 )
 from warpdyn.laws.devices.viscous_damper import VALUES, damper_force
-from warpdyn.laws.memory_stability import LARGEST_DEVIATION, deviation_after
+from warpdyn.laws.rate_law import LARGEST_DEVIATION, deviation_after
 from warpdyn.laws.springs import spring_row
 
 SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at

@@ -27,7 +27,7 @@ from warpdyn.kernels.recorders import (
     worst_storey,
 )
 from warpdyn.laws.devices.viscous_damper import VALUES, damper_force, damper_tangent
-from warpdyn.laws.memory_stability import LARGEST_DEVIATION, deviation_after
+from warpdyn.laws.rate_law import LARGEST_DEVIATION, deviation_after
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 

@@ -11,7 +11,7 @@ import warp as wp
 
 from warpdyn.kernels.loads import LOADS
 from warpdyn.laws.devices.viscous_damper import VALUES
-from warpdyn.laws.memory_stability import POWERS
+from warpdyn.laws.rate_law import POWERS
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.kinds import ExplicitMethod
 from warpdyn.methods.stability_limits import relaxation_limit

@@ -1,16 +1,39 @@
 """Storey laws: one folder each, with the parameters a scene gives them and the device functions a kernel runs.
 
-A law's folder holds `parameters.py`, which names its parameters, their bounds and the coefficients its kernels read,
-and `device_functions.py`, its Warp functions. The tables LAWS and DEVICES are found: they have what the folders'
-`parameters.py` say. Nothing here imports warp; `warpdyn.laws.springs` imports the device functions when asked for one.
+A law's folder holds `parameters.py`, with a class whose fields are the parameters (`Law`, or `Device` of what stands
+beside a storey's law), and `device_functions.py`, with its Warp functions in a table SPRINGS. The tables LAWS and
+DEVICES are found: they hold the classes of all folders, under their names in a scene. Nothing here imports warp;
+`warpdyn.laws.springs` imports the device functions when the first row is asked for.
+
+    warpdyn.laws.Bilinear(yield_force=1e6, hardening_ratio=0.05)
 """
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
+from typing import TYPE_CHECKING
 
-from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter
+from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Device, Law, StoreyElement
+from warpdyn.laws.parameter import Parameter
+
+if TYPE_CHECKING:  # what editors complete; the tables below need no entry
+    from warpdyn.laws.baber_noori.parameters import BaberNoori
+    from warpdyn.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPlastic
+    from warpdyn.laws.bouc_wen.parameters import BoucWen
+    from warpdyn.laws.devices.parameters import FrictionDamper, Gap, OneSidedGap, ViscousDamper
+    from warpdyn.laws.elastic.parameters import Elastic
+    from warpdyn.laws.hysteretic.parameters import Hysteretic
+    from warpdyn.laws.ibarra_medina_krawinkler.parameters import (
+        IbarraMedinaKrawinklerBilinear,
+        IbarraMedinaKrawinklerPeakOriented,
+        IbarraMedinaKrawinklerPinching,
+    )
+    from warpdyn.laws.isolators.parameters import FrictionPendulum, LeadRubberBearing
+    from warpdyn.laws.menegotto_pinto.parameters import MenegottoPinto
+    from warpdyn.laws.multilinear.parameters import Quadrilinear, Trilinear
+    from warpdyn.laws.peak_oriented.parameters import PeakOriented, Takeda
+    from warpdyn.laws.pinching4.parameters import Pinching4
 
 FIRST = ("elastic", "bilinear", "bouc_wen")  # folders that come first in messages; the others follow by name
 
@@ -21,15 +44,21 @@ def law_folders() -> list[str]:
     return [name for name in FIRST if name in found] + [name for name in found if name not in FIRST]
 
 
-def _found(table: str) -> dict[str, Law]:
-    found: dict[str, Law] = {}
+def find(kind: type[StoreyElement]) -> dict[str, type[StoreyElement]]:
+    """Return the laws, or the devices, of all folders, by their names in a scene."""
+    found = {}
     for folder in law_folders():
         module = importlib.import_module(f"{__name__}.{folder}.parameters")
-        found |= getattr(module, table, {})
+        for value in vars(module).values():
+            is_class = isinstance(value, type) and value.__module__ == module.__name__
+            if is_class and issubclass(value, kind) and not value.__name__.startswith("_"):
+                found[value.name] = value
     return found
 
 
-LAWS = _found("LAWS")
-DEVICES = _found("DEVICES")
+LAWS: dict[str, type[Law]] = find(Law)
+DEVICES: dict[str, type[Device]] = find(Device)
+globals().update({element.__name__: element for element in (LAWS | DEVICES).values()})
 
-__all__ = ["DEVICES", "HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Law", "Parameter"]
+__all__ = ["DEVICES", "HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Device", "Law", "Parameter", "StoreyElement"]
+__all__ += [element.__name__ for element in (LAWS | DEVICES).values()]

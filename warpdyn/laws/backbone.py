@@ -5,15 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from warpdyn.laws.bounds import first_place, place_of
-from warpdyn.laws.law import Parameter, Values
+from warpdyn.laws.law import Values
+from warpdyn.laws.parameter import Parameter
 
 
-def corner_parameters(corner: int) -> dict[str, Parameter]:
-    """Return the two parameters of a corner, counted from the one at yield."""
-    return {
-        f"ductility_{corner}": Parameter("1", f"drift at corner {corner} over the yield drift", low=0.0),
-        f"force_ratio_{corner}": Parameter("1", f"force at corner {corner} over the yield force", low=0),
-    }
+def ductility(corner: int) -> Parameter:
+    """Return the parameter of the drift at a corner, counted from the one at yield."""
+    return Parameter("1", f"drift at corner {corner} over the yield drift", low=0.0)
+
+
+def force_ratio(corner: int) -> Parameter:
+    """Return the parameter of the force at a corner, counted from the one at yield."""
+    return Parameter("1", f"force at corner {corner} over the yield force", low=0)
 
 
 def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:

@@ -1,15 +1,16 @@
-"""One law of a whole building whose storeys differ in their laws or have devices beside them."""
+"""The law of a whole building, whose storeys may differ in their laws and have devices beside them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from warpdyn.laws.devices.parameters import DEVICES
-from warpdyn.laws.law import Law, Parameter, Values
+from warpdyn.laws import DEVICES
+from warpdyn.laws.law import Law, StoreyElement, Values
+from warpdyn.laws.parameter import Parameter
 
 
 def name_of(laws: Sequence[str], devices: Sequence[str]) -> str:
@@ -27,7 +28,9 @@ def missing_at(name: str, storey: int, law: str) -> str:
     return f"{name} is missing at storey {storey + 1}, whose law {law!r} needs it"
 
 
-def law_of_storeys(table: dict[str, Law], laws: Sequence[str], devices: Sequence[str]) -> Law:
+def law_of_storeys(
+    table: Mapping[str, type[Law]], laws: Sequence[str], devices: Sequence[str]
+) -> type[Law] | BuildingLaw:
     """Return the law of a building.
 
     Args:
@@ -38,37 +41,24 @@ def law_of_storeys(table: dict[str, Law], laws: Sequence[str], devices: Sequence
     distinct = tuple(dict.fromkeys(laws))
     if len(distinct) == 1 and not devices:
         return table[distinct[0]]
-    parts = _Parts(table, tuple(laws), distinct, tuple(devices))
-    return Law(parts.parameters(), parts.spring, parts.coefficients, parts.problem, parts.stiffest)
+    return BuildingLaw(table, tuple(laws), distinct, tuple(devices))
 
 
-class _Parts:
-    """The laws of a building's storeys, each of its own storeys, and the devices of all."""
+class BuildingLaw:
+    """The laws of a building's storeys, each of its own storeys, and the devices of all.
+
+    It answers what a `Law` answers: its attributes and methods are those of one.
+    """
 
     def __init__(
-        self, table: dict[str, Law], laws: tuple[str, ...], distinct: tuple[str, ...], devices: tuple[str, ...]
+        self, table: Mapping[str, type[Law]], laws: tuple[str, ...], distinct: tuple[str, ...], devices: tuple[str, ...]
     ) -> None:
         self.laws = [table[name] for name in distinct]
         self.storeys = [storeys_of(laws, name) if len(distinct) > 1 else np.arange(0) for name in distinct]
         self.devices = [DEVICES[name] for name in devices]
+        self.parameters = _widest([*self.laws, *self.devices])
 
-    def parameters(self) -> dict[str, Parameter]:
-        """Return every parameter of any law, with the widest bounds where several have one of a name."""
-        found: dict[str, Parameter] = {}
-        for law in [*self.laws, *self.devices]:
-            for name, parameter in law.parameters.items():
-                known = found.setdefault(name, parameter)
-                low, high = min(known.low, parameter.low), max(known.high, parameter.high)
-                found[name] = replace(
-                    known,
-                    low=low,
-                    high=high,
-                    low_open=all(p.low_open for p in (known, parameter) if p.low == low),
-                    high_open=all(p.high_open for p in (known, parameter) if p.high == high),
-                )
-        return found
-
-    def _own(self, law: Law, storeys: np.ndarray, p: Values) -> Values:
+    def _own(self, law: type[Law], storeys: np.ndarray, p: Values) -> Values:
         """Return what a law sees of the parameters: those of its storeys."""
         if not storeys.size:
             return p
@@ -93,7 +83,7 @@ class _Parts:
                     found.append(np.zeros(shape))
                 found[index][..., storeys if storeys.size else slice(None)] = value
         for device in self.devices:
-            found += [np.broadcast_to(value, shape) for value in device.coefficients(p, spring)]
+            found += [np.broadcast_to(value, shape) for value in device.coefficients(p, device.spring(p))]
         return tuple(found)
 
     def problem(self, p: Values) -> str | None:
@@ -115,3 +105,20 @@ class _Parts:
         for law, storeys in zip(self.laws, self.storeys, strict=True):
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(self._own(law, storeys, p))
         return stiffest + sum(device.stiffest(p) for device in self.devices)
+
+
+def _widest(elements: Sequence[type[StoreyElement]]) -> dict[str, Parameter]:
+    """Return every parameter of any law or device, with the widest bounds where several have one of a name."""
+    found: dict[str, Parameter] = {}
+    for element in elements:
+        for name, parameter in element.parameters.items():
+            known = found.setdefault(name, parameter)
+            low, high = min(known.low, parameter.low), max(known.high, parameter.high)
+            found[name] = replace(
+                known,
+                low=low,
+                high=high,
+                low_open=all(p.low_open for p in (known, parameter) if p.low == low),
+                high_open=all(p.high_open for p in (known, parameter) if p.high == high),
+            )
+    return found

@@ -1,98 +1,195 @@
-"""What a storey law is to a scene: its parameters, their bounds, and the coefficients a kernel reads."""
+"""What a storey law is to a scene: its parameters, their bounds, and the coefficients a kernel reads.
+
+A law is a class whose fields are its parameters:
+
+    class Bilinear(Law):
+        yield_force: ArrayLike = shared(YIELD_FORCE)
+        hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
+
+        rows = {"bilinear": Coefficient.names()}
+
+        @staticmethod
+        def named_coefficients(p, row):
+            ...
+
+The class says what the law takes and what its kernels read; an object of it, `Bilinear(yield_force=1e6,
+hardening_ratio=0.05)`, holds the values of one storey, or of every storey of a building.
+"""
 
 from __future__ import annotations
 
+import dataclasses
+import enum
+import functools
+import inspect
+import re
+import textwrap
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, ClassVar, dataclass_transform
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import real_numbers
+from warpdyn.laws.parameter import Parameter, did_you_mean, names_of
 
 Values = Mapping[str, np.ndarray]
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """What is known of one parameter of a structure.
+class Layout(enum.IntEnum):
+    """Names of the values of a short vector, in their order from 0: coefficients of a storey, or its memory.
 
-    Args:
-        units: UDUNITS string.
-        long_name: What the dataset calls it.
-        low: Lower bound.
-        high: Upper bound.
-        low_open: Whether the lower bound itself is refused.
-        high_open: Whether the upper bound itself is refused.
-        default: Value where the scene names none; None where it must.
-        often_in_percent: Whether others give it in percent, so that a value above the upper bound may be meant so.
+    Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles as it does `c[2]`; `names` are what the
+    law's `named_coefficients` calls the same values. Members are given as `enum.auto()`.
     """
 
-    units: str
-    long_name: str
-    low: float = -np.inf
-    high: float = np.inf
-    low_open: bool = False
-    high_open: bool = False
-    default: float | None = None
-    often_in_percent: bool = False
+    @staticmethod
+    def _generate_next_value_(name: str, start: int, count: int, last_values: list[int]) -> int:
+        return count
 
-    def violations(self, values: np.ndarray) -> np.ndarray:
-        """Return where values are not finite or out of bounds, as a mask of their shape."""
-        below = values <= self.low if self.low_open else values < self.low
-        above = values >= self.high if self.high_open else values > self.high
-        return ~np.isfinite(values) | below | above
+    @classmethod
+    def names(cls, count: int | None = None) -> tuple[str, ...]:
+        """Return the names in lower case, of the first so many values or of all."""
+        return tuple(member.name.lower() for member in cls)[:count]
 
-    def first_violation(
-        self,
-        name: str,
-        values: np.ndarray,
-        axes: tuple[str, ...],
-        structures: np.ndarray | None = None,
-        taken: np.ndarray | None = None,
-    ) -> str | None:
-        """Return a sentence on the first value out of bounds, with its place along `axes`, or None.
 
-        Where `structures` is given, it holds the indices of the structures along the first axis; `taken` says at which
-        storeys, the last axis, values count.
+def parameter(
+    units: str,
+    long_name: str,
+    *,
+    low: float = -np.inf,
+    high: float = np.inf,
+    low_open: bool = False,
+    high_open: bool = False,
+    default: float | None = None,
+    often_in_percent: bool = False,
+    opensees: str = "",
+) -> Any:
+    """Return a field of a law: a parameter with its units, bounds and default, as `Parameter` describes them."""
+    found = Parameter(units, long_name, low, high, low_open, high_open, default, often_in_percent, opensees)
+    return shared(found, default=default)
+
+
+def shared(parameter: Parameter, *, default: float | None = None, opensees: str = "") -> Any:
+    """Return a field for a parameter that several laws have; they may differ in its default and OpenSees' name."""
+    found = dataclasses.replace(parameter, default=default, opensees=opensees or parameter.opensees)
+    return dataclasses.field(default=dataclasses.MISSING if default is None else default, metadata={"parameter": found})
+
+
+def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., None]) -> Callable[..., None]:
+    """Return a class's `__init__` with an error that suggests a name for one that the class does not take."""
+
+    @functools.wraps(initialise)
+    def checked(self: StoreyElement, *positional: Any, **values: Any) -> None:
+        for name in values:
+            if name not in cls.parameters:
+                hint, takes = did_you_mean(name, names_of(cls.parameters)), ", ".join(cls.parameters)
+                raise TypeError(f"{cls.__name__} has no parameter {name!r}{hint}; it takes {takes}")
+        initialise(self, *positional, **values)
+
+    return checked
+
+
+def _described(cls: type[StoreyElement]) -> str:
+    """Return a class's docstring with its arguments, as their fields describe them, before its example."""
+    text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
+    arguments = "\n".join(
+        textwrap.fill(f"{name}: {known.description}", 100, initial_indent=" " * 4, subsequent_indent=" " * 8)
+        for name, known in cls.parameters.items()
+    )
+    head, example, tail = text.partition("\n\nExample:")
+    return f"{head}\n\nArgs:\n{arguments}{example}{tail}\n" if arguments else f"{text}\n"
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(parameter, shared))
+class StoreyElement:
+    """What laws and devices have in common; subclasses are frozen dataclasses whose fields are their parameters.
+
+    Attributes:
+        name: What a scene calls it: the name of the class in lower case, words apart.
+        parameters: Its parameters beside the storey stiffness, each one value or one a storey.
+        rows: The rows of device functions it can lead to, and the names of the coefficients that each of them reads.
+        opensees: What OpenSees calls its material or element; a scene may use these names.
+    """
+
+    name: ClassVar[str]
+    parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
+    rows: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
+    opensees: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls, **named: Any) -> None:
+        super().__init_subclass__(**named)
+        dataclasses.dataclass(frozen=True, kw_only=True, repr=False)(cls)
+        fields = dataclasses.fields(cls)
+        cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        cls.parameters = MappingProxyType({field.name: field.metadata["parameter"] for field in fields})
+        cls.__init__ = _refusing_unknown_names(cls, cls.__init__)
+        cls.__doc__ = _described(cls)
+
+    def __post_init__(self) -> None:
+        for name, parameter in self.parameters.items():
+            values = real_numbers(name, getattr(self, name))
+            if values.ndim > 1:
+                raise ValueError(f"{name} must be one value or one a storey, got shape {values.shape}")
+            problem = parameter.first_violation(name, values, ("storey",)[: values.ndim])
+            if problem:
+                raise ValueError(problem)
+            object.__setattr__(self, name, tuple(values.tolist()) if values.ndim else values.item())
+
+    def __repr__(self) -> str:
+        given = {name: value for name, value in self.values().items() if value != self.parameters[name].default}
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in given.items())})"
+
+    def values(self) -> dict[str, float | tuple[float, ...]]:
+        """Return the values of all parameters, one or one a storey each."""
+        return {name: getattr(self, name) for name in self.parameters}
+
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        """Return the row of device functions for storeys of these parameters: the only row, where there is one."""
+        return next(iter(cls.rows), "")
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        """Return what a row's device functions read, by the names in `rows`.
+
+        Args:
+            p: Parameters, each [structure, storey], beside "stiffness".
+            row: The row, as `spring` returns it.
         """
-        counted = values if taken is None else values[..., taken]
-        if not self.violations(np.array([counted.min(), counted.max()])).any():  # bounds are of an interval
-            return None
-        bad = self.violations(values) & (True if taken is None else taken)
-        place = np.argwhere(bad)[0]
-        index = place if structures is None else [structures[place[0]], *place[1:]]
-        where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
-        value = values[tuple(place)]
-        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # no draw is meant so
-        meant = f"; {value:g} % is {value / 100:g}" if is_percent else ""
-        return f"{name} is {value:g}{' at ' if where else ''}{where}; it must be {self.allowed}{meant}"
+        return {}
 
-    @property
-    def allowed(self) -> str:
-        """The bounds in words."""
-        bounds = []
-        if np.isfinite(self.low):
-            bounds.append(f"{'above' if self.low_open else 'at least'} {self.low:g}")
-        if np.isfinite(self.high):
-            bounds.append(f"{'below' if self.high_open else 'at most'} {self.high:g}")
-        return " and ".join(["finite", *bounds])
+    @classmethod
+    def coefficients(cls, p: Values, row: str) -> tuple[np.ndarray, ...]:
+        """Return what a row's device functions read, in their order.
+
+        Raises:
+            TypeError: If `named_coefficients` returns other names than the row reads.
+        """
+        found, names = cls.named_coefficients(p, row), cls.rows.get(row, ())
+        if found.keys() != set(names):
+            wrong = sorted(found.keys() ^ set(names))
+            raise TypeError(f"row {row!r} of {cls.name!r} reads {names}; named_coefficients differs in {wrong}")
+        return tuple(found[name] for name in names)
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        """Return a sentence on what is wrong between the parameters, or None."""
+        return None
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        """Return the largest tangent stiffness [N/m] that storeys can come to, [structure, storey]."""
+        return p["stiffness"]
 
 
-@dataclass(frozen=True)
-class Law:
-    """A storey law: what a scene says of it, and what its kernel reads.
+class Law(StoreyElement):
+    """A storey law: the force of a storey at its drift, by its parameters and the path that led there."""
 
-    Args:
-        parameters: Parameters beside the storey stiffness, each one value a storey.
-        spring: From the parameters to the row of the kernels' SPRINGS table that holds for all of them.
-        coefficients: From the parameters, each [structure, storey], and the row's name to what it reads, in its order.
-        problem: From the parameters to a sentence on what is wrong between them, if anything is.
-        stiffest: From the parameters to the largest tangent stiffness [N/m] a storey can come to, [structure, storey].
-    """
 
-    parameters: Mapping[str, Parameter] = field(default_factory=dict)
-    spring: Callable[[Values], str] = lambda p: "elastic"
-    coefficients: Callable[[Values, str], tuple[np.ndarray, ...]] = lambda p, spring: (p["stiffness"],)
-    problem: Callable[[Values], str | None] = lambda p: None
-    stiffest: Callable[[Values], np.ndarray] = lambda p: p["stiffness"]
+class Device(StoreyElement):
+    """What stands beside a storey's law, with parameters of its own; a storey without one has a strength of 0."""
 
 
 YIELD_FORCE = Parameter("N", "storey yield force", low=0.0, low_open=True)

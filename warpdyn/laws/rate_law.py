@@ -1,11 +1,35 @@
-"""What laws have in common whose force is c0 d + c1 z, with a z that has a rate and comes first in the memory."""
+"""What rate laws have in common: laws whose memory has a rate, which is integrated with the motion.
 
+Their force is a hardening stiffness times the drift and a hysteretic force times z, which comes first in the memory.
+"""
+
+import enum
 from collections.abc import Callable
 from typing import Any
 
 import warp as wp
 
+from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions
+
+# A step too long for the rate at which a memory settles makes its deviation from there grow instead. One such step in
+# passing does no harm; where deviations have grown this many times, the memory has lost its way.
+LARGEST_DEVIATION = 10.0
+LARGEST_GROWTH = wp.constant(wp.float64(1e30))
+POWERS = wp.constant(8)  # of a settling polynomial, zeros included
+
+
+class First(Layout):
+    """The coefficients that come first in such a law."""
+
+    HARDENING_STIFFNESS = enum.auto()
+    HYSTERETIC_FORCE = enum.auto()
+
+
+class Memory(Layout):
+    """The value that comes first in its memory."""
+
+    Z = enum.auto()
 
 
 def along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
@@ -27,7 +51,7 @@ def along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
         if increment < type(increment)(0.0):
             direction = -direction
         slope = rate(direction, after, c)
-        return c[0] + c[1] * direction * slope[0]
+        return c[First.HARDENING_STIFFNESS] + c[First.HYSTERETIC_FORCE] * direction * slope[Memory.Z]
 
     def relaxation_along(increment: Any, memory: Any, c: Any):
         half = type(increment)(0.5)
@@ -39,3 +63,14 @@ def along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
 
     functions = device_functions(rate.key, advance, tangent, relaxation_along)
     return functions | {"rate": rate, "relaxation": relaxation}
+
+
+@wp.func
+def deviation_after(deviation: Any, rate_step: Any, polynomial: Any):
+    """Return a memory's deviation after a step of this rate times its length, over the least it is taken to be, 1."""
+    growth = type(rate_step)(0.0)
+    for k in range(POWERS):
+        growth = polynomial[POWERS - 1 - k] - rate_step * growth
+    if not wp.isfinite(growth):  # a rate without bounds
+        growth = type(rate_step)(LARGEST_GROWTH)
+    return wp.max(wp.max(deviation, type(deviation)(1.0)) * wp.abs(growth), type(deviation)(1.0))

@@ -1,15 +1,32 @@
 """Device functions of several rows that are written once."""
 
+import enum
 from collections.abc import Callable
 from typing import Any
 
 import warp as wp
 
+from warpdyn.laws.law import Layout
+
+
+class First(Layout):
+    """What comes first in the coefficients of laws that are over the yield force."""
+
+    INVERSE_YIELD_DRIFT = enum.auto()
+    YIELD_FORCE = enum.auto()
+
+
+class Memory(Layout):
+    """What comes first in their memory."""
+
+    DRIFT = enum.auto()
+    FORCE = enum.auto()
+
 
 @wp.func
 def kept_force(drift: Any, memory: Any, c: Any):
-    """Return the force of a law whose memory has it second, over the yield force, which is the second coefficient."""
-    return c[1] * memory[1]
+    """Return the force that a law keeps in its memory, over the yield force."""
+    return c[First.YIELD_FORCE] * memory[Memory.FORCE]
 
 
 def device_functions(row: str, *functions: Callable) -> dict[str, wp.Function]:

@@ -34,6 +34,9 @@ def _tables() -> dict[str, dict[str, Spring]]:
             module = importlib.import_module(name)
             for table, rows in tables.items():
                 rows |= getattr(module, table, {})
+    for rows in tables.values():
+        for row, spring in rows.items():
+            _check_coefficients(row, spring)
     return tables
 
 
@@ -56,3 +59,11 @@ def spring_row(name: str) -> Spring:
         return one_or_other(one, spring_row(one), other, spring_row(other))
     tables = _tables()
     return (tables["SPRINGS"] | tables["DEVICE_SPRINGS"])[name]
+
+
+def _check_coefficients(name: str, row: Spring) -> None:
+    """Raise a TypeError if a row reads another number of coefficients than its laws name."""
+    for element in (laws.LAWS | laws.DEVICES).values():
+        named = element.rows.get(name)
+        if named is not None and len(named) != row.coefficients:
+            raise TypeError(f"row {name!r} reads {row.coefficients} coefficients; {element.name!r} names {len(named)}")

@@ -8,8 +8,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import finite_numbers, one_of, whole_number
-from warpdyn.laws import LAWS
+from warpdyn.core.checks import finite_numbers, whole_number
+from warpdyn.laws import LAWS, Law
+from warpdyn.laws.lookup import laws_and_values
 from warpdyn.structures.capacity_curves import capacity_chain
 from warpdyn.structures.hazus import hazus_chain
 from warpdyn.structures.p_delta import storey_weight_over_height
@@ -27,7 +28,7 @@ class CalibratedChain:
         storeys: int,
         *,
         floor_area: float = 1000.0,
-        law: str = "bilinear",
+        law: str | Law = "bilinear",
         damping: str = "rayleigh",
         **parameters: ArrayLike,
     ) -> Self:
@@ -73,7 +74,7 @@ class CalibratedChain:
         *,
         curve: str = "pushover",
         distribution: str = "triangular",
-        law: str = "bilinear",
+        law: str | Law = "bilinear",
         damping: str = "none",
         **parameters: ArrayLike,
     ) -> Self:
@@ -107,6 +108,10 @@ class CalibratedChain:
                 a parameter is given that follows from the curve, or ShearBuilding refuses a value.
         """
         _refuse_determined(parameters, ("stiffness", "yield_force", "hardening_ratio"), "the capacity curve")
+        if isinstance(law, Law):
+            raise ValueError(
+                f"law must be a name or a class here, such as {law.name!r}: its strength follows from the curve"
+            )
         chain: dict[str, Any] = {**_masses_and_heights(storeys, mass, height)}
         chain |= capacity_chain(displacement, capacity, chain["mass"], chain["height"], curve, distribution)
         return cls._of_chain(storeys, chain, law, damping, parameters)
@@ -120,7 +125,7 @@ class CalibratedChain:
         height: ArrayLike,
         *,
         distribution: str = "uniform",
-        law: str = "elastic",
+        law: str | Law = "elastic",
         damping: str = "none",
         **parameters: ArrayLike,
     ) -> Self:
@@ -155,7 +160,12 @@ class CalibratedChain:
 
     @classmethod
     def _of_chain(
-        cls, storeys: int, chain: Mapping[str, ArrayLike], law: str, damping: str, parameters: Mapping[str, ArrayLike]
+        cls,
+        storeys: int,
+        chain: Mapping[str, ArrayLike],
+        law: str | Law,
+        damping: str,
+        parameters: Mapping[str, ArrayLike],
     ) -> Self:
         """Build the chain with the values that the law takes; the caller's parameters replace them."""
         if isinstance(law, list | tuple):
@@ -163,9 +173,9 @@ class CalibratedChain:
                 f"law must be one name here, as 'bilinear', got {law!r}: build the ShearBuilding directly where "
                 "storeys differ in their laws"
             )
-        one_of("storey law", law, LAWS)
+        (law,), own = laws_and_values(law, parameters)
         taken = {"mass", "stiffness", "height", *LAWS[law].parameters}
-        values = {name: value for name, value in chain.items() if name in taken} | dict(parameters)
+        values = {name: value for name, value in chain.items() if name in taken} | own | dict(parameters)
         if np.ndim(values["mass"]) == 0:
             values["mass"] = np.full(storeys, values["mass"])  # says how many storeys there are, whatever else is given
         building: type[Any] = cls  # a ShearBuilding, which this is a part of

@@ -11,8 +11,9 @@ import xarray as xr
 
 from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.laws import LAWS, Parameter
+from warpdyn.laws import LAWS, Law, Parameter
 from warpdyn.laws.building_law import missing_at
+from warpdyn.laws.lookup import laws_and_values
 
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
 CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at its displacement capacity
@@ -39,7 +40,7 @@ class ProtectedChain:
 
     def on_isolators(
         self,
-        law: str,
+        law: str | Law,
         base_mass: float,
         displacement_capacity: float,
         *,
@@ -53,23 +54,25 @@ class ProtectedChain:
         in two modes keeps the ratio of the first. Stiffness-proportional damping becomes such damping, too.
 
         Args:
-            law: Law of the isolators: "lead_rubber_bearing" (`stiffness` before yield [N/m], `yield_force` [N],
-                `post_yield_stiffness` [N/m]), "friction_pendulum" (`stiffness` before sliding [N/m],
-                `friction_coefficient`, `radius` [m]; `weight` [N] is the building's weight by default), or
-                "elastic", "bilinear" or "bouc_wen".
+            law: Law of the isolators, by name or as an object of its class: "lead_rubber_bearing" (`stiffness` before
+                yield [N/m], `yield_force` [N], `post_yield_stiffness` [N/m]), "friction_pendulum" (`stiffness` before
+                sliding [N/m], `friction_coefficient`, `radius` [m]; `weight` [N] is the building's own unless it is
+                given), or "elastic", "bilinear" or "bouc_wen".
             base_mass: Mass between the isolators and the first storey [kg].
             displacement_capacity: Displacement at which the isolators fail [m]. The height of their storey is set to
                 ten times that, so that its drift ratio is 0.1 there: with a Scene's `collapse_drift_ratio` of 0.1 a
                 building whose isolators fail has collapsed. That ratio is no drift ratio of the building: remove it by
                 `select_storeys(run, 2, n + 1)` before `fragility` or `damage_shares`.
             damper_coefficient: Linear viscous damping across the isolators [N s/m].
-            **parameters: Parameters of the isolators' law.
+            **parameters: Stiffness of the isolators, and what their law takes where it is a name.
 
         Raises:
             ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
                 or there is P-Delta.
         """
+        (law,), own = laws_and_values(law, parameters)
         one_of("law of isolators", law, ISOLATORS)
+        parameters = own | parameters
         mass = real_number("base_mass [kg]", base_mass, above=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
         if law == "friction_pendulum":

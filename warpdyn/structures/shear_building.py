@@ -10,8 +10,10 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import one_of, real_numbers, whole_number
-from warpdyn.laws import DEVICES, LAWS, Parameter
+from warpdyn.laws import LAWS, Device, Law, Parameter
 from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
+from warpdyn.laws.lookup import devices_and_values, laws_and_values
+from warpdyn.laws.parameter import did_you_mean, names_of
 from warpdyn.structures.calibration import CalibratedChain
 from warpdyn.structures.linear_system import LinearSystem
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
@@ -46,15 +48,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
-        law: Storey law, one for all storeys or one a storey, each a row of `warpdyn.laws.LAWS`: "elastic", "bilinear"
-            (kinematic hardening), "elastic_perfectly_plastic", "trilinear", "quadrilinear", "menegotto_pinto"
-            (Steel02), "bouc_wen", "baber_noori" (Bouc-Wen that degrades and pinches), "peak_oriented" (Clough),
-            "takeda", "hysteretic" (trilinear, pinching, damaged), "pinching4" (four points, pinching, damaged), or with
-            a capping point and cyclic deterioration "ibarra_medina_krawinkler_bilinear", "..._peak_oriented" or
-            "..._pinching"; of isolators "lead_rubber_bearing" or "friction_pendulum". Each law's parameters are in its
-            file of `warpdyn.laws`, beside OpenSees' names of them.
-        devices: Devices that act in parallel to the storeys' springs: "friction_damper", "viscous_damper", "gap" (a
-            stop on either side of the storey's drift) or "one_sided_gap" (a stop at positive drift).
+        law: Storey law, one for all storeys or one a storey. An object of a class of `warpdyn.laws` brings its
+            parameters along, as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`; a name, "bilinear" or OpenSees'
+            "Steel01", leaves them to `parameters`. `warpdyn.laws.LAWS` has every law; the help of its class says what
+            it takes.
+        devices: What stands beside the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
+            `Gap` (a stop on either side of the storey's drift) or `OneSidedGap` (one ahead).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
             mass and initial stiffness, without P-Delta); "rayleigh_tangent" (the same of mass and tangent stiffness,
             OpenSees' betaK: it fades as storeys yield, and is 0 on falling branches, where OpenSees' gives energy);
@@ -67,17 +66,10 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             Polanco 2008, Journal of Structural Engineering 134).
         gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, that leans with the
             building (P-Delta); None for no P-Delta.
-        **parameters: Parameters of the law and the damping, one value or one for each storey: `yield_force` [N],
-            `hardening_ratio`, `beta`, `gamma`, `exponent`; `damping_coefficient` [N s/m], `damping_ratio`. Where laws
-            differ, a value is used in storeys whose law takes it, and is NaN in the others. Devices: `slip_force` [N],
-            `brace_stiffness` [N/m]; `damper_coefficient` [N (s/m)^a], `velocity_exponent` a, at most 1,
-            `linear_velocity` [m/s], below which the force is linear; `clearance` [m], `contact_stiffness` [N/m],
-            `restitution`. A storey without a
-            device has 0 for the first parameter of the device.
-
-    The Bouc-Wen force is a k d + (1 - a) Fy z with a the hardening ratio, Fy the yield force, k the stiffness and
-    (Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v), where -beta < gamma <= beta. Its z is bounded by
-    (beta + gamma)^(-1/n), which is 1 at the defaults, beta = gamma = 0.5: elsewhere it yields at that multiple of Fy.
+        **parameters: What the damping takes, and laws and devices that are given by name: one value or one a storey,
+            such as `yield_force` [N] and `damping_ratio`. Where laws differ, a value counts in storeys whose law takes
+            it, and is NaN in the others. A storey without a device has 0 for its `slip_force` [N],
+            `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
 
     With gravity loads each storey carries those of its floor and above, W, and its height h gives the P-Delta force
     W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
@@ -95,8 +87,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         stiffness: ArrayLike,
         height: ArrayLike,
         *,
-        law: str | Sequence[str] = "elastic",
-        devices: Sequence[str] = (),
+        law: str | Law | type[Law] | Sequence[str | Law] = "elastic",
+        devices: Sequence[str | Device] = (),
         damping: str = "none",
         damping_modes: tuple[int, int] | None = None,
         damped_storeys: tuple[int, int] | None = None,
@@ -104,7 +96,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         **parameters: ArrayLike,
     ) -> None:
         one_of("damping", damping, DAMPING)
-        self.storey_laws, self.devices = _checked_laws(law), _checked_devices(devices)
+        self.storey_laws, of_laws = laws_and_values(law, parameters)
+        self.devices, of_devices = devices_and_values(devices, parameters)
+        parameters = {**parameters, **of_laws, **of_devices}
         self.law, self.damping = name_of(self.storey_laws, self.devices), damping
         self.storey_law = law_of_storeys(LAWS, self.storey_laws, self.devices)
         law = self.law
@@ -129,9 +123,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
             given["gravity_load"] = gravity_load
         for name in given:
             if name not in self.parameter_table:
-                takes = ", ".join(self.parameter_table)
+                takes, hint = ", ".join(self.parameter_table), did_you_mean(name, names_of(self.parameter_table))
                 raise ValueError(
-                    f"unknown parameter {name!r}: a building of law {law!r} and damping {damping!r} takes {takes}"
+                    f"unknown parameter {name!r}{hint}: a building of law {law!r} and damping {damping!r} takes {takes}"
                 )
         arrays = {}
         for name, parameter in self.parameter_table.items():
@@ -243,26 +237,3 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
 def _unequal(name: str, values: int, other: str, others: int) -> str:
     """Return an error message on two parameters with values for different numbers of storeys."""
     return f"{name} has {values} values and {other} has {others}: lists of one value a storey must be of one length"
-
-
-def _checked_laws(law: str | Sequence[str]) -> tuple[str, ...]:
-    """Return the law of each storey, or the one law of all storeys."""
-    laws = (law,) if isinstance(law, str) else tuple(law) if isinstance(law, list | tuple) else (law,)
-    for name in laws or (None,):
-        one_of("storey law", name, LAWS)
-    return laws[:1] if len(set(laws)) == 1 and isinstance(law, str) else laws
-
-
-def _checked_devices(devices: Sequence[str]) -> tuple[str, ...]:
-    if isinstance(devices, str) or not isinstance(devices, list | tuple):
-        raise TypeError(f"devices must be a tuple of names, such as ('friction_damper',), got {devices!r}")
-    for name in devices:
-        one_of("device", name, DEVICES)
-    for place, name in enumerate(devices):
-        for other in devices[:place]:
-            shared = set(DEVICES[name].parameters) & set(DEVICES[other].parameters)
-            if shared:
-                raise ValueError(
-                    f"devices {other!r} and {name!r} share the parameter {min(shared)!r}: a storey has one"
-                )
-    return tuple(devices)

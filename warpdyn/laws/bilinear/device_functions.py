@@ -1,39 +1,50 @@
 """Bilinear with kinematic hardening.
 
-A hardening spring c0 stands beside an elastic-perfectly-plastic one of stiffness c1 and yield drift c2. The memory is
-the plastic drift; return mapping clamps it into the elastic range around the drift.
+A hardening spring stands beside an elastic-perfectly-plastic one. The memory is the plastic drift; return mapping
+clamps it into the elastic range around the drift.
 """
 
+import enum
 from typing import Any
 
 import warp as wp
 
+from warpdyn.laws.bilinear.parameters import Coefficient as C
+from warpdyn.laws.law import Layout
 from warpdyn.laws.spring import Spring
+
+
+class M(Layout):
+    """The memory."""
+
+    PLASTIC_DRIFT = enum.auto()
 
 
 @wp.func
 def bilinear_evolve(drift: Any, memory: Any, c: Any):
     plastic = type(memory)()
-    plastic[0] = wp.clamp(memory[0], drift - c[2], drift + c[2])
+    plastic[M.PLASTIC_DRIFT] = wp.clamp(memory[M.PLASTIC_DRIFT], drift - c[C.YIELD_DRIFT], drift + c[C.YIELD_DRIFT])
     return plastic
 
 
 @wp.func
 def bilinear_force(drift: Any, memory: Any, c: Any):
-    return c[0] * drift + c[1] * (drift - wp.clamp(memory[0], drift - c[2], drift + c[2]))
+    return c[C.HARDENING_STIFFNESS] * drift + c[C.YIELDING_STIFFNESS] * (
+        drift - wp.clamp(memory[M.PLASTIC_DRIFT], drift - c[C.YIELD_DRIFT], drift + c[C.YIELD_DRIFT])
+    )
 
 
 @wp.func
 def bilinear_recoverable(drift: Any, memory: Any, c: Any):
-    elastic = drift - memory[0]
-    return type(drift)(0.5) * (c[0] * drift * drift + c[1] * elastic * elastic)
+    elastic = drift - memory[M.PLASTIC_DRIFT]
+    return type(drift)(0.5) * (c[C.HARDENING_STIFFNESS] * drift * drift + c[C.YIELDING_STIFFNESS] * elastic * elastic)
 
 
 @wp.func
 def bilinear_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
-    stiffness = c[0]
-    if wp.abs(drift - before[0]) < c[2]:
-        stiffness += c[1]
+    stiffness = c[C.HARDENING_STIFFNESS]
+    if wp.abs(drift - before[M.PLASTIC_DRIFT]) < c[C.YIELD_DRIFT]:
+        stiffness += c[C.YIELDING_STIFFNESS]
     return stiffness
 
 
@@ -47,9 +58,9 @@ SPRINGS = {
         bilinear_force,
         bilinear_evolve,
         bilinear_recoverable,
-        coefficients=3,
+        coefficients=len(C),
         tangent=bilinear_tangent,
-        memory=1,
+        memory=len(M),
         advance=bilinear_advance,
     ),
 }

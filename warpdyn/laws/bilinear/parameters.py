@@ -1,32 +1,64 @@
-"""Bilinear storeys with kinematic hardening, and elastic-perfectly-plastic ones.
-
-OpenSees: Steel01 without isotropic hardening; ElasticPP, whose epsyP is the yield force over the stiffness.
-"""
+"""Bilinear storeys with kinematic hardening, and elastic-perfectly-plastic ones."""
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
+from numpy.typing import ArrayLike
 
-from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Values
-
-
-def _bilinear_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
-    stiffness, hardening = p["stiffness"], p["hardening_ratio"]
-    return hardening * stiffness, (1 - hardening) * stiffness, p["yield_force"] / stiffness
+from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, Values, shared
 
 
-def _perfectly_plastic_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
-    return np.zeros_like(p["stiffness"]), p["stiffness"], p["yield_force"] / p["stiffness"]
+class Coefficient(Layout):
+    """What the device functions read: a hardening spring stands beside one that yields."""
+
+    HARDENING_STIFFNESS = enum.auto()
+    YIELDING_STIFFNESS = enum.auto()
+    YIELD_DRIFT = enum.auto()
 
 
-BILINEAR = Law(
-    {"yield_force": YIELD_FORCE, "hardening_ratio": HARDENING_RATIO},
-    lambda p: "bilinear",
-    _bilinear_coefficients,
-)
-ELASTIC_PERFECTLY_PLASTIC = Law({"yield_force": YIELD_FORCE}, lambda p: "bilinear", _perfectly_plastic_coefficients)
+class Bilinear(Law):
+    """A bilinear storey with kinematic hardening (OpenSees: Steel01 without isotropic hardening).
 
-LAWS = {
-    "bilinear": BILINEAR,
-    "elastic_perfectly_plastic": ELASTIC_PERFECTLY_PLASTIC,
-}
+    Example:
+        >>> Bilinear(yield_force=1e6, hardening_ratio=0.05)
+        Bilinear(yield_force=1000000.0, hardening_ratio=0.05)
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="Fy")
+    hardening_ratio: ArrayLike = shared(HARDENING_RATIO, opensees="b")
+
+    opensees = ("Steel01",)
+    rows = {"bilinear": Coefficient.names()}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        stiffness, hardening = p["stiffness"], p["hardening_ratio"]
+        return {
+            "hardening_stiffness": hardening * stiffness,
+            "yielding_stiffness": (1 - hardening) * stiffness,
+            "yield_drift": p["yield_force"] / stiffness,
+        }
+
+
+class ElasticPerfectlyPlastic(Law):
+    """An elastic-perfectly-plastic storey (OpenSees: ElasticPP, whose epsyP is the yield force over the stiffness).
+
+    Example:
+        >>> ElasticPerfectlyPlastic(yield_force=[1.2e6, 0.8e6])
+        ElasticPerfectlyPlastic(yield_force=(1200000.0, 800000.0))
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="epsyP times E")
+
+    opensees = ("ElasticPP",)
+    rows = {"bilinear": Coefficient.names()}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        return {
+            "hardening_stiffness": np.zeros_like(p["stiffness"]),
+            "yielding_stiffness": p["stiffness"],
+            "yield_drift": p["yield_force"] / p["stiffness"],
+        }

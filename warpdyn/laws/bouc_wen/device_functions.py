@@ -1,7 +1,7 @@
-"""Bouc-Wen: a hardening spring c0 beside a hysteretic force c1 z.
+"""Bouc-Wen: a hardening spring beside a hysteretic force that z scales.
 
-uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with 1 / uy = c2, beta / uy = c3, gamma / uy = c4, and n = c5 where it
-is neither 1 nor 2: powers are slow, and most use these.
+uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with uy the yield drift. The exponents 1 and 2 have functions of their
+own: powers are slow, and most use these.
 """
 
 from typing import Any
@@ -9,60 +9,73 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
+from warpdyn.laws.bouc_wen.parameters import BoucWen
+from warpdyn.laws.bouc_wen.parameters import Coefficient as C
+from warpdyn.laws.rate_law import Memory as M
 from warpdyn.laws.rate_law import along_drift
 from warpdyn.laws.spring import Spring
 
 
 @wp.func
 def bouc_wen_force(drift: Any, memory: Any, c: Any):
-    return c[0] * drift + c[1] * memory[0]
+    return c[C.HARDENING_STIFFNESS] * drift + c[C.HYSTERETIC_FORCE] * memory[M.Z]
 
 
 @wp.func
 def bouc_wen_recoverable(drift: Any, memory: Any, c: Any):
-    return type(drift)(0.5) * (c[0] * drift * drift + c[1] / c[2] * memory[0] * memory[0])
+    return type(drift)(0.5) * (
+        c[C.HARDENING_STIFFNESS] * drift * drift + c[C.HYSTERETIC_FORCE] / c[C.RATE] * memory[M.Z] * memory[M.Z]
+    )
 
 
 # Where it is, z settles at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy at the fastest. Every stage is looked at if z
 # has a say: a step too long throws z beyond its bound, where the rate is higher.
 @wp.func
 def bouc_wen_1_relaxation(velocity: Any, memory: Any, c: Any):
-    return wp.abs(velocity) * (c[3] + wp.abs(c[4]))
+    return wp.abs(velocity) * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE]))
 
 
 @wp.func
 def bouc_wen_2_relaxation(velocity: Any, memory: Any, c: Any):
-    return wp.abs(velocity * memory[0]) * (type(velocity)(2.0) * (c[3] + wp.abs(c[4])))
+    return wp.abs(velocity * memory[M.Z]) * (type(velocity)(2.0) * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE])))
 
 
 @wp.func
 def bouc_wen_relaxation(velocity: Any, memory: Any, c: Any):
-    size = wp.max(wp.abs(memory[0]), type(velocity)(1e-6))
-    return wp.abs(velocity) * power_of(size, c[5]) / size * c[5] * (c[3] + wp.abs(c[4]))
+    size = wp.max(wp.abs(memory[M.Z]), type(velocity)(1e-6))
+    return (
+        wp.abs(velocity)
+        * power_of(size, c[C.EXPONENT])
+        / size
+        * c[C.EXPONENT]
+        * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE]))
+    )
 
 
 @wp.func
 def bouc_wen_1_rate(velocity: Any, memory: Any, c: Any):
-    z = memory[0]
+    z = memory[M.Z]
     slope = type(memory)()
-    slope[0] = velocity * (c[2] - c[4] * wp.abs(z)) - c[3] * z * wp.abs(velocity)
+    slope[M.Z] = velocity * (c[C.RATE] - c[C.GAMMA_RATE] * wp.abs(z)) - c[C.BETA_RATE] * z * wp.abs(velocity)
     return slope
 
 
 @wp.func
 def bouc_wen_2_rate(velocity: Any, memory: Any, c: Any):
-    z = memory[0]
+    z = memory[M.Z]
     slope = type(memory)()
-    slope[0] = velocity * (c[2] - c[4] * z * z) - c[3] * z * wp.abs(z * velocity)
+    slope[M.Z] = velocity * (c[C.RATE] - c[C.GAMMA_RATE] * z * z) - c[C.BETA_RATE] * z * wp.abs(z * velocity)
     return slope
 
 
 @wp.func
 def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
-    z = memory[0]
+    z = memory[M.Z]
     slope = type(memory)()
-    power = power_of(wp.abs(z), c[5])
-    slope[0] = velocity * (c[2] - c[4] * power) - power * c[3] * wp.abs(velocity) * wp.sign(z)
+    power = power_of(wp.abs(z), c[C.EXPONENT])
+    slope[M.Z] = velocity * (c[C.RATE] - c[C.GAMMA_RATE] * power) - power * c[C.BETA_RATE] * wp.abs(velocity) * wp.sign(
+        z
+    )
     return slope
 
 
@@ -71,8 +84,8 @@ SPRINGS = {
         bouc_wen_force,
         None,
         bouc_wen_recoverable,
-        coefficients=5,
-        memory=1,
+        coefficients=len(BoucWen.rows["bouc_wen_1"]),
+        memory=len(M),
         settles_by_velocity=True,
         **along_drift(bouc_wen_1_rate, bouc_wen_1_relaxation),
     ),
@@ -80,16 +93,16 @@ SPRINGS = {
         bouc_wen_force,
         None,
         bouc_wen_recoverable,
-        coefficients=5,
-        memory=1,
+        coefficients=len(BoucWen.rows["bouc_wen_2"]),
+        memory=len(M),
         **along_drift(bouc_wen_2_rate, bouc_wen_2_relaxation),
     ),
     "bouc_wen": Spring(
         bouc_wen_force,
         None,
         bouc_wen_recoverable,
-        coefficients=6,
-        memory=1,
+        coefficients=len(BoucWen.rows["bouc_wen"]),
+        memory=len(M),
         **along_drift(bouc_wen_rate, bouc_wen_relaxation),
     ),
 }

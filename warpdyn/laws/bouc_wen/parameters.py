@@ -2,63 +2,91 @@
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdyn.laws.bounds import first_place, place_of
-from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter, Values
+from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, Values, parameter, shared
 
 
-def _bouc_wen_spring(p: Values) -> str:
-    """Exponents 1 and 2 have kernels without a power, which is what most of the time would go to."""
-    for exponent in (1, 2):
-        if np.all(p["exponent"] == exponent):
-            return f"bouc_wen_{exponent}"
-    return "bouc_wen"
+class Coefficient(Layout):
+    """What the device functions read; the exponent only where it is neither 1 nor 2."""
+
+    HARDENING_STIFFNESS = enum.auto()
+    HYSTERETIC_FORCE = enum.auto()
+    RATE = enum.auto()  # 1 / yield drift
+    BETA_RATE = enum.auto()  # beta / yield drift
+    GAMMA_RATE = enum.auto()
+    EXPONENT = enum.auto()
 
 
-def _bouc_wen_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
-    stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
-    rate = stiffness / strength
-    values = hardening * stiffness, (1 - hardening) * strength, rate, p["beta"] * rate, p["gamma"] * rate
-    return (*values, p["exponent"]) if spring == "bouc_wen" else values
+class BoucWen(Law):
+    """A Bouc-Wen storey (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z.
 
+    Here (Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v), with -beta < gamma <= beta: elsewhere z grows without
+    end, or gives back more energy than was put in (Erlicher and Point 2004). In OpenSees' BoucWen z is a deformation,
+    Fy / k times ours, Ao is 1, and beta and gamma are (Fy / k)^-n times ours.
 
-def _bouc_wen_problem(p: Values) -> str | None:
-    """Beyond these bounds z grows without end, or gives back more energy than was put in (Erlicher and Point 2004)."""
-    beta, gamma = np.broadcast_arrays(p["beta"], p["gamma"])
-    bad = (gamma <= -beta) | (gamma > beta)
-    if not np.any(bad):
-        return None
-    place = first_place(bad)
-    return (
-        f"gamma is {gamma[place]:g} where beta is {beta[place]:g} ({place_of(place)}); "
-        "a Bouc-Wen storey needs -beta < gamma <= beta"
-    )
-
-
-def _bouc_wen_stiffest(p: Values) -> np.ndarray:
-    """A storey is stiffest as it begins to unload from its bound, if gamma < beta; at rest otherwise.
-
-    Unloading, uy dz/dd = 1 + (beta - gamma) |z|^n, and |z|^n is at most 1 / (beta + gamma). Loading it is at most 1.
+    Example:
+        >>> BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)
+        BoucWen(yield_force=1000000.0, hardening_ratio=0.05, exponent=2.0)
     """
-    beta, gamma, hardening = p["beta"], p["gamma"], p["hardening_ratio"]
-    return p["stiffness"] * (1 + (1 - hardening) * (beta - gamma) / (beta + gamma))
 
+    yield_force: ArrayLike = shared(YIELD_FORCE)
+    hardening_ratio: ArrayLike = shared(HARDENING_RATIO, opensees="alpha")
+    beta: ArrayLike = parameter("1", "Bouc-Wen beta", low=0.0, low_open=True, default=0.5, opensees="beta")
+    gamma: ArrayLike = parameter("1", "Bouc-Wen gamma", default=0.5, opensees="gamma")
+    exponent: ArrayLike = parameter("1", "Bouc-Wen exponent n", low=0.0, low_open=True, default=1.0, opensees="n")
 
-BOUC_WEN = Law(
-    {
-        "yield_force": YIELD_FORCE,
-        "hardening_ratio": HARDENING_RATIO,
-        "beta": Parameter("1", "Bouc-Wen beta", low=0.0, low_open=True, default=0.5),
-        "gamma": Parameter("1", "Bouc-Wen gamma", default=0.5),
-        "exponent": Parameter("1", "Bouc-Wen exponent n", low=0.0, low_open=True, default=1.0),
-    },
-    _bouc_wen_spring,
-    _bouc_wen_coefficients,
-    _bouc_wen_problem,
-    _bouc_wen_stiffest,
-)
+    opensees = ("BoucWen",)
+    rows = {
+        "bouc_wen_1": Coefficient.names(Coefficient.EXPONENT),
+        "bouc_wen_2": Coefficient.names(Coefficient.EXPONENT),
+        "bouc_wen": Coefficient.names(),
+    }
 
-LAWS = {
-    "bouc_wen": BOUC_WEN,
-}
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        """Exponents 1 and 2 have kernels without a power, which is what most of the time would go to."""
+        for exponent in (1, 2):
+            if np.all(p["exponent"] == exponent):
+                return f"bouc_wen_{exponent}"
+        return "bouc_wen"
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
+        rate = stiffness / strength
+        values = {
+            "hardening_stiffness": hardening * stiffness,
+            "hysteretic_force": (1 - hardening) * strength,
+            "rate": rate,
+            "beta_rate": p["beta"] * rate,
+            "gamma_rate": p["gamma"] * rate,
+        }
+        return values | {"exponent": p["exponent"]} if row == "bouc_wen" else values
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        """Return where beta and gamma are out of the bounds that they set each other."""
+        beta, gamma = np.broadcast_arrays(p["beta"], p["gamma"])
+        bad = (gamma <= -beta) | (gamma > beta)
+        if not np.any(bad):
+            return None
+        place = first_place(bad)
+        return (
+            f"gamma is {gamma[place]:g} where beta is {beta[place]:g} ({place_of(place)}); "
+            "a Bouc-Wen storey needs -beta < gamma <= beta"
+        )
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        """A storey is stiffest as it begins to unload from its bound, if gamma < beta; at rest otherwise.
+
+        Unloading, (Fy / k) dz/dd = 1 + (beta - gamma) |z|^n, and |z|^n is at most 1 / (beta + gamma). Loading it is at
+        most 1.
+        """
+        beta, gamma, hardening = p["beta"], p["gamma"], p["hardening_ratio"]
+        return p["stiffness"] * (1 + (1 - hardening) * (beta - gamma) / (beta + gamma))

@@ -2,91 +2,156 @@
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdyn.laws.bounds import first_place, place_of
-from warpdyn.laws.law import Law, Parameter, Values
+from warpdyn.laws.law import Device, Layout, Values, parameter, shared
+from warpdyn.laws.parameter import Parameter
 
 NO_STOP = 1e30  # m
+CLEARANCE = Parameter("m", "clearance before the stop", low=0.0)
+CONTACT_STIFFNESS = Parameter("N m-1", "stiffness of the stop as it is pressed in", low=0.0)
+RESTITUTION = Parameter("1", "coefficient of restitution of the stop", low=0.0, high=1.0, low_open=True)
 
 
-def _friction_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
-    # A brace that no joint holds is not there.
-    brace = np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0)
-    return brace, np.divide(p["slip_force"], brace, out=np.zeros_like(brace), where=brace > 0)
+class FrictionCoefficient(Layout):
+    """What a friction damper's device functions read."""
+
+    BRACE_STIFFNESS = enum.auto()
+    SLIP_DRIFT = enum.auto()  # at which the joint slips
 
 
-def _friction_problem(p: Values) -> str | None:
-    slip, brace = np.broadcast_arrays(p["slip_force"], p["brace_stiffness"])
-    bad = (slip > 0) & (brace == 0)
-    if not bad.any():
-        return None
-    place = first_place(bad)
-    return f"brace_stiffness is 0 where slip_force is {slip[place]:g} N ({place_of(place)}); it must be above 0 there"
+class StopCoefficient(Layout):
+    """What a stop's device functions read."""
+
+    UNLOADING_STIFFNESS = enum.auto()
+    CLEARANCE_AHEAD = enum.auto()
+    CLEARANCE_BEHIND = enum.auto()
+    ENERGY_LOST = enum.auto()  # share of what was put in
 
 
-def _stop_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
-    given_back = p["restitution"] ** 2  # of the energy
-    ahead = np.broadcast_to(p["clearance"], given_back.shape)
-    return p["contact_stiffness"] / given_back, ahead, ahead, 1 - given_back
+class FrictionDamper(Device):
+    """A friction damper: a brace in series with a joint that slips at a force (OpenSees: an ElasticPP beside the law).
+
+    Example:
+        >>> FrictionDamper(slip_force=2e5, brace_stiffness=4e7)
+        FrictionDamper(slip_force=200000.0, brace_stiffness=40000000.0)
+    """
+
+    slip_force: ArrayLike = parameter("N", "force at which the friction damper slips", low=0.0)
+    brace_stiffness: ArrayLike = parameter("N m-1", "stiffness of the friction damper's brace", low=0.0, opensees="E")
+
+    opensees = ("ElasticPP",)
+    rows = {"slip": FrictionCoefficient.names()}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        # A brace that no joint holds is not there.
+        brace = np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0)
+        drift = np.divide(p["slip_force"], brace, out=np.zeros_like(brace), where=brace > 0)
+        return {"brace_stiffness": brace, "slip_drift": drift}
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        slip, brace = np.broadcast_arrays(p["slip_force"], p["brace_stiffness"])
+        bad = (slip > 0) & (brace == 0)
+        if not bad.any():
+            return None
+        place = first_place(bad)
+        return (
+            f"brace_stiffness is 0 where slip_force is {slip[place]:g} N ({place_of(place)}); it must be above 0 there"
+        )
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        return np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0)
 
 
-def _one_sided_stop_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
-    stiffness, ahead, _, kept = _stop_coefficients(p, spring)
-    return stiffness, ahead, np.full_like(ahead, NO_STOP), kept
+class Gap(Device):
+    """A stop on either side of the storey's drift, which gives back a share of the energy that pressed it in.
+
+    Example:
+        >>> Gap(clearance=0.05, contact_stiffness=5e8, restitution=0.6)
+        Gap(clearance=0.05, contact_stiffness=500000000.0, restitution=0.6)
+    """
+
+    clearance: ArrayLike = shared(CLEARANCE, opensees="gap")
+    contact_stiffness: ArrayLike = shared(CONTACT_STIFFNESS, opensees="E")
+    restitution: ArrayLike = shared(RESTITUTION, default=1.0)
+
+    rows = {"gap": StopCoefficient.names()}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        given_back = p["restitution"] ** 2  # of the energy
+        ahead = np.broadcast_to(p["clearance"], given_back.shape)
+        return {
+            "unloading_stiffness": p["contact_stiffness"] / given_back,
+            "clearance_ahead": ahead,
+            "clearance_behind": ahead,
+            "energy_lost": 1 - given_back,
+        }
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        return p["contact_stiffness"] / p["restitution"] ** 2
 
 
-def _stop_stiffest(p: Values) -> np.ndarray:
-    return p["contact_stiffness"] / p["restitution"] ** 2
+class OneSidedGap(Gap):
+    """A stop ahead of the storey's drift (OpenSees: an ElasticPPGap that never yields, where all energy is given back).
+
+    Example:
+        >>> OneSidedGap(clearance=0.05, contact_stiffness=5e8)
+        OneSidedGap(clearance=0.05, contact_stiffness=500000000.0)
+    """
+
+    opensees = ("ElasticPPGap",)
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        both = Gap.named_coefficients(p, row)
+        return both | {"clearance_behind": np.full_like(both["clearance_ahead"], NO_STOP)}
 
 
-_STOP = {
-    "clearance": Parameter("m", "clearance before the stop", low=0.0),
-    "contact_stiffness": Parameter("N m-1", "stiffness of the stop as it is pressed in", low=0.0),
-    "restitution": Parameter(
-        "1", "coefficient of restitution of the stop", low=0.0, high=1.0, low_open=True, default=1.0
-    ),
-}
-DEVICES = {
-    # OpenSees: an ElasticPP beside the storey's own material.
-    "friction_damper": Law(
-        {
-            "slip_force": Parameter("N", "force at which the friction damper slips", low=0.0),
-            "brace_stiffness": Parameter("N m-1", "stiffness of the friction damper's brace", low=0.0),
-        },
-        lambda p: "slip",
-        _friction_coefficients,
-        _friction_problem,
-        lambda p: np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0),
-    ),
-    # OpenSees: an ElasticPPGap that never yields, where all energy is given back.
-    "gap": Law(_STOP, lambda p: "gap", _stop_coefficients, stiffest=_stop_stiffest),
-    "one_sided_gap": Law(_STOP, lambda p: "gap", _one_sided_stop_coefficients, stiffest=_stop_stiffest),
-    # OpenSees: Viscous, with the exponent. It has no spring: kernels have it among the dashpots.
-    "viscous_damper": Law(
-        {
-            "damper_coefficient": Parameter("N s m-1", "force of the viscous damper at 1 m/s", low=0.0),
-            "velocity_exponent": Parameter(
-                "1", "velocity exponent of the viscous damper", low=0.0, high=1.0, low_open=True, default=1.0
-            ),
-            "linear_velocity": Parameter(
-                "m s-1",
-                "velocity below which a viscous damper of an exponent below 1 is linear",
-                low=0.0,
-                low_open=True,
-                default=0.01,
-            ),
-        },
-        lambda p: "",
-        lambda p, spring: (),
-        stiffest=lambda p: np.zeros_like(p["stiffness"]),
-    ),
-}
+class ViscousDamper(Device):
+    """A viscous damper whose force is a power of the velocity (OpenSees: Viscous); kernels have it among the dashpots.
+
+    Example:
+        >>> ViscousDamper(damper_coefficient=2e6, velocity_exponent=0.5)
+        ViscousDamper(damper_coefficient=2000000.0, velocity_exponent=0.5)
+    """
+
+    damper_coefficient: ArrayLike = parameter("N s m-1", "force of the viscous damper at 1 m/s", low=0.0, opensees="C")
+    velocity_exponent: ArrayLike = parameter(
+        "1",
+        "velocity exponent of the viscous damper",
+        low=0.0,
+        high=1.0,
+        low_open=True,
+        default=1.0,
+        opensees="alpha",
+    )
+    linear_velocity: ArrayLike = parameter(
+        "m s-1",
+        "velocity below which a viscous damper of an exponent below 1 is linear",
+        low=0.0,
+        low_open=True,
+        default=0.01,
+    )
+
+    opensees = ("Viscous",)
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        return np.zeros_like(p["stiffness"])
 
 
 def kind_of_dampers(devices: tuple[str, ...], p: Values) -> str:
     """Return what a building's viscous dampers are: "none", "linear" or a "power" of the velocity."""
-    if "viscous_damper" not in devices:
+    if ViscousDamper.name not in devices:
         return "none"
     return "linear" if np.all(p["velocity_exponent"] == 1) else "power"
 

@@ -2,6 +2,30 @@
 
 from __future__ import annotations
 
-from warpdyn.laws.law import Law
+import enum
 
-LAWS = {"elastic": Law()}
+from numpy.typing import ArrayLike
+
+from warpdyn.laws.law import Law, Layout, Values
+
+
+class Coefficient(Layout):
+    """What the device functions read."""
+
+    STIFFNESS = enum.auto()
+
+
+class Elastic(Law):
+    """A linear storey: F = k d.
+
+    Example:
+        >>> Elastic()
+        Elastic()
+    """
+
+    opensees = ("Elastic",)
+    rows = {"elastic": Coefficient.names()}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        return {"stiffness": p["stiffness"]}

@@ -1,21 +1,18 @@
 """Trilinear backbone with pinching, damage by ductility and energy, and softer unloading (OpenSees: Hysteretic).
 
 Everything is over the yield drift and the yield force, and mirrored so that the storey moves ahead: one set of rules
-serves both directions. The memory is the last drift and force, the farthest drifts ahead and behind (damage moves them
-out), the work done, between which drifts the storey stays on the line that it is on, the direction of the last step,
-the drifts at which the last unloading from behind and from ahead came to no force, and the slope of the line that it is
-on. A line that only one way leads along ends, behind the storey, at its last step.
-
-Coefficients: 1 / yield drift, yield force, length and slope of the backbone's second part, slope and length of its
-third, drifts at which these fall to no force, pinching of drift and of force, damage by ductility and by energy, and
-last the exponent of unloading, where there is one.
+serves both directions. A line that only one way leads along ends, behind the storey, at its last step.
 """
 
+import enum
 from typing import Any
 
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
+from warpdyn.laws.hysteretic.parameters import Coefficient as C
+from warpdyn.laws.hysteretic.parameters import Hysteretic
+from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions, kept_force
 from warpdyn.laws.spring import Spring
 
@@ -25,15 +22,38 @@ LEAST_FORCE = wp.constant(wp.float64(1e-3))
 NO_END = wp.constant(wp.float64(1e30))
 
 
+class M(Layout):
+    """The memory, in yield drifts and yield forces."""
+
+    DRIFT = enum.auto()  # of the last step
+    FORCE = enum.auto()
+    FARTHEST_AHEAD = enum.auto()  # drift on the positive side; damage moves it out
+    FARTHEST_BEHIND = enum.auto()
+    WORK = enum.auto()
+    LOWER_END = enum.auto()  # drifts between which the storey stays on its line
+    UPPER_END = enum.auto()
+    DIRECTION = enum.auto()  # of the last step
+    RELEASED_BEHIND = enum.auto()  # drift at which the last unloading from the negative side came to no force
+    RELEASED_AHEAD = enum.auto()  # the same from the positive side
+    LINE_SLOPE = enum.auto()
+
+
+MEMORY = wp.constant(len(M))
+
+
 @wp.func
 def hysteretic_backbone(x: Any, c: Any):
     """Force at a drift ahead, and the backbone's slope before it."""
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
-    third = second - c[2]
-    force = wp.min(x, one) + c[3] * wp.clamp(second, zero, c[2]) + c[4] * wp.clamp(third, zero, c[5])
-    slope = wp.where(third <= c[5], c[4], zero)
-    slope = wp.where(third <= zero, c[3], slope)
+    third = second - c[C.SECOND_LENGTH]
+    force = (
+        wp.min(x, one)
+        + c[C.SECOND_SLOPE] * wp.clamp(second, zero, c[C.SECOND_LENGTH])
+        + c[C.THIRD_SLOPE] * wp.clamp(third, zero, c[C.THIRD_LENGTH])
+    )
+    slope = wp.where(third <= c[C.THIRD_LENGTH], c[C.THIRD_SLOPE], zero)
+    slope = wp.where(third <= zero, c[C.SECOND_SLOPE], slope)
     return force, wp.where(second <= zero, one, slope)
 
 
@@ -45,24 +65,30 @@ def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behin
     mirrored. `softer` is how far unloading is softer than at first, 1 or more.
     """
     zero, one = type(x)(0.0), type(x)(1.0)
-    way = wp.where(x < memory[0], -one, one)
+    way = wp.where(x < memory[M.DRIFT], -one, one)
     is_up = way > zero
-    ahead = wp.where(is_up, memory[2], memory[3])
-    behind = wp.where(is_up, memory[3], memory[2])
-    released = wp.where(is_up, memory[8], memory[9])
-    here, last, before = way * x, way * memory[0], way * memory[1]
+    ahead = wp.where(is_up, memory[M.FARTHEST_AHEAD], memory[M.FARTHEST_BEHIND])
+    behind = wp.where(is_up, memory[M.FARTHEST_BEHIND], memory[M.FARTHEST_AHEAD])
+    released = wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD])
+    here, last, before = way * x, way * memory[M.DRIFT], way * memory[M.FORCE]
     moved = here - last
-    releases = (way * memory[7] < zero) and (before <= zero)
+    releases = (way * memory[M.DIRECTION] < zero) and (before <= zero)
     stored = type(x)(0.5) * before * before * softer_behind
-    damage = wp.where(behind > one, c[11] * (memory[4] - stored) + c[10] * (behind - one), zero)
+    damage = wp.where(
+        behind > one,
+        c[C.DAMAGE_BY_ENERGY] * (memory[M.WORK] - stored) + c[C.DAMAGE_BY_DUCTILITY] * (behind - one),
+        zero,
+    )
     released = wp.where(releases, last - before * softer_behind, released)
-    target = wp.clamp(wp.where(releases, ahead * (one + damage), ahead), one, type(x)(FARTHEST) * c[0])
+    target = wp.clamp(
+        wp.where(releases, ahead * (one + damage), ahead), one, type(x)(FARTHEST) * c[C.INVERSE_YIELD_DRIFT]
+    )
     strength, slope = hysteretic_backbone(target, c)
     # Behind a backbone that has come to no force there is none before the drift at which it did.
-    gone = wp.where(behind <= one + c[2], c[6], c[7])
+    gone = wp.where(behind <= one + c[C.SECOND_LENGTH], c[C.SECOND_IS_GONE], c[C.THIRD_IS_GONE])
     start = wp.max(wp.where(behind <= one, released, -gone), released)
-    pinched = c[9] * strength
-    bend = start + (target - (strength - pinched) * softer_ahead - start) * c[8]
+    pinched = c[C.PINCHING_FORCE] * strength
+    bend = start + (target - (strength - pinched) * softer_ahead - start) * c[C.PINCHING_DRIFT]
     is_first = here < bend
     length = wp.where(is_first, bend - start, target - bend)
     rise = wp.where(is_first, pinched, strength - pinched) / wp.where(length > zero, length, one)
@@ -90,17 +116,23 @@ def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behin
     end = wp.where(is_unloading, released - type(x)(LEAST_FORCE) * softer_behind, end)
     on_backbone = here >= ahead
     full, steep = hysteretic_backbone(here, c)
-    on_third = here >= one + c[2]
-    is_last = here >= one + c[2] + c[5]
-    slope_after = wp.where(on_third, wp.where(is_last, zero, c[4]), wp.where(here < one, one, c[3]))
-    corner = wp.where(on_third, wp.where(is_last, type(x)(NO_END), one + c[2] + c[5]), one + c[2])
+    on_third = here >= one + c[C.SECOND_LENGTH]
+    is_last = here >= one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH]
+    slope_after = wp.where(
+        on_third, wp.where(is_last, zero, c[C.THIRD_SLOPE]), wp.where(here < one, one, c[C.SECOND_SLOPE])
+    )
+    corner = wp.where(
+        on_third,
+        wp.where(is_last, type(x)(NO_END), one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH]),
+        one + c[C.SECOND_LENGTH],
+    )
     corner = wp.where(here < one, one, corner)
     glides_by = wp.where(on_backbone, slope_after, glides_by)
     end = wp.where(on_backbone, corner, end)
     force = wp.where(on_backbone, full, force)
     slope = wp.where(on_backbone, steep, slope)
     target = wp.where(on_backbone, here, target)
-    released = wp.where(on_backbone, wp.where(is_up, memory[8], memory[9]), released)
+    released = wp.where(on_backbone, wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD]), released)
     return force, slope, way, target, released, glides_by, end
 
 
@@ -114,81 +146,90 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
             # No softer than towards the origin; where the backbone is below yield no power is.
             reach = wp.max(farthest, one)
             strength, _slope = hysteretic_backbone(reach, c)
-            return wp.min(power_of(reach, c[12]), reach / wp.max(strength, one))
+            return wp.min(power_of(reach, c[C.UNLOADING_EXPONENT]), reach / wp.max(strength, one))
         return one
 
     softer = device_functions(name, softer)["softer"]
 
     def step(drift: Any, memory: Any, c: Any):
-        x = drift * c[0]
-        above, below = softer(memory[2], c), softer(memory[3], c)
-        is_up = x >= memory[0]
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
+        above, below = softer(memory[M.FARTHEST_AHEAD], c), softer(memory[M.FARTHEST_BEHIND], c)
+        is_up = x >= memory[M.DRIFT]
         return hysteretic_step(x, memory, c, wp.where(is_up, above, below), wp.where(is_up, below, above))
 
     step = device_functions(name, step)["step"]
 
     def force(drift: Any, memory: Any, c: Any):
         now, _slope, way, _ahead, _released, _glides_by, _end = step(drift, memory, c)
-        return c[1] * wp.where(drift * c[0] == memory[0], memory[1], way * now)
+        return c[C.YIELD_FORCE] * wp.where(
+            drift * c[C.INVERSE_YIELD_DRIFT] == memory[M.DRIFT], memory[M.FORCE], way * now
+        )
 
     def decides(drift: Any, memory: Any, c: Any):
-        x = drift * c[0]
-        return x < memory[5] or x > memory[6]
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
+        return x < memory[M.LOWER_END] or x > memory[M.UPPER_END]
 
     decides = device_functions(name, decides)["decides"]
 
     def glide(drift: Any, memory: Any, c: Any):
-        x = drift * c[0]
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
         after = type(memory)()
-        after[0] = x
-        after[1] = memory[1] + memory[10] * (x - memory[0])
+        after[M.DRIFT] = x
+        after[M.FORCE] = memory[M.FORCE] + memory[M.LINE_SLOPE] * (x - memory[M.DRIFT])
         # Only on the backbone is it farther than before.
-        after[2] = wp.max(memory[2], x)
-        after[3] = wp.max(memory[3], -x)
-        after[4] = memory[4] + type(drift)(0.5) * (memory[1] + after[1]) * (x - memory[0])
-        after[5] = wp.where(memory[5] == memory[0], x, memory[5])
-        after[6] = wp.where(memory[6] == memory[0], x, memory[6])
-        after[7] = memory[7]
-        after[8] = memory[8]
-        after[9] = memory[9]
-        after[10] = memory[10]
+        after[M.FARTHEST_AHEAD] = wp.max(memory[M.FARTHEST_AHEAD], x)
+        after[M.FARTHEST_BEHIND] = wp.max(memory[M.FARTHEST_BEHIND], -x)
+        after[M.WORK] = memory[M.WORK] + type(drift)(0.5) * (memory[M.FORCE] + after[M.FORCE]) * (x - memory[M.DRIFT])
+        after[M.LOWER_END] = wp.where(memory[M.LOWER_END] == memory[M.DRIFT], x, memory[M.LOWER_END])
+        after[M.UPPER_END] = wp.where(memory[M.UPPER_END] == memory[M.DRIFT], x, memory[M.UPPER_END])
+        after[M.DIRECTION] = memory[M.DIRECTION]
+        after[M.RELEASED_BEHIND] = memory[M.RELEASED_BEHIND]
+        after[M.RELEASED_AHEAD] = memory[M.RELEASED_AHEAD]
+        after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
         return after
 
     def evolve(drift: Any, memory: Any, c: Any):
-        x = drift * c[0]
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
         now, _slope, way, ahead, released, glides_by, end = step(drift, memory, c)
         is_up = way > type(drift)(0.0)
         after = type(memory)()
-        after[0] = x
-        after[1] = way * now
-        after[2] = wp.where(is_up, ahead, memory[2])
-        after[3] = wp.where(is_up, memory[3], ahead)
-        after[4] = memory[4] + type(drift)(0.5) * (memory[1] + after[1]) * (x - memory[0])
-        after[7] = way
-        after[8] = wp.where(is_up, released, memory[8])
-        after[9] = wp.where(is_up, memory[9], released)
+        after[M.DRIFT] = x
+        after[M.FORCE] = way * now
+        after[M.FARTHEST_AHEAD] = wp.where(is_up, ahead, memory[M.FARTHEST_AHEAD])
+        after[M.FARTHEST_BEHIND] = wp.where(is_up, memory[M.FARTHEST_BEHIND], ahead)
+        after[M.WORK] = memory[M.WORK] + type(drift)(0.5) * (memory[M.FORCE] + after[M.FORCE]) * (x - memory[M.DRIFT])
+        after[M.DIRECTION] = way
+        after[M.RELEASED_BEHIND] = wp.where(is_up, released, memory[M.RELEASED_BEHIND])
+        after[M.RELEASED_AHEAD] = wp.where(is_up, memory[M.RELEASED_AHEAD], released)
         # Both sides have been aimed at, and neither has yielded: the line leads both ways.
         one = type(drift)(1.0)
-        is_elastic = after[2] == one and after[3] == one and wp.abs(x) < one
-        after[5] = wp.where(is_elastic, -one, wp.where(is_up, x, -end))
-        after[6] = wp.where(is_elastic, one, wp.where(is_up, end, x))
-        after[10] = wp.where(is_elastic, one, glides_by)
+        is_elastic = after[M.FARTHEST_AHEAD] == one and after[M.FARTHEST_BEHIND] == one and wp.abs(x) < one
+        after[M.LOWER_END] = wp.where(is_elastic, -one, wp.where(is_up, x, -end))
+        after[M.UPPER_END] = wp.where(is_elastic, one, wp.where(is_up, end, x))
+        after[M.LINE_SLOPE] = wp.where(is_elastic, one, glides_by)
         if not decides(drift, memory, c):
-            after[5] = wp.where(memory[5] == memory[0], x, memory[5])
-            after[6] = wp.where(memory[6] == memory[0], x, memory[6])
-            after[10] = memory[10]
-        stands = x == memory[0]
-        for i in range(11):
+            after[M.LOWER_END] = wp.where(memory[M.LOWER_END] == memory[M.DRIFT], x, memory[M.LOWER_END])
+            after[M.UPPER_END] = wp.where(memory[M.UPPER_END] == memory[M.DRIFT], x, memory[M.UPPER_END])
+            after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
+        stands = x == memory[M.DRIFT]
+        for i in range(MEMORY):
             after[i] = wp.where(stands, memory[i], after[i])
         return after
 
     def recoverable(drift: Any, memory: Any, c: Any):
-        farthest = wp.where(memory[1] > type(drift)(0.0), memory[2], memory[3])
-        return type(drift)(0.5) * c[1] / c[0] * memory[1] * memory[1] * softer(farthest, c)
+        farthest = wp.where(memory[M.FORCE] > type(drift)(0.0), memory[M.FARTHEST_AHEAD], memory[M.FARTHEST_BEHIND])
+        return (
+            type(drift)(0.5)
+            * c[C.YIELD_FORCE]
+            / c[C.INVERSE_YIELD_DRIFT]
+            * memory[M.FORCE]
+            * memory[M.FORCE]
+            * softer(farthest, c)
+        )
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
         _now, slope, _way, _ahead, _released, _glides_by, _end = step(drift, before, c)
-        return c[0] * c[1] * slope
+        return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
 
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
@@ -196,7 +237,12 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
     functions = device_functions(name, force, evolve, glide, recoverable, tangent, advance)
     evolve = functions["evolve"]
     return Spring(
-        coefficients=13 if SOFTENS else 12, memory=11, gliding=7, decides=decides, held=kept_force, **functions
+        coefficients=len(Hysteretic.rows[name]),
+        memory=len(M),
+        gliding=int(M.DIRECTION),
+        decides=decides,
+        held=kept_force,
+        **functions,
     )
 
 

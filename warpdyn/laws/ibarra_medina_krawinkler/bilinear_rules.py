@@ -2,31 +2,46 @@
 
 The storey moves along its unloading stiffness until it meets the backbone of the side it moves to. A side's backbone
 deteriorates whenever the force changes its sign towards it.
-
-The memory: what the family's has in common; how far the storey has come, 0 elastic, 1 yielded, 2 to the residual force,
-plus 4 on a backbone; for either side what its yield force, its hardening slope and its capping line have lost; and how
-far the hardening line of the present side lies above where strength alone puts it.
 """
 
+import enum
 from collections.abc import Callable
 from typing import Any
 
 import warp as wp
 
 from warpdyn.laws.ibarra_medina_krawinkler.deterioration import energy_rules, on_lines, spring_of
+from warpdyn.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
+from warpdyn.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
+from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions
 from warpdyn.laws.spring import Spring
 
-STATE = wp.constant(5)
-SIDES = wp.constant(6)  # three values each: losses of yield force, hardening slope, capping line
-LIFT = wp.constant(12)
-MEMORY, COEFFICIENTS = 13, 11
-EXPONENT = wp.constant(COEFFICIENTS)
 ALL = wp.constant(wp.float64(2.0))  # a loss of strength to the residual force, or of slope with all strength
+
+
+class M(Layout):
+    """The memory, in yield drifts and yield forces; that of the family comes first."""
+
+    DRIFT = enum.auto()
+    FORCE = enum.auto()
+    STIFFNESS_LOSS = enum.auto()
+    ENERGY = enum.auto()
+    ENERGY_BEFORE = enum.auto()
+    STATE = enum.auto()  # 0 elastic, 1 yielded, 2 at the residual force; plus 4 on a backbone
+    STRENGTH_LOSS_ABOVE = enum.auto()  # of the positive side: losses of yield force, hardening slope, capping line
+    SLOPE_LOSS_ABOVE = enum.auto()
+    CAPPING_LOSS_ABOVE = enum.auto()
+    STRENGTH_LOSS_BELOW = enum.auto()
+    SLOPE_LOSS_BELOW = enum.auto()
+    CAPPING_LOSS_BELOW = enum.auto()
+    LIFT = enum.auto()  # of the hardening line of the present side above where strength alone puts it
 
 
 def _law(name: str, POWERS: bool) -> Spring:
     """Return the law; without powers its exponent of deterioration is 1."""
+    names = IbarraMedinaKrawinklerBilinear.rows["ibarra_medina_krawinkler_bilinear" + "_power" * POWERS]
+    EXPONENT = wp.constant(len(names) - 1)
     deterioration, after_turning = energy_rules(POWERS)
 
     def turns_back(x_before: Any, f_before: Any):
@@ -37,15 +52,15 @@ def _law(name: str, POWERS: bool) -> Spring:
 
     def decides(drift: Any, memory: Any, c: Any):
         zero = type(drift)(0.0)
-        u = drift * c[0]
-        side = wp.where(u > memory[0], type(drift)(1.0), -type(drift)(1.0))
-        x_before = side * memory[0]
-        f_before = side * memory[1]
-        force = f_before + (type(drift)(1.0) - memory[2]) * (side * u - x_before)
-        on_backbone = memory[STATE] >= type(drift)(4.0)
+        u = drift * c[C.INVERSE_YIELD_DRIFT]
+        side = wp.where(u > memory[M.DRIFT], type(drift)(1.0), -type(drift)(1.0))
+        x_before = side * memory[M.DRIFT]
+        f_before = side * memory[M.FORCE]
+        force = f_before + (type(drift)(1.0) - memory[M.STIFFNESS_LOSS]) * (side * u - x_before)
+        on_backbone = memory[M.STATE] >= type(drift)(4.0)
         turns = on_backbone and turns_back(x_before, f_before)
-        crosses = not on_backbone and memory[STATE] > zero and f_before <= zero and force >= zero
-        return u != memory[0] and (turns or crosses)
+        crosses = not on_backbone and memory[M.STATE] > zero and f_before <= zero and force >= zero
+        return u != memory[M.DRIFT] and (turns or crosses)
 
     def following(DECIDES: bool) -> Callable:
         """Return the function that follows the path, of all storeys or of those that decide nothing."""
@@ -56,31 +71,31 @@ def _law(name: str, POWERS: bool) -> Spring:
             two = type(drift)(2.0)
             # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
             all_of_it = type(drift)(ALL)
-            residual = c[5]
+            residual = c[C.RESIDUAL_FORCE]
             exponent = one
             if POWERS:
                 exponent = c[EXPONENT]
             # All of a step is seen from the side that the storey moves to.
-            u = drift * c[0]
-            moving = u != memory[0]
-            up = u > memory[0] or (u == memory[0] and memory[1] >= zero)
+            u = drift * c[C.INVERSE_YIELD_DRIFT]
+            moving = u != memory[M.DRIFT]
+            up = u > memory[M.DRIFT] or (u == memory[M.DRIFT] and memory[M.FORCE] >= zero)
             side = wp.where(up, one, -one)
             x = side * u
-            x_before = side * memory[0]
-            f_before = side * memory[1]
-            strength_loss = wp.where(up, memory[SIDES], memory[SIDES + 3])
-            slope_loss = wp.where(up, memory[SIDES + 1], memory[SIDES + 4])
-            capping_loss = wp.where(up, memory[SIDES + 2], memory[SIDES + 5])
-            other_slope_loss = wp.where(up, memory[SIDES + 4], memory[SIDES + 1])
-            stiffness_loss = memory[2]
-            energy = memory[3]
-            energy_before = memory[4]
-            on_backbone = memory[STATE] >= type(drift)(4.0)
-            seen = wp.where(on_backbone, memory[STATE] - type(drift)(4.0), memory[STATE])
-            lift = memory[LIFT]
+            x_before = side * memory[M.DRIFT]
+            f_before = side * memory[M.FORCE]
+            strength_loss = wp.where(up, memory[M.STRENGTH_LOSS_ABOVE], memory[M.STRENGTH_LOSS_BELOW])
+            slope_loss = wp.where(up, memory[M.SLOPE_LOSS_ABOVE], memory[M.SLOPE_LOSS_BELOW])
+            capping_loss = wp.where(up, memory[M.CAPPING_LOSS_ABOVE], memory[M.CAPPING_LOSS_BELOW])
+            other_slope_loss = wp.where(up, memory[M.SLOPE_LOSS_BELOW], memory[M.SLOPE_LOSS_ABOVE])
+            stiffness_loss = memory[M.STIFFNESS_LOSS]
+            energy = memory[M.ENERGY]
+            energy_before = memory[M.ENERGY_BEFORE]
+            on_backbone = memory[M.STATE] >= type(drift)(4.0)
+            seen = wp.where(on_backbone, memory[M.STATE] - type(drift)(4.0), memory[M.STATE])
+            lift = memory[M.LIFT]
             strength = wp.where(strength_loss > one, residual, one - strength_loss)
-            slope = wp.max(c[2] - slope_loss, zero)
-            capping = c[4] - capping_loss
+            slope = wp.max(c[C.HARDENING_SLOPE] - slope_loss, zero)
+            capping = c[C.CAPPING_HEIGHT] - capping_loss
             fails = bool(False)
             if DECIDES:
                 if moving and on_backbone and turns_back(x_before, f_before):
@@ -96,14 +111,18 @@ def _law(name: str, POWERS: bool) -> Spring:
             if DECIDES:
                 if moving and not on_backbone and f_before <= zero and force >= zero and seen > zero:
                     spent = wp.max(energy - energy_before, zero)
-                    fails = fails or spent > c[7] - energy or spent > c[8] - energy
-                    weakening = one - c[10] * deterioration(spent, c[7] - energy, exponent)
+                    fails = fails or spent > c[C.STRENGTH_CAPACITY] - energy or spent > c[C.CAPPING_CAPACITY] - energy
+                    weakening = one - c[C.DETERIORATION_RATE] * deterioration(
+                        spent, c[C.STRENGTH_CAPACITY] - energy, exponent
+                    )
                     strength *= weakening
                     slope *= weakening
-                    capping *= one - c[10] * deterioration(spent, c[8] - energy, exponent)
+                    capping *= one - c[C.DETERIORATION_RATE] * deterioration(
+                        spent, c[C.CAPPING_CAPACITY] - energy, exponent
+                    )
                     energy_before = energy
                     intercept = strength - slope * strength
-                    steepness = slope + c[3] * wp.max(strength - residual, zero)
+                    steepness = slope + c[C.FALLING_SLOPE] * wp.max(strength - residual, zero)
                     cap_drift = wp.where(steepness > zero, (capping - intercept) / steepness, zero)
                     cap_force = intercept + slope * cap_drift
                     lift = zero
@@ -118,9 +137,9 @@ def _law(name: str, POWERS: bool) -> Spring:
                     if cap_force > residual and way > zero and slope * way > cap_force - residual:
                         slope = (cap_force - residual) / way
                         lift = cap_force - slope * cap_drift - (strength - slope * strength)
-                    slope_loss = wp.where(slope_loss > one, slope_loss, c[2] - slope)
-                    capping_loss = c[4] - capping
-            falling = c[3] * wp.max(strength - residual, zero)
+                    slope_loss = wp.where(slope_loss > one, slope_loss, c[C.HARDENING_SLOPE] - slope)
+                    capping_loss = c[C.CAPPING_HEIGHT] - capping
+            falling = c[C.FALLING_SLOPE] * wp.max(strength - residual, zero)
             bound, tangent = on_lines(x, strength - slope * strength + lift, slope, capping, falling, residual)
             is_lost = slope_loss > one
             other_is_lost = other_slope_loss > one
@@ -133,7 +152,7 @@ def _law(name: str, POWERS: bool) -> Spring:
             elif not on_backbone:
                 tangent = stiffness
             is_at_residual = wp.where(falling > zero, capping - falling * x <= residual, force == residual)
-            loses = moving and (x >= c[6] or (on_backbone and force <= zero))
+            loses = moving and (x >= c[C.ULTIMATE_DRIFT] or (on_backbone and force <= zero))
             if loses or fails:
                 force = zero
                 tangent = zero
@@ -145,39 +164,41 @@ def _law(name: str, POWERS: bool) -> Spring:
             elif on_backbone:
                 seen = wp.max(seen, one)
             after = type(memory)()
-            after[0] = u
-            after[1] = side * force
-            after[2] = stiffness_loss
-            after[3] = energy + type(drift)(0.5) * (force + f_before) * (x - x_before)
-            after[4] = energy_before
-            after[STATE] = wp.where(on_backbone, seen + type(drift)(4.0), seen)
-            after[SIDES] = wp.where(up, strength_loss, memory[SIDES])
-            after[SIDES + 1] = wp.where(up, slope_loss, other_slope_loss)
-            after[SIDES + 2] = wp.where(up, capping_loss, memory[SIDES + 2])
-            after[SIDES + 3] = wp.where(up, memory[SIDES + 3], strength_loss)
-            after[SIDES + 4] = wp.where(up, other_slope_loss, slope_loss)
-            after[SIDES + 5] = wp.where(up, memory[SIDES + 5], capping_loss)
-            after[LIFT] = lift
+            after[M.DRIFT] = u
+            after[M.FORCE] = side * force
+            after[M.STIFFNESS_LOSS] = stiffness_loss
+            after[M.ENERGY] = energy + type(drift)(0.5) * (force + f_before) * (x - x_before)
+            after[M.ENERGY_BEFORE] = energy_before
+            after[M.STATE] = wp.where(on_backbone, seen + type(drift)(4.0), seen)
+            after[M.STRENGTH_LOSS_ABOVE] = wp.where(up, strength_loss, memory[M.STRENGTH_LOSS_ABOVE])
+            after[M.SLOPE_LOSS_ABOVE] = wp.where(up, slope_loss, other_slope_loss)
+            after[M.CAPPING_LOSS_ABOVE] = wp.where(up, capping_loss, memory[M.CAPPING_LOSS_ABOVE])
+            after[M.STRENGTH_LOSS_BELOW] = wp.where(up, memory[M.STRENGTH_LOSS_BELOW], strength_loss)
+            after[M.SLOPE_LOSS_BELOW] = wp.where(up, other_slope_loss, slope_loss)
+            after[M.CAPPING_LOSS_BELOW] = wp.where(up, memory[M.CAPPING_LOSS_BELOW], capping_loss)
+            after[M.LIFT] = lift
             return after, tangent
 
         return follow
 
     def unloading(memory: Any, c: Any):
-        one = type(memory[0])(1.0)
-        stiffness = one - memory[2]
+        one = type(memory[M.DRIFT])(1.0)
+        stiffness = one - memory[M.STIFFNESS_LOSS]
         exponent = one
         if POWERS:
             exponent = c[EXPONENT]
         holds = bool(True)
-        if memory[STATE] >= type(memory[0])(4.0):
-            stiffness, fails = after_turning(memory[1], stiffness, memory[3], memory[4], exponent, c)
+        if memory[M.STATE] >= type(memory[M.DRIFT])(4.0):
+            stiffness, fails = after_turning(
+                memory[M.FORCE], stiffness, memory[M.ENERGY], memory[M.ENERGY_BEFORE], exponent, c
+            )
             holds = not fails
-            if memory[STATE] > type(memory[0])(5.0):
-                stiffness = type(memory[0])(0.5)
+            if memory[M.STATE] > type(memory[M.DRIFT])(5.0):
+                stiffness = type(memory[M.DRIFT])(0.5)
         return stiffness, holds
 
     functions = following(True), following(False), decides, unloading
-    return spring_of(name, *functions, MEMORY, None, COEFFICIENTS + POWERS)
+    return spring_of(name, *functions, len(M), None, len(names))
 
 
 SPRINGS = {

@@ -1,23 +1,33 @@
 """What the laws of Ibarra, Medina and Krawinkler (2005) share: energy that is spent, and what it takes away.
 
-All is in units of the yield drift 1 / c0 and of the yield force c1, which makes the initial stiffness 1. A backbone has
-the hardening line, of slope c2, and the capping line, which falls at c3 from c4 at no drift; c5 is the residual force
-and c6 the ultimate drift. The energies that exhaust a storey are c7 of strength, c8 of the capping line and c9 of the
-unloading stiffness, infinite where nothing deteriorates; c10 is the rate D of deterioration, and the last coefficient
-its exponent where that is not 1. The memory begins with the drift, the force, the loss of unloading stiffness, the
-energy taken and what of it was taken before the last change of the force's sign.
+All is in units of the yield drift and of the yield force, which makes the initial stiffness 1. A backbone has the
+hardening line and the capping line, which falls. The energies that exhaust a storey are infinite where nothing
+deteriorates.
 """
 
+import enum
 from collections.abc import Callable
 from typing import Any
 
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
+from warpdyn.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
+from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions, kept_force
 from warpdyn.laws.spring import Spring
 
 SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
+
+
+class Common(Layout):
+    """The memory that every kind begins with, in yield drifts and yield forces."""
+
+    DRIFT = enum.auto()  # of the last step
+    FORCE = enum.auto()
+    STIFFNESS_LOSS = enum.auto()  # of unloading
+    ENERGY = enum.auto()  # taken so far
+    ENERGY_BEFORE = enum.auto()  # taken before the last change of the force's sign
 
 
 def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
@@ -41,7 +51,7 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
     def after_turning(force: Any, stiffness: Any, energy: Any, energy_before: Any, exponent: Any, c: Any):
         elastic = type(force)(0.5) * force * force / wp.max(stiffness, type(force)(SMALLEST))
         spent = wp.max(energy - energy_before - elastic, type(force)(0.0))
-        left = c[9] - (energy - elastic)
+        left = c[C.UNLOADING_CAPACITY] - (energy - elastic)
         deteriorated = stiffness * (type(force)(1.0) - share_of(spent, left, exponent))
         # An excursion gives back no more than was put in, which a stiffness that is about exhausted would.
         given = wp.max(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
@@ -89,7 +99,7 @@ def spring_of(
 
     def force(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
-        return c[1] * after[1]
+        return c[C.YIELD_FORCE] * after[Common.FORCE]
 
     def evolve(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
@@ -105,18 +115,20 @@ def spring_of(
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
         _, slope = follow(drift, before, c)
-        return slope * c[0] * c[1]
+        return slope * c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE]
 
     def recoverable(drift: Any, memory: Any, c: Any):
         stiffness, holds = unloading(memory, c)
         zero = type(drift)(0.0)
         # A stiffness that is about exhausted would give back more than was put in, on a way that has no end: the way
         # ends with the force, or at the ultimate drift of the other side.
-        force = wp.abs(memory[1])
-        side = wp.where(memory[1] < zero, -type(drift)(1.0), type(drift)(1.0))
-        way = wp.min(force / wp.max(stiffness, type(drift)(SMALLEST)), c[6] + side * memory[0])
-        energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[3])
-        return wp.where(holds, wp.max(energy, zero) * c[1] / c[0], zero)
+        force = wp.abs(memory[Common.FORCE])
+        side = wp.where(memory[Common.FORCE] < zero, -type(drift)(1.0), type(drift)(1.0))
+        way = wp.min(
+            force / wp.max(stiffness, type(drift)(SMALLEST)), c[C.ULTIMATE_DRIFT] + side * memory[Common.DRIFT]
+        )
+        energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
+        return wp.where(holds, wp.max(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
 
     functions = device_functions(name, force, evolve, glide, advance, tangent, recoverable)
     return Spring(

@@ -9,12 +9,7 @@ each of the four has a Lambda of its own, a drift. 0 means none, of Lambda and o
 
 The rules are those of OpenSees' IMKBilin, IMKPeakOriented and IMKPinching (of 2022 and 2023), so that the unloading
 stiffness of a bilinear storey that has come to its residual force is half the initial one, and one that has lost its
-strength one way has the residual force the other way; the others lose all at once. OpenSees' names, beside ours: Ke
-stiffness, Up plastic_drift_to_capping, Upc post_capping_drift (from the capping point to where its line would come to
-no force), Uu ultimate_drift, Fy yield_force, FmaxFy capping_force_ratio, ResF residual_force_ratio; LAMBDA_S
-strength_deterioration_drift, LAMBDA_C post_capping_deterioration_drift, LAMBDA_A reloading_deterioration_drift,
-LAMBDA_K unloading_deterioration_drift; c_S, c_C, c_A and c_K deterioration_exponent, D_pos and D_neg
-deterioration_rate; kappaF pinching_force_ratio, kappaD pinching_drift_ratio.
+strength one way has the residual force the other way; the others lose all at once.
 
 Ours differ on purpose:
 
@@ -33,68 +28,238 @@ Ours differ on purpose:
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdyn.laws.bounds import first_place, place_of
-from warpdyn.laws.law import YIELD_FORCE, Law, Parameter, Values
-
-_BACKBONE = {
-    "yield_force": YIELD_FORCE,
-    "plastic_drift_to_capping": Parameter("m", "drift from yield to the capping point", low=0.0, low_open=True),
-    "post_capping_drift": Parameter("m", "drift from the capping point to no force", low=0.0, low_open=True),
-    "capping_force_ratio": Parameter("1", "ratio of the force at the capping point to the yield force", low=1.0),
-    "residual_force_ratio": Parameter(
-        "1", "ratio of residual to yield force", low=0.0, high=1.0, high_open=True, default=0.0
-    ),
-    "ultimate_drift": Parameter("m", "drift at which all strength is lost, 0 for none", low=0.0, default=0.0),
-}
-_RULE = {
-    "deterioration_exponent": Parameter("1", "exponent c of deterioration", low=1.0, default=1.0),
-    "deterioration_rate": Parameter("1", "rate D of deterioration", low=0.0, low_open=True, high=1.0, default=1.0),
-}
+from warpdyn.laws.law import YIELD_FORCE, Law, Layout, Values, shared
+from warpdyn.laws.parameter import Parameter
 
 
-def _capacity(of: str) -> Parameter:
-    return Parameter(
-        "m", f"energy over yield force that exhausts the {of}, 0 for no deterioration", low=0.0, default=0.0
-    )
+class Coefficient(Layout):
+    """What the device functions read, in yield drifts and yield forces.
+
+    A row has as many of them as its kind needs, and the exponent of deterioration behind them where that is not 1.
+    """
+
+    INVERSE_YIELD_DRIFT = enum.auto()
+    YIELD_FORCE = enum.auto()
+    HARDENING_SLOPE = enum.auto()
+    FALLING_SLOPE = enum.auto()  # of the capping line
+    CAPPING_HEIGHT = enum.auto()  # of that line at no drift
+    RESIDUAL_FORCE = enum.auto()
+    ULTIMATE_DRIFT = enum.auto()
+    STRENGTH_CAPACITY = enum.auto()  # energy that exhausts a storey; infinite where nothing deteriorates
+    CAPPING_CAPACITY = enum.auto()
+    UNLOADING_CAPACITY = enum.auto()
+    DETERIORATION_RATE = enum.auto()  # D
+    RELOADING_CAPACITY = enum.auto()
+    PINCHING_FORCE_RATIO = enum.auto()
+    PINCHING_DRIFT_SHARE = enum.auto()  # 1 - kappaD
 
 
-_DETERIORATION = {
-    "strength_deterioration_drift": _capacity("yield force"),
-    "post_capping_deterioration_drift": _capacity("post-capping strength"),
-    "unloading_deterioration_drift": _capacity("unloading stiffness"),
-}
-_RELOADING = {"reloading_deterioration_drift": _capacity("reloading stiffness")}
-_PINCHING = {
-    "pinching_force_ratio": Parameter("1", "ratio of the pinching point's force to that of no pinching", 0.0, 1.0),
-    "pinching_drift_ratio": Parameter("1", "share of the plastic drift before the pinching point", 0.0, 1.0),
-}
+def _capacity(of: str, opensees: str) -> Parameter:
+    words = f"energy over yield force that exhausts the {of}, 0 for no deterioration"
+    return Parameter("m", words, low=0.0, opensees=opensees)
 
 
-def _coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
-    """Return what the kernels read, in units of yield drift and force."""
+PLASTIC_DRIFT = Parameter("m", "drift from yield to the capping point", low=0.0, low_open=True, opensees="Up")
+POST_CAPPING_DRIFT = Parameter("m", "drift from the capping point to no force", low=0.0, low_open=True, opensees="Upc")
+CAPPING_FORCE = Parameter("1", "ratio of the force at the capping point to the yield force", low=1.0, opensees="FmaxFy")
+RESIDUAL_FORCE = Parameter("1", "ratio of residual to yield force", low=0.0, high=1.0, high_open=True, opensees="ResF")
+ULTIMATE_DRIFT = Parameter("m", "drift at which all strength is lost, 0 for none", low=0.0, opensees="Uu")
+STRENGTH_CAPACITY = _capacity("yield force", "LAMBDA_S")
+POST_CAPPING_CAPACITY = _capacity("post-capping strength", "LAMBDA_C")
+UNLOADING_CAPACITY = _capacity("unloading stiffness", "LAMBDA_K")
+RELOADING_CAPACITY = _capacity("reloading stiffness", "LAMBDA_A")
+PINCHING_FORCE = Parameter(
+    "1", "ratio of the pinching point's force to that of no pinching", 0.0, 1.0, opensees="kappaF"
+)
+PINCHING_DRIFT = Parameter("1", "share of the plastic drift before the pinching point", 0.0, 1.0, opensees="kappaD")
+EXPONENT = Parameter("1", "exponent c of deterioration", low=1.0, opensees="c_S, c_C, c_A and c_K")
+RATE = Parameter("1", "rate D of deterioration", low=0.0, low_open=True, high=1.0, opensees="D_pos and D_neg")
+
+
+def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
+    """Return the rows of a kind of storey: without powers, of which CPUs take one at a time, and with them."""
+    names = Coefficient.names(count)
+    return {
+        f"ibarra_medina_krawinkler_{kind}": names,
+        f"ibarra_medina_krawinkler_{kind}_power": (*names, "deterioration_exponent"),
+    }
+
+
+def _row(law: type[Law], p: Values) -> str:
+    """Return the row of storeys: that without powers if all of them have the exponent 1."""
+    linear, power = law.rows
+    return linear if np.all(p["deterioration_exponent"] == 1) else power
+
+
+class IbarraMedinaKrawinklerBilinear(Law):
+    """A storey with a capping point and cyclic deterioration, bilinear (OpenSees: IMKBilin).
+
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); `warpdyn.laws.ibarra_medina_krawinkler.
+    parameters` has the rules, and where OpenSees differs. The stiffness is OpenSees' Ke.
+
+    Example:
+        >>> IbarraMedinaKrawinklerBilinear(
+        ...     yield_force=1e6, plastic_drift_to_capping=0.06, post_capping_drift=0.3, capping_force_ratio=1.1
+        ... ).residual_force_ratio
+        0.0
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="Fy")
+    plastic_drift_to_capping: ArrayLike = shared(PLASTIC_DRIFT)
+    post_capping_drift: ArrayLike = shared(POST_CAPPING_DRIFT)
+    capping_force_ratio: ArrayLike = shared(CAPPING_FORCE)
+    residual_force_ratio: ArrayLike = shared(RESIDUAL_FORCE, default=0.0)
+    ultimate_drift: ArrayLike = shared(ULTIMATE_DRIFT, default=0.0)
+    strength_deterioration_drift: ArrayLike = shared(STRENGTH_CAPACITY, default=0.0)
+    post_capping_deterioration_drift: ArrayLike = shared(POST_CAPPING_CAPACITY, default=0.0)
+    unloading_deterioration_drift: ArrayLike = shared(UNLOADING_CAPACITY, default=0.0)
+    deterioration_exponent: ArrayLike = shared(EXPONENT, default=1.0)
+    deterioration_rate: ArrayLike = shared(RATE, default=1.0)
+
+    opensees = ("IMKBilin",)
+    rows = _rows("bilinear", Coefficient.RELOADING_CAPACITY)
+
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        return _row(cls, p)
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        found = _coefficients(p, row)
+        # Its capping line falls the less the weaker the storey is.
+        return found | {"falling_slope": found["falling_slope"] / (1 - p["residual_force_ratio"])}
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        return _problem(p)
+
+
+class IbarraMedinaKrawinklerPeakOriented(Law):
+    """A storey with a capping point and cyclic deterioration that reloads towards peaks (OpenSees: IMKPeakOriented).
+
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); `warpdyn.laws.ibarra_medina_krawinkler.
+    parameters` has the rules, and where OpenSees differs. The stiffness is OpenSees' Ke.
+
+    Example:
+        >>> IbarraMedinaKrawinklerPeakOriented(
+        ...     yield_force=1e6, plastic_drift_to_capping=0.06, post_capping_drift=0.3, capping_force_ratio=1.1
+        ... ).deterioration_rate
+        1.0
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="Fy")
+    plastic_drift_to_capping: ArrayLike = shared(PLASTIC_DRIFT)
+    post_capping_drift: ArrayLike = shared(POST_CAPPING_DRIFT)
+    capping_force_ratio: ArrayLike = shared(CAPPING_FORCE)
+    residual_force_ratio: ArrayLike = shared(RESIDUAL_FORCE, default=0.0)
+    ultimate_drift: ArrayLike = shared(ULTIMATE_DRIFT, default=0.0)
+    strength_deterioration_drift: ArrayLike = shared(STRENGTH_CAPACITY, default=0.0)
+    post_capping_deterioration_drift: ArrayLike = shared(POST_CAPPING_CAPACITY, default=0.0)
+    unloading_deterioration_drift: ArrayLike = shared(UNLOADING_CAPACITY, default=0.0)
+    reloading_deterioration_drift: ArrayLike = shared(RELOADING_CAPACITY, default=0.0)
+    deterioration_exponent: ArrayLike = shared(EXPONENT, default=1.0)
+    deterioration_rate: ArrayLike = shared(RATE, default=1.0)
+
+    opensees = ("IMKPeakOriented",)
+    rows = _rows("peak_oriented", Coefficient.PINCHING_FORCE_RATIO)
+
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        return _row(cls, p)
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        return _coefficients(p, row)
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        return _problem(p)
+
+
+class IbarraMedinaKrawinklerPinching(Law):
+    """A storey with a capping point and cyclic deterioration that pinches (OpenSees: IMKPinching).
+
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); `warpdyn.laws.ibarra_medina_krawinkler.
+    parameters` has the rules, and where OpenSees differs. The stiffness is OpenSees' Ke.
+
+    Example:
+        >>> law = IbarraMedinaKrawinklerPinching(
+        ...     yield_force=1e6,
+        ...     plastic_drift_to_capping=0.06,
+        ...     post_capping_drift=0.3,
+        ...     capping_force_ratio=1.1,
+        ...     pinching_force_ratio=0.4,
+        ...     pinching_drift_ratio=0.5,
+        ... )
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="Fy")
+    plastic_drift_to_capping: ArrayLike = shared(PLASTIC_DRIFT)
+    post_capping_drift: ArrayLike = shared(POST_CAPPING_DRIFT)
+    capping_force_ratio: ArrayLike = shared(CAPPING_FORCE)
+    residual_force_ratio: ArrayLike = shared(RESIDUAL_FORCE, default=0.0)
+    ultimate_drift: ArrayLike = shared(ULTIMATE_DRIFT, default=0.0)
+    strength_deterioration_drift: ArrayLike = shared(STRENGTH_CAPACITY, default=0.0)
+    post_capping_deterioration_drift: ArrayLike = shared(POST_CAPPING_CAPACITY, default=0.0)
+    unloading_deterioration_drift: ArrayLike = shared(UNLOADING_CAPACITY, default=0.0)
+    reloading_deterioration_drift: ArrayLike = shared(RELOADING_CAPACITY, default=0.0)
+    pinching_force_ratio: ArrayLike = shared(PINCHING_FORCE)
+    pinching_drift_ratio: ArrayLike = shared(PINCHING_DRIFT)
+    deterioration_exponent: ArrayLike = shared(EXPONENT, default=1.0)
+    deterioration_rate: ArrayLike = shared(RATE, default=1.0)
+
+    opensees = ("IMKPinching",)
+    rows = _rows("pinching", len(Coefficient))
+
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        return _row(cls, p)
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        return _coefficients(p, row) | {
+            "pinching_force_ratio": p["pinching_force_ratio"],
+            "pinching_drift_share": 1 - p["pinching_drift_ratio"],
+        }
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        return _problem(p)
+
+
+def _coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    """Return what all kinds read, in units of yield drift and force."""
     rate = p["stiffness"] / p["yield_force"]
 
     def capacity(name: str) -> np.ndarray:
         return np.where(p[name] > 0, p[name] * rate, np.inf)
 
-    peak, to_capping, residual = (
-        p["capping_force_ratio"],
-        p["plastic_drift_to_capping"] * rate,
-        p["residual_force_ratio"],
-    )
+    peak, to_capping = p["capping_force_ratio"], p["plastic_drift_to_capping"] * rate
     falling = peak / (p["post_capping_drift"] * rate)
-    capping = peak + falling * (1 + to_capping)
-    if "bilinear" in spring:  # its capping line falls the less the weaker the storey is
-        falling = falling / (1 - residual)
-    values = rate, p["yield_force"], (peak - 1) / to_capping, falling, capping, residual, capacity("ultimate_drift")
-    values += tuple(capacity(name) for name in _DETERIORATION)
-    values += (p["deterioration_rate"],)
-    values += tuple(capacity(name) for name in _RELOADING if name in p)
-    if "pinching" in spring:
-        values += p["pinching_force_ratio"], 1 - p["pinching_drift_ratio"]
-    return (*values, p["deterioration_exponent"]) if spring.endswith("_power") else values
+    found = {
+        "inverse_yield_drift": rate,
+        "yield_force": p["yield_force"],
+        "hardening_slope": (peak - 1) / to_capping,
+        "falling_slope": falling,
+        "capping_height": peak + falling * (1 + to_capping),
+        "residual_force": p["residual_force_ratio"],
+        "ultimate_drift": capacity("ultimate_drift"),
+        "strength_capacity": capacity("strength_deterioration_drift"),
+        "capping_capacity": capacity("post_capping_deterioration_drift"),
+        "unloading_capacity": capacity("unloading_deterioration_drift"),
+        "deterioration_rate": p["deterioration_rate"],
+    }
+    if "bilinear" not in row:
+        found["reloading_capacity"] = capacity("reloading_deterioration_drift")
+    if row.endswith("_power"):
+        found["deterioration_exponent"] = p["deterioration_exponent"]
+    return found
 
 
 def _problem(p: Values) -> str | None:
@@ -116,23 +281,3 @@ def _problem(p: Values) -> str | None:
             place = first_place(bad)
             return f"{name} is {p[name][place]:g} ({place_of(place)}); it must be {words.format(bound[place])}"
     return None
-
-
-def _law(kind: str, parameters: dict[str, Parameter]) -> Law:
-    def spring(p: Values) -> str:
-        """The exponent 1 has a kernel without powers, of which CPUs take one at a time."""
-        is_linear = np.all(p["deterioration_exponent"] == 1)
-        return f"ibarra_medina_krawinkler_{kind}" + ("" if is_linear else "_power")
-
-    return Law(_BACKBONE | parameters | _RULE, spring, _coefficients, _problem)
-
-
-IBARRA_MEDINA_KRAWINKLER_BILINEAR = _law("bilinear", _DETERIORATION)
-IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED = _law("peak_oriented", _DETERIORATION | _RELOADING)
-IBARRA_MEDINA_KRAWINKLER_PINCHING = _law("pinching", _DETERIORATION | _RELOADING | _PINCHING)
-
-LAWS = {
-    "ibarra_medina_krawinkler_bilinear": IBARRA_MEDINA_KRAWINKLER_BILINEAR,
-    "ibarra_medina_krawinkler_peak_oriented": IBARRA_MEDINA_KRAWINKLER_PEAK_ORIENTED,
-    "ibarra_medina_krawinkler_pinching": IBARRA_MEDINA_KRAWINKLER_PINCHING,
-}

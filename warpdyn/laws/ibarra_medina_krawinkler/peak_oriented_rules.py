@@ -2,27 +2,51 @@
 
 IMKPeakOriented: once the force has changed its sign the storey goes for the last peak of that side if the way there is
 steeper, else for the farthest one. IMKPinching: it first goes for a point that lies lower. Whenever the force changes
-its sign towards a side, that side's backbone deteriorates and its farthest peak moves on.
-
-The memory: what the family's has in common; the branch, signed by its side; for either side what the yield force and
-the capping line have lost as shares, the drifts of the farthest peak and of the last one, and the last one's force;
-with pinching, the pinching point of the present side. The force of the farthest peak is the backbone's.
+its sign towards a side, that side's backbone deteriorates and its farthest peak moves on. The force of the farthest
+peak is the backbone's.
 """
 
+import enum
 from collections.abc import Callable
 from typing import Any
 
 import warp as wp
 
 from warpdyn.laws.ibarra_medina_krawinkler.deterioration import SMALLEST, energy_rules, on_lines, spring_of
+from warpdyn.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
+from warpdyn.laws.ibarra_medina_krawinkler.parameters import (
+    IbarraMedinaKrawinklerPeakOriented,
+    IbarraMedinaKrawinklerPinching,
+)
+from warpdyn.laws.law import Layout
 from warpdyn.laws.spring import Spring
 
-BRANCH = wp.constant(5)
-SIDES = wp.constant(6)  # five values each: losses of yield force and capping line, farthest peak, last peak, its force
-PINCH = wp.constant(16)  # drift and force
 ELASTIC, UNLOADING, TO_PINCH, TO_LAST, TO_FARTHEST, ON_BACKBONE, FAILED = (
     wp.constant(wp.float64(branch)) for branch in range(7)
 )
+
+
+class M(Layout):
+    """The memory, in yield drifts and yield forces; that of the family comes first, the last two only with pinching."""
+
+    DRIFT = enum.auto()
+    FORCE = enum.auto()
+    STIFFNESS_LOSS = enum.auto()
+    ENERGY = enum.auto()
+    ENERGY_BEFORE = enum.auto()
+    BRANCH = enum.auto()  # signed by its side
+    STRENGTH_LOSS_ABOVE = enum.auto()  # of the positive side's yield force
+    CAPPING_LOSS_ABOVE = enum.auto()
+    FARTHEST_ABOVE = enum.auto()  # drift of the farthest peak
+    LAST_DRIFT_ABOVE = enum.auto()  # of the last peak
+    LAST_FORCE_ABOVE = enum.auto()
+    STRENGTH_LOSS_BELOW = enum.auto()
+    CAPPING_LOSS_BELOW = enum.auto()
+    FARTHEST_BELOW = enum.auto()
+    LAST_DRIFT_BELOW = enum.auto()
+    LAST_FORCE_BELOW = enum.auto()
+    PINCHING_DRIFT = enum.auto()  # of the pinching point of the present side
+    PINCHING_FORCE = enum.auto()
 
 
 # Peaks are kept as they are: an offset's rounding would tell apart what is the same. 0 stands for first yield, at 1.
@@ -39,31 +63,36 @@ def kept(value: Any):
 def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
     """Return the law, with or without pinching; without powers its exponent of deterioration is 1."""
     deterioration, after_turning = energy_rules(POWERS)
-    memory_values, coefficients = (18, 14) if PINCHES else (16, 12)
-    EXPONENT = wp.constant(coefficients)
+    law = IbarraMedinaKrawinklerPinching if PINCHES else IbarraMedinaKrawinklerPeakOriented
+    names = law.rows[law.name + "_power" * POWERS]
+    EXPONENT = wp.constant(len(names) - 1)
+    values = len(M) if PINCHES else int(M.PINCHING_DRIFT)
 
     def decides(drift: Any, memory: Any, c: Any):
         zero = type(drift)(0.0)
         elastic, unloading, failed = type(drift)(ELASTIC), type(drift)(UNLOADING), type(drift)(FAILED)
         to_pinch, to_last, to_farthest = type(drift)(TO_PINCH), type(drift)(TO_LAST), type(drift)(TO_FARTHEST)
-        u = drift * c[0]
-        up = u > memory[0]
+        u = drift * c[C.INVERSE_YIELD_DRIFT]
+        up = u > memory[M.DRIFT]
         side = wp.where(up, type(drift)(1.0), -type(drift)(1.0))
         x = side * u
-        f_before = side * memory[1]
-        way = side * memory[BRANCH]
-        x_last = recalled(wp.where(up, memory[SIDES + 3], memory[SIDES + 8]))
+        f_before = side * memory[M.FORCE]
+        way = side * memory[M.BRANCH]
+        x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_ABOVE], memory[M.LAST_DRIFT_BELOW]))
         branch = wp.abs(way)
-        crosses = f_before <= zero and f_before + (type(drift)(1.0) - memory[2]) * (x - side * memory[0]) >= zero
+        crosses = (
+            f_before <= zero
+            and f_before + (type(drift)(1.0) - memory[M.STIFFNESS_LOSS]) * (x - side * memory[M.DRIFT]) >= zero
+        )
         passes = branch == elastic and x > type(drift)(1.0)
         passes = passes or (branch == unloading and (crosses or (f_before > zero and x > x_last)))
         passes = passes or (way == to_last and x > x_last)
-        farthest = recalled(wp.where(up, memory[SIDES + 2], memory[SIDES + 7]))
+        farthest = recalled(wp.where(up, memory[M.FARTHEST_ABOVE], memory[M.FARTHEST_BELOW]))
         passes = passes or (way == to_farthest and x > farthest)
         if PINCHES:
-            passes = passes or (way == to_pinch and x > memory[PINCH])
+            passes = passes or (way == to_pinch and x > memory[M.PINCHING_DRIFT])
         turns = way <= -to_pinch and way > -failed
-        return u != memory[0] and (turns or passes)
+        return u != memory[M.DRIFT] and (turns or passes)
 
     def following(DECIDES: bool) -> Callable:
         """Return the function that follows the path, of all storeys or of those that decide nothing."""
@@ -83,30 +112,30 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             to_last = type(drift)(TO_LAST)
             to_farthest = type(drift)(TO_FARTHEST)
             # All of a step is seen from the side that the storey moves to.
-            u = drift * c[0]
-            moving = u != memory[0]
-            up = u > memory[0] or (u == memory[0] and memory[BRANCH] >= zero)
+            u = drift * c[C.INVERSE_YIELD_DRIFT]
+            moving = u != memory[M.DRIFT]
+            up = u > memory[M.DRIFT] or (u == memory[M.DRIFT] and memory[M.BRANCH] >= zero)
             side = wp.where(up, one, -one)
             x = side * u
-            x_before = side * memory[0]
-            f_before = side * memory[1]
-            strength_loss = wp.where(up, memory[SIDES], memory[SIDES + 5])
-            capping_loss = wp.where(up, memory[SIDES + 1], memory[SIDES + 6])
-            farthest = recalled(wp.where(up, memory[SIDES + 2], memory[SIDES + 7]))
-            x_last = recalled(wp.where(up, memory[SIDES + 3], memory[SIDES + 8]))
-            f_last = recalled(wp.where(up, memory[SIDES + 4], memory[SIDES + 9]))
-            other_farthest = recalled(wp.where(up, memory[SIDES + 7], memory[SIDES + 2]))
-            other_x_last = recalled(wp.where(up, memory[SIDES + 8], memory[SIDES + 3]))
-            other_f_last = recalled(wp.where(up, memory[SIDES + 9], memory[SIDES + 4]))
+            x_before = side * memory[M.DRIFT]
+            f_before = side * memory[M.FORCE]
+            strength_loss = wp.where(up, memory[M.STRENGTH_LOSS_ABOVE], memory[M.STRENGTH_LOSS_BELOW])
+            capping_loss = wp.where(up, memory[M.CAPPING_LOSS_ABOVE], memory[M.CAPPING_LOSS_BELOW])
+            farthest = recalled(wp.where(up, memory[M.FARTHEST_ABOVE], memory[M.FARTHEST_BELOW]))
+            x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_ABOVE], memory[M.LAST_DRIFT_BELOW]))
+            f_last = recalled(wp.where(up, memory[M.LAST_FORCE_ABOVE], memory[M.LAST_FORCE_BELOW]))
+            other_farthest = recalled(wp.where(up, memory[M.FARTHEST_BELOW], memory[M.FARTHEST_ABOVE]))
+            other_x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_BELOW], memory[M.LAST_DRIFT_ABOVE]))
+            other_f_last = recalled(wp.where(up, memory[M.LAST_FORCE_BELOW], memory[M.LAST_FORCE_ABOVE]))
             x_pinch = zero
             f_pinch = zero
             if PINCHES:
-                x_pinch = memory[PINCH]
-                f_pinch = memory[PINCH + 1]
-            stiffness_loss = memory[2]
-            energy = memory[3]
-            energy_before = memory[4]
-            way = side * memory[BRANCH]
+                x_pinch = memory[M.PINCHING_DRIFT]
+                f_pinch = memory[M.PINCHING_FORCE]
+            stiffness_loss = memory[M.STIFFNESS_LOSS]
+            energy = memory[M.ENERGY]
+            energy_before = memory[M.ENERGY_BEFORE]
+            way = side * memory[M.BRANCH]
             fails = wp.abs(way) == failed
             branch = wp.abs(way)
             if DECIDES:
@@ -129,20 +158,37 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                 starts = moving and branch == unloading and f_before <= zero and unloaded >= zero
                 if starts:
                     spent = wp.max(energy - energy_before, zero)
-                    fails = fails or spent > c[7] - energy or spent > c[8] - energy or spent > c[11] - energy
-                    strength_loss += (one - strength_loss) * c[10] * deterioration(spent, c[7] - energy, exponent)
-                    capping_loss += (one - capping_loss) * c[10] * deterioration(spent, c[8] - energy, exponent)
-                    farthest += farthest * c[10] * deterioration(spent, c[11] - energy, exponent)
+                    fails = (
+                        fails
+                        or spent > c[C.STRENGTH_CAPACITY] - energy
+                        or spent > c[C.CAPPING_CAPACITY] - energy
+                        or spent > c[C.RELOADING_CAPACITY] - energy
+                    )
+                    strength_loss += (
+                        (one - strength_loss)
+                        * c[C.DETERIORATION_RATE]
+                        * deterioration(spent, c[C.STRENGTH_CAPACITY] - energy, exponent)
+                    )
+                    capping_loss += (
+                        (one - capping_loss)
+                        * c[C.DETERIORATION_RATE]
+                        * deterioration(spent, c[C.CAPPING_CAPACITY] - energy, exponent)
+                    )
+                    farthest += (
+                        farthest
+                        * c[C.DETERIORATION_RATE]
+                        * deterioration(spent, c[C.RELOADING_CAPACITY] - energy, exponent)
+                    )
                     energy_before = energy
                     x_from = x_before - f_before / stiffness
                     f_from = zero
             x_loading = x_from
             f_loading = f_from
             strength = one - strength_loss
-            slope = c[2] * strength
-            capping = c[4] * (one - capping_loss)
+            slope = c[C.HARDENING_SLOPE] * strength
+            capping = c[C.CAPPING_HEIGHT] * (one - capping_loss)
             intercept = strength - slope * strength
-            f_farthest, _ = on_lines(farthest, intercept, slope, capping, c[3], c[5])
+            f_farthest, _ = on_lines(farthest, intercept, slope, capping, c[C.FALLING_SLOPE], c[C.RESIDUAL_FORCE])
             if DECIDES:
                 if starts:
                     fails = fails or f_farthest <= zero
@@ -150,8 +196,8 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                     is_steeper = is_steeper and f_last * (farthest - x_from) > f_farthest * (x_last - x_from)
                     branch = wp.where(is_steeper, to_last, to_farthest)
                     if PINCHES:
-                        x_pinch = c[13] * (farthest - f_farthest / stiffness)
-                        f_pinch = c[12] * f_farthest * (x_pinch - x_from) / (farthest - x_from)
+                        x_pinch = c[C.PINCHING_DRIFT_SHARE] * (farthest - f_farthest / stiffness)
+                        f_pinch = c[C.PINCHING_FORCE_RATIO] * f_farthest * (x_pinch - x_from) / (farthest - x_from)
                         branch = wp.where(x_from < x_pinch, to_pinch, branch)
                 if branch == elastic and x > one:
                     branch = on_backbone
@@ -186,7 +232,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             tangent = (f_to - f_from) / wp.max(x_to - x_from, type(drift)(SMALLEST))
             force = f_to - tangent * (x_to - x)
             if branch == on_backbone:
-                force, tangent = on_lines(x, intercept, slope, capping, c[3], c[5])
+                force, tangent = on_lines(x, intercept, slope, capping, c[C.FALLING_SLOPE], c[C.RESIDUAL_FORCE])
             steepest = f_loading + (x - x_loading)
             if force > steepest:
                 force = steepest
@@ -196,49 +242,51 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                 tangent = stiffness
             if not moving:
                 force = f_before
-            fails = fails or (moving and x >= c[6]) or (branch == on_backbone and force <= zero)
+            fails = fails or (moving and x >= c[C.ULTIMATE_DRIFT]) or (branch == on_backbone and force <= zero)
             if fails:
                 branch = failed
                 force = zero
                 tangent = zero
             after = type(memory)()
-            after[0] = u
-            after[1] = side * force
-            after[2] = stiffness_loss
-            after[3] = energy + type(drift)(0.5) * (force + f_before) * (x - x_before)
-            after[4] = energy_before
-            after[BRANCH] = wp.where(branch <= unloading, branch, side * branch)
-            after[SIDES] = wp.where(up, strength_loss, memory[SIDES])
-            after[SIDES + 1] = wp.where(up, capping_loss, memory[SIDES + 1])
-            after[SIDES + 2] = kept(wp.where(up, farthest, other_farthest))
-            after[SIDES + 3] = kept(wp.where(up, x_last, other_x_last))
-            after[SIDES + 4] = kept(wp.where(up, f_last, other_f_last))
-            after[SIDES + 5] = wp.where(up, memory[SIDES + 5], strength_loss)
-            after[SIDES + 6] = wp.where(up, memory[SIDES + 6], capping_loss)
-            after[SIDES + 7] = kept(wp.where(up, other_farthest, farthest))
-            after[SIDES + 8] = kept(wp.where(up, other_x_last, x_last))
-            after[SIDES + 9] = kept(wp.where(up, other_f_last, f_last))
+            after[M.DRIFT] = u
+            after[M.FORCE] = side * force
+            after[M.STIFFNESS_LOSS] = stiffness_loss
+            after[M.ENERGY] = energy + type(drift)(0.5) * (force + f_before) * (x - x_before)
+            after[M.ENERGY_BEFORE] = energy_before
+            after[M.BRANCH] = wp.where(branch <= unloading, branch, side * branch)
+            after[M.STRENGTH_LOSS_ABOVE] = wp.where(up, strength_loss, memory[M.STRENGTH_LOSS_ABOVE])
+            after[M.CAPPING_LOSS_ABOVE] = wp.where(up, capping_loss, memory[M.CAPPING_LOSS_ABOVE])
+            after[M.FARTHEST_ABOVE] = kept(wp.where(up, farthest, other_farthest))
+            after[M.LAST_DRIFT_ABOVE] = kept(wp.where(up, x_last, other_x_last))
+            after[M.LAST_FORCE_ABOVE] = kept(wp.where(up, f_last, other_f_last))
+            after[M.STRENGTH_LOSS_BELOW] = wp.where(up, memory[M.STRENGTH_LOSS_BELOW], strength_loss)
+            after[M.CAPPING_LOSS_BELOW] = wp.where(up, memory[M.CAPPING_LOSS_BELOW], capping_loss)
+            after[M.FARTHEST_BELOW] = kept(wp.where(up, other_farthest, farthest))
+            after[M.LAST_DRIFT_BELOW] = kept(wp.where(up, other_x_last, x_last))
+            after[M.LAST_FORCE_BELOW] = kept(wp.where(up, other_f_last, f_last))
             if PINCHES:
-                after[PINCH] = x_pinch
-                after[PINCH + 1] = f_pinch
+                after[M.PINCHING_DRIFT] = x_pinch
+                after[M.PINCHING_FORCE] = f_pinch
             return after, tangent
 
         return follow
 
     def unloading(memory: Any, c: Any):
-        one = type(memory[0])(1.0)
-        stiffness = one - memory[2]
+        one = type(memory[M.DRIFT])(1.0)
+        stiffness = one - memory[M.STIFFNESS_LOSS]
         exponent = one
         if POWERS:
             exponent = c[EXPONENT]
         holds = bool(True)
-        if wp.abs(memory[BRANCH]) >= type(memory[0])(TO_PINCH):
-            stiffness, fails = after_turning(memory[1], stiffness, memory[3], memory[4], exponent, c)
+        if wp.abs(memory[M.BRANCH]) >= type(memory[M.DRIFT])(TO_PINCH):
+            stiffness, fails = after_turning(
+                memory[M.FORCE], stiffness, memory[M.ENERGY], memory[M.ENERGY_BEFORE], exponent, c
+            )
             holds = not fails
         return stiffness, holds
 
     return spring_of(
-        name, following(True), following(False), decides, unloading, memory_values, SIDES, coefficients + POWERS
+        name, following(True), following(False), decides, unloading, values, int(M.STRENGTH_LOSS_ABOVE), len(names)
     )
 
 

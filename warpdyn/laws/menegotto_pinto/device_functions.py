@@ -3,19 +3,18 @@
 The drift x is in yield drifts. A hardening spring stands beside a force h that is 1 where the storey yields. From a
 turn at (x_r, h_r) in the direction s it is h_r + s S g(r), with r = s (x - x_r) / S, g = r / (1 + r^R)^(1/R) and the
 way S = s_y - s h_r that is left to yield, at s_y, which is 1 without isotropic hardening. R = R0 (1 - c1 xi / (c2 +
-xi)) falls with the plastic excursion xi before the turn.
-
-Coefficients: 1 / yield drift, force of h = 1, hardening stiffness, R0, c1, c2; with isotropic hardening its ratio,
-and a half over the ductility that it is for.
-The memory: x and h of the last step, x_r and h_r, by how much the largest x of a turn was above 1 and the smallest
-below -1, with isotropic hardening s_y - 1, and of the branch R, 1 / R, S and 1 / S.
+xi)) falls with the plastic excursion xi before the turn; c1 and c2 are the curvature's reduction and its ductility.
 """
 
+import enum
 from typing import Any
 
 import warp as wp
 
 from warpdyn.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm
+from warpdyn.laws.law import Layout
+from warpdyn.laws.menegotto_pinto.parameters import Coefficient as C
+from warpdyn.laws.menegotto_pinto.parameters import MenegottoPinto
 from warpdyn.laws.row_functions import device_functions
 from warpdyn.laws.spring import Spring
 
@@ -25,20 +24,43 @@ LEAST_RATIO = wp.constant(wp.float64(1e-30))  # of which a logarithm is taken
 TERMS = wp.constant(16)  # of the series of stored energy, each less than 0.5^R of the one before
 
 
+class M(Layout):
+    """The memory up to the last turn; HARDENED only with isotropic hardening."""
+
+    DRIFT = enum.auto()  # x of the last step
+    TRANSITION = enum.auto()  # h of the last step
+    TURN_DRIFT = enum.auto()  # x_r
+    TURN_TRANSITION = enum.auto()  # h_r
+    LARGEST_ABOVE = enum.auto()  # by how much the largest x of a turn was above 1
+    LARGEST_BELOW = enum.auto()  # by how much the smallest was below -1
+    HARDENED = enum.auto()  # s_y - 1
+
+
+class Branch(Layout):
+    """The memory of the branch, which follows; all 0 before anything moved."""
+
+    EXPONENT = enum.auto()  # R
+    INVERSE_EXPONENT = enum.auto()
+    SPAN = enum.auto()  # S
+    INVERSE_SPAN = enum.auto()
+
+
 @wp.func
 def last_direction(memory: Any):
     """Return the direction in which the storey moves; 1 where it has not moved yet."""
-    return wp.where(memory[0] < memory[2], -type(memory[0])(1.0), type(memory[0])(1.0))
+    return wp.where(memory[M.DRIFT] < memory[M.TURN_DRIFT], -type(memory[M.DRIFT])(1.0), type(memory[M.DRIFT])(1.0))
 
 
 @wp.func
 def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
     """Return 1 / R and S of a branch, which is a memory just after its turn."""
     one = type(direction)(1.0)
-    farthest = one + wp.where(direction > type(direction)(0.0), branch[4], branch[5])
-    left = wp.max(yield_level - direction * branch[3], type(direction)(LEAST_SPAN))
-    excursion = wp.abs(farthest - direction * branch[2] - left)
-    return (c[5] + excursion) / (c[3] * (c[5] + (one - c[4]) * excursion)), left
+    farthest = one + wp.where(direction > type(direction)(0.0), branch[M.LARGEST_ABOVE], branch[M.LARGEST_BELOW])
+    left = wp.max(yield_level - direction * branch[M.TURN_TRANSITION], type(direction)(LEAST_SPAN))
+    excursion = wp.abs(farthest - direction * branch[M.TURN_DRIFT] - left)
+    return (c[C.CURVATURE_REDUCTION_DUCTILITY] + excursion) / (
+        c[C.TRANSITION_CURVATURE] * (c[C.CURVATURE_REDUCTION_DUCTILITY] + (one - c[C.CURVATURE_REDUCTION]) * excursion)
+    ), left
 
 
 @wp.func
@@ -69,51 +91,57 @@ def area_under(height: Any, inverse_exponent: Any):
 
 def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
     """Return the row without or with isotropic hardening."""
-    # What a turn makes of the path, then what the branch has of it: R, 1 / R, S and 1 / S, all 0 before anything moved.
-    VALUES = SHAPE = wp.constant(7 if IS_ISOTROPIC else 6)
+    VALUES = wp.constant(len(M) if IS_ISOTROPIC else int(M.HARDENED))  # that a turn sets
+    EXPONENT, INVERSE_EXPONENT, SPAN, INVERSE_SPAN = (wp.constant(VALUES + m) for m in Branch)
 
     def turned(direction: Any, memory: Any, c: Any):
         """Return the memory after a turn at the last step into this direction."""
         one = type(direction)(1.0)
         branch = memory
-        branch[2] = memory[0]
-        branch[3] = memory[1]
+        branch[M.TURN_DRIFT] = memory[M.DRIFT]
+        branch[M.TURN_TRANSITION] = memory[M.TRANSITION]
         upward = direction > type(direction)(0.0)
-        branch[4] = wp.where(upward, memory[4], wp.max(memory[4], memory[0] - one))
-        branch[5] = wp.where(upward, wp.max(memory[5], -memory[0] - one), memory[5])
+        branch[M.LARGEST_ABOVE] = wp.where(
+            upward, memory[M.LARGEST_ABOVE], wp.max(memory[M.LARGEST_ABOVE], memory[M.DRIFT] - one)
+        )
+        branch[M.LARGEST_BELOW] = wp.where(
+            upward, wp.max(memory[M.LARGEST_BELOW], -memory[M.DRIFT] - one), memory[M.LARGEST_BELOW]
+        )
         if IS_ISOTROPIC:
-            width = (branch[4] + branch[5] + one + one) * c[7]
-            branch[6] = c[6] * exponential(type(direction)(0.8) * natural_logarithm(width))
+            width = (branch[M.LARGEST_ABOVE] + branch[M.LARGEST_BELOW] + one + one) * c[C.HALF_INVERSE_DUCTILITY]
+            branch[M.HARDENED] = c[C.ISOTROPIC_HARDENING] * exponential(type(direction)(0.8) * natural_logarithm(width))
         return branch
 
     def yield_level(memory: Any):
-        level = type(memory[0])(1.0)
+        level = type(memory[M.DRIFT])(1.0)
         if IS_ISOTROPIC:
-            level += memory[6]
+            level += memory[M.HARDENED]
         return level
 
     turned, yield_level = device_functions(name, turned, yield_level).values()
 
     def turns(drift: Any, memory: Any, c: Any):
-        x = drift * c[0]
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
         last = last_direction(memory)
-        return memory[0] != memory[2] and (x - memory[0]) * last < type(drift)(0.0)
+        return memory[M.DRIFT] != memory[M.TURN_DRIFT] and (x - memory[M.DRIFT]) * last < type(drift)(0.0)
 
     turns = device_functions(name, turns)["turns"]
 
     def decides(drift: Any, memory: Any, c: Any):
-        return memory[SHAPE] == type(drift)(0.0) or turns(drift, memory, c)
+        return memory[EXPONENT] == type(drift)(0.0) or turns(drift, memory, c)
 
     def along_branch(drift: Any, memory: Any, c: Any):
         """Return the memory at a drift on the branch that the storey is on, and the slope of h over x."""
-        x = drift * c[0]
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
         last = last_direction(memory)
-        direction = wp.where(x > memory[0], type(drift)(1.0), wp.where(x < memory[0], -type(drift)(1.0), last))
-        ratio = direction * (x - memory[2]) * memory[SHAPE + 3]
-        height, slope = transition(ratio, memory[SHAPE], memory[SHAPE + 1])
+        direction = wp.where(
+            x > memory[M.DRIFT], type(drift)(1.0), wp.where(x < memory[M.DRIFT], -type(drift)(1.0), last)
+        )
+        ratio = direction * (x - memory[M.TURN_DRIFT]) * memory[INVERSE_SPAN]
+        height, slope = transition(ratio, memory[EXPONENT], memory[INVERSE_EXPONENT])
         after = memory
-        after[0] = x
-        after[1] = memory[3] + direction * memory[SHAPE + 2] * height
+        after[M.DRIFT] = x
+        after[M.TRANSITION] = memory[M.TURN_TRANSITION] + direction * memory[SPAN] * height
         return after, slope
 
     along_branch, decides = device_functions(name, along_branch, decides).values()
@@ -126,10 +154,10 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
             after[m] = wp.where(turns(drift, memory, c), after[m], memory[m])
         inverse_exponent, left = curvature(direction, after, yield_level(after), c)
         begins = decides(drift, memory, c)
-        after[SHAPE] = wp.where(begins, type(drift)(1.0) / inverse_exponent, memory[SHAPE])
-        after[SHAPE + 1] = wp.where(begins, inverse_exponent, memory[SHAPE + 1])
-        after[SHAPE + 2] = wp.where(begins, left, memory[SHAPE + 2])
-        after[SHAPE + 3] = wp.where(begins, type(drift)(1.0) / left, memory[SHAPE + 3])
+        after[EXPONENT] = wp.where(begins, type(drift)(1.0) / inverse_exponent, memory[EXPONENT])
+        after[INVERSE_EXPONENT] = wp.where(begins, inverse_exponent, memory[INVERSE_EXPONENT])
+        after[SPAN] = wp.where(begins, left, memory[SPAN])
+        after[INVERSE_SPAN] = wp.where(begins, type(drift)(1.0) / left, memory[INVERSE_SPAN])
         return along_branch(drift, after, c)
 
     follow = device_functions(name, follow)["follow"]
@@ -140,10 +168,10 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
 
     def force(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
-        return c[2] * drift + c[1] * after[1]
+        return c[C.HARDENING_STIFFNESS] * drift + c[C.TRANSITION_FORCE] * after[M.TRANSITION]
 
     def held(drift: Any, memory: Any, c: Any):
-        return c[2] * drift + c[1] * memory[1]
+        return c[C.HARDENING_STIFFNESS] * drift + c[C.TRANSITION_FORCE] * memory[M.TRANSITION]
 
     def evolve(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
@@ -151,28 +179,36 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
 
     def recoverable(drift: Any, memory: Any, c: Any):
         """Return what unloading to h = 0 gives back, on the branch that it is on or would turn to."""
-        direction = wp.where(memory[1] > type(drift)(0.0), -type(drift)(1.0), type(drift)(1.0))
+        direction = wp.where(memory[M.TRANSITION] > type(drift)(0.0), -type(drift)(1.0), type(drift)(1.0))
         after = turned(direction, memory, c)
         for m in range(VALUES):
             after[m] = wp.where(direction * last_direction(memory) < type(drift)(0.0), after[m], memory[m])
         inverse_exponent, left = curvature(direction, after, yield_level(after), c)
-        ratio = direction * (after[0] - after[2]) / left
+        ratio = direction * (after[M.DRIFT] - after[M.TURN_DRIFT]) / left
         height, _slope = transition(ratio, type(drift)(1.0) / inverse_exponent, inverse_exponent)
-        end = wp.max(wp.abs(after[3]) / left, height)
+        end = wp.max(wp.abs(after[M.TURN_TRANSITION]) / left, height)
         area = area_under(end, inverse_exponent) - area_under(height, inverse_exponent) - (end - height) * ratio
-        return type(drift)(0.5) * c[2] * drift * drift + c[1] / c[0] * left * left * area
+        return (
+            type(drift)(0.5) * c[C.HARDENING_STIFFNESS] * drift * drift
+            + c[C.TRANSITION_FORCE] / c[C.INVERSE_YIELD_DRIFT] * left * left * area
+        )
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
         _after, slope = follow(drift, before, c)
-        return c[2] + c[1] * c[0] * slope
+        return c[C.HARDENING_STIFFNESS] + c[C.TRANSITION_FORCE] * c[C.INVERSE_YIELD_DRIFT] * slope
 
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
     functions = device_functions(name, force, held, evolve, glide, recoverable, tangent, advance)
     evolve = functions["evolve"]
-    coefficients = 8 if IS_ISOTROPIC else 6
-    return Spring(coefficients=coefficients, memory=VALUES + 4, gliding=2, decides=decides, **functions)
+    return Spring(
+        coefficients=len(MenegottoPinto.rows[name]),
+        memory=VALUES + len(Branch),
+        gliding=int(M.TURN_DRIFT),
+        decides=decides,
+        **functions,
+    )
 
 
 SPRINGS = {

@@ -1,55 +1,61 @@
 """Kinematic backbones of several corners: elastic-perfectly-plastic springs side by side (Iwan 1967; Masing 1926).
 
-A hardening spring c0 stands beside as many sliding ones as the backbone has corners; the k-th has the stiffness c(2k
-- 1) and yields at the drift c(2k) of its corner. The memory is the plastic drift of each.
+A hardening spring stands beside as many yielding ones as the backbone has corners; the k-th yields at the drift of its
+corner. The memory is the plastic drift of each.
 """
 
 from typing import Any
 
 import warp as wp
 
+from warpdyn.laws.law import Law
+from warpdyn.laws.multilinear.parameters import Coefficient as C
+from warpdyn.laws.multilinear.parameters import Quadrilinear, Trilinear
 from warpdyn.laws.row_functions import device_functions
 from warpdyn.laws.spring import Spring
 
 
-def _multilinear(corners: int) -> Spring:
+def _multilinear(law: type[Law], corners: int) -> Spring:
     """Return the row of backbones of so many corners."""
+    name = f"multilinear_{corners}"
     CORNERS = wp.constant(corners)
 
     def evolve(drift: Any, memory: Any, c: Any):
         plastic = type(memory)()
         for k in range(CORNERS):
-            plastic[k] = wp.clamp(memory[k], drift - c[2 * k + 2], drift + c[2 * k + 2])
+            plastic[k] = wp.clamp(memory[k], drift - c[2 * k + C.YIELD_DRIFT_1], drift + c[2 * k + C.YIELD_DRIFT_1])
         return plastic
 
     def force(drift: Any, memory: Any, c: Any):
-        total = c[0] * drift
+        total = c[C.HARDENING_STIFFNESS] * drift
         for k in range(CORNERS):
-            total += c[2 * k + 1] * (drift - wp.clamp(memory[k], drift - c[2 * k + 2], drift + c[2 * k + 2]))
+            total += c[2 * k + C.STIFFNESS_1] * (
+                drift - wp.clamp(memory[k], drift - c[2 * k + C.YIELD_DRIFT_1], drift + c[2 * k + C.YIELD_DRIFT_1])
+            )
         return total
 
     def recoverable(drift: Any, memory: Any, c: Any):
-        total = c[0] * drift * drift
+        total = c[C.HARDENING_STIFFNESS] * drift * drift
         for k in range(CORNERS):
-            total += c[2 * k + 1] * (drift - memory[k]) * (drift - memory[k])
+            total += c[2 * k + C.STIFFNESS_1] * (drift - memory[k]) * (drift - memory[k])
         return type(drift)(0.5) * total
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
-        stiffness = c[0]
+        stiffness = c[C.HARDENING_STIFFNESS]
         for k in range(CORNERS):
-            if wp.abs(drift - before[k]) < c[2 * k + 2]:
-                stiffness += c[2 * k + 1]
+            if wp.abs(drift - before[k]) < c[2 * k + C.YIELD_DRIFT_1]:
+                stiffness += c[2 * k + C.STIFFNESS_1]
         return stiffness
 
     def advance(drift: Any, increment: Any, memory: Any, c: Any):
         return evolve(drift, memory, c)
 
-    functions = device_functions(f"multilinear_{corners}", evolve, force, recoverable, tangent, advance)
+    functions = device_functions(name, evolve, force, recoverable, tangent, advance)
     evolve = functions["evolve"]
-    return Spring(coefficients=2 * corners + 1, memory=corners, **functions)
+    return Spring(coefficients=len(law.rows[name]), memory=corners, **functions)
 
 
 SPRINGS = {
-    "multilinear_2": _multilinear(2),
-    "multilinear_3": _multilinear(3),
+    "multilinear_2": _multilinear(Trilinear, 2),
+    "multilinear_3": _multilinear(Quadrilinear, 3),
 }

@@ -7,18 +7,89 @@ are scattered. `hardening_ratio` leads on from the last corner.
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdyn.laws.bounds import above, first_bad
-from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Parameter, Values
+from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, Values, shared
+from warpdyn.laws.parameter import Parameter
 
 
-def _corner_parameters(corner: int) -> dict[str, Parameter]:
+class Coefficient(Layout):
+    """What the device functions read: a hardening spring, then one that yields for each corner."""
+
+    HARDENING_STIFFNESS = enum.auto()
+    STIFFNESS_1 = enum.auto()
+    YIELD_DRIFT_1 = enum.auto()
+    STIFFNESS_2 = enum.auto()
+    YIELD_DRIFT_2 = enum.auto()
+    STIFFNESS_3 = enum.auto()
+    YIELD_DRIFT_3 = enum.auto()
+
+
+def _ductility(corner: int) -> Parameter:
     where = f"at corner {corner} of the backbone, counted from the one at yield,"
-    return {
-        f"ductility_{corner}": Parameter("1", f"drift {where} over yield drift", low=1.0, low_open=True),
-        f"force_ratio_{corner}": Parameter("1", f"force {where} over yield force", low=1.0),
-    }
+    return Parameter("1", f"drift {where} over yield drift", low=1.0, low_open=True, opensees=f"e{corner} over e1")
+
+
+def _force_ratio(corner: int) -> Parameter:
+    where = f"at corner {corner} of the backbone, counted from the one at yield,"
+    return Parameter("1", f"force {where} over yield force", low=1.0, opensees=f"s{corner} over s1")
+
+
+class Trilinear(Law):
+    """A storey of two corners with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
+
+    Example:
+        >>> Trilinear(yield_force=1e6, ductility_2=4, force_ratio_2=1.5, hardening_ratio=0.02)
+        Trilinear(yield_force=1000000.0, ductility_2=4.0, force_ratio_2=1.5, hardening_ratio=0.02)
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="s1")
+    ductility_2: ArrayLike = shared(_ductility(2))
+    force_ratio_2: ArrayLike = shared(_force_ratio(2))
+    hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
+
+    opensees = ("MultiLinear",)
+    rows = {"multilinear_2": Coefficient.names(5)}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        return _coefficients(p, 2)
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        return _problem(p, 2)
+
+
+class Quadrilinear(Law):
+    """A storey of three corners with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
+
+    Example:
+        >>> law = Quadrilinear(
+        ...     yield_force=1e6, ductility_2=2, force_ratio_2=1.4, ductility_3=5, force_ratio_3=1.7, hardening_ratio=0
+        ... )
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="s1")
+    ductility_2: ArrayLike = shared(_ductility(2))
+    force_ratio_2: ArrayLike = shared(_force_ratio(2))
+    ductility_3: ArrayLike = shared(_ductility(3))
+    force_ratio_3: ArrayLike = shared(_force_ratio(3))
+    hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
+
+    opensees = ("MultiLinear",)
+    rows = {"multilinear_3": Coefficient.names(7)}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        return _coefficients(p, 3)
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        return _problem(p, 3)
 
 
 def _slopes(p: Values, corners: int) -> list[np.ndarray]:
@@ -31,15 +102,15 @@ def _slopes(p: Values, corners: int) -> list[np.ndarray]:
     return [*slopes, p["hardening_ratio"]]
 
 
-def _coefficients(p: Values, corners: int) -> tuple[np.ndarray, ...]:
+def _coefficients(p: Values, corners: int) -> dict[str, ArrayLike]:
     """Return the hardening stiffness, then for each corner what stiffness is lost there and its drift."""
     slopes = _slopes(p, corners)
     yield_drift = p["yield_force"] / p["stiffness"]
     drifts = [yield_drift, *(p[f"ductility_{corner}"] * yield_drift for corner in range(2, corners + 1))]
-    values = [p["stiffness"] * slopes[-1]]
-    for before, after, drift in zip(slopes, slopes[1:], drifts, strict=False):
-        values += [p["stiffness"] * (before - after), drift]
-    return tuple(values)
+    values = {"hardening_stiffness": p["stiffness"] * slopes[-1]}
+    for corner, (before, after, drift) in enumerate(zip(slopes, slopes[1:], drifts, strict=False), start=1):
+        values |= {f"stiffness_{corner}": p["stiffness"] * (before - after), f"yield_drift_{corner}": drift}
+    return values
 
 
 def _problem(p: Values, corners: int) -> str | None:
@@ -65,24 +136,3 @@ def _problem(p: Values, corners: int) -> str | None:
     slope, hardening = _slopes(p, corners)[-2], p["hardening_ratio"]
     reason = f"the slope to corner {corners} over the initial stiffness"
     return first_bad(above(hardening, slope), "hardening_ratio", hardening, "at most", slope, reason)
-
-
-def _backbone(corners: int) -> Law:
-    """Return the law of a backbone of so many corners."""
-    further = [_corner_parameters(corner) for corner in range(2, corners + 1)]
-    own = {name: parameter for corner in further for name, parameter in corner.items()}
-    return Law(
-        {"yield_force": YIELD_FORCE, **own, "hardening_ratio": HARDENING_RATIO},
-        lambda p: f"multilinear_{corners}",
-        lambda p, spring: _coefficients(p, corners),
-        lambda p: _problem(p, corners),
-    )
-
-
-TRILINEAR = _backbone(2)
-QUADRILINEAR = _backbone(3)
-
-LAWS = {
-    "trilinear": TRILINEAR,
-    "quadrilinear": QUADRILINEAR,
-}

@@ -7,6 +7,8 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.laws.pinching4.parameters import Coefficient as C
+
 SLACK = wp.constant(wp.float64(1e-6))
 FAR = wp.constant(wp.float64(1e16))
 
@@ -16,17 +18,21 @@ def pinching4_backbone(x: Any, c: Any):
     """Force at a drift ahead, the backbone's slope before it, and where that ends."""
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
-    third = second - c[2]
-    fourth = third - c[3]
-    force = wp.min(x, one) + c[5] * wp.clamp(second, zero, c[2])
-    force += c[6] * wp.clamp(third, zero, c[3]) + c[7] * wp.clamp(fourth, zero, c[4])
-    slope = wp.where(fourth <= c[4], c[7], zero)
-    slope = wp.where(fourth <= zero, c[6], slope)
-    slope = wp.where(third <= zero, c[5], slope)
+    third = second - c[C.SECOND_LENGTH]
+    fourth = third - c[C.THIRD_LENGTH]
+    force = wp.min(x, one) + c[C.SECOND_SLOPE] * wp.clamp(second, zero, c[C.SECOND_LENGTH])
+    force += c[C.THIRD_SLOPE] * wp.clamp(third, zero, c[C.THIRD_LENGTH]) + c[C.FOURTH_SLOPE] * wp.clamp(
+        fourth, zero, c[C.FOURTH_LENGTH]
+    )
+    slope = wp.where(fourth <= c[C.FOURTH_LENGTH], c[C.FOURTH_SLOPE], zero)
+    slope = wp.where(fourth <= zero, c[C.THIRD_SLOPE], slope)
+    slope = wp.where(third <= zero, c[C.SECOND_SLOPE], slope)
     slope = wp.where(second <= zero, one, slope)
-    end = wp.where(fourth <= c[4], one + c[2] + c[3] + c[4], type(x)(FAR))
-    end = wp.where(fourth <= zero, one + c[2] + c[3], end)
-    end = wp.where(third <= zero, one + c[2], end)
+    end = wp.where(
+        fourth <= c[C.FOURTH_LENGTH], one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH] + c[C.FOURTH_LENGTH], type(x)(FAR)
+    )
+    end = wp.where(fourth <= zero, one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH], end)
+    end = wp.where(third <= zero, one + c[C.SECOND_LENGTH], end)
     return force, slope, wp.where(second <= zero, one, end)
 
 
@@ -37,8 +43,8 @@ def pinching4_corners(x0: Any, f0: Any, x3: Any, f3: Any, low: Any, stiffness: A
     `low` is the force of the backbone that unloading goes to, times its ratio.
     """
     zero, one, half = type(x0)(0.0), type(x0)(1.0), type(x0)(0.5)
-    f2 = f3 * c[9]
-    x2 = wp.min(x3 * c[8], x3 - (f3 - f2) / stiffness)  # reloading is never stiffer than unloading
+    f2 = f3 * c[C.RELOADING_FORCE]
+    x2 = wp.min(x3 * c[C.RELOADING_DRIFT], x3 - (f3 - f2) / stiffness)  # reloading is never stiffer than unloading
     f1 = low
     x1 = x0 + (f1 - f0) / stiffness
     is_straight = (x0 >= zero) or (x2 < x0)

@@ -1,13 +1,9 @@
 """Four-point storeys with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
 GEM's vulnerability toolkit has such storeys with reloading ratios of 0.5 and 0.25 and an unloading ratio of 0.05, the
-defaults here, and no damage. With yield drift dy = `yield_force` / `stiffness`, OpenSees' names are: ePf1, ePd1 =
-`yield_force`, dy; ePf2 to ePf4 = `force_ratio_2` to `force_ratio_4` times the yield force; ePd2 to ePd4 =
-`ductility_2` to `ductility_4` times dy; the same with a minus sign for eNf1 to eNd4; rDispP = `reloading_drift`,
-rForceP = `reloading_force`, uForceP = `unloading_force`; gK for `stiffness_damage`, gD for `reloading_damage`, gF for
-`strength_damage`, each 1 = `_by_drift`, 2 = `_by_use`, 3 = `_drift_exponent`, 4 = `_use_exponent`, Lim = `_limit`;
-gE = `energy_factor`; dmgType "energy" or "cycle" by `counts_cycles` 0 or 1. Use is the energy spent over the energy
-under the backbone times the energy factor, or the number of cycles.
+defaults here, and no damage. Forces
+and drifts are alike both ways. Use is the energy spent over the energy under the backbone times the energy factor, or
+the number of cycles.
 
 These differ from OpenSees on purpose:
 
@@ -22,11 +18,15 @@ These differ from OpenSees on purpose:
 
 from __future__ import annotations
 
-import numpy as np
+import enum
 
-from warpdyn.laws.backbone import backbone_problem, corner_parameters, corners
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.laws.backbone import backbone_problem, corners, ductility, force_ratio
 from warpdyn.laws.bounds import first_bad, first_place, place_of
-from warpdyn.laws.law import YIELD_FORCE, Law, Parameter, Values
+from warpdyn.laws.law import YIELD_FORCE, Law, Layout, Values, parameter, shared
+from warpdyn.laws.parameter import Parameter
 
 NEVER = 1e16  # yield drifts
 DAMAGE = {
@@ -34,46 +34,195 @@ DAMAGE = {
     "reloading": "growth of the drift aimed at",
     "strength": "loss of strength",
 }
+_BY_DRIFT = {
+    kind: Parameter("1", f"{name} at the last drift of the backbone", low=0.0) for kind, name in DAMAGE.items()
+}
+_BY_USE = {kind: Parameter("1", f"{name} by all energy, or a cycle", low=0.0) for kind, name in DAMAGE.items()}
+_DRIFT_EXPONENT = {kind: Parameter("1", f"power of drift in {name}", low=0.0) for kind, name in DAMAGE.items()}
+_USE_EXPONENT = {kind: Parameter("1", f"power of energy or cycles in {name}", low=0.0) for kind, name in DAMAGE.items()}
+_LIMIT = {
+    kind: Parameter(
+        "1", f"largest {name}", low=0.0, **({} if kind == "reloading" else {"high": 1.0, "high_open": True})
+    )
+    for kind, name in DAMAGE.items()
+}
 
 
-def _damage_parameters(kind: str) -> dict[str, Parameter]:
-    name, limit = DAMAGE[kind], {} if kind == "reloading" else {"high": 1.0, "high_open": True}
-    return {
-        f"{kind}_damage_by_drift": Parameter("1", f"{name} at the last drift of the backbone", low=0.0, default=0.0),
-        f"{kind}_damage_by_use": Parameter("1", f"{name} by all energy, or a cycle", low=0.0, default=0.0),
-        f"{kind}_damage_drift_exponent": Parameter("1", f"power of drift in {name}", low=0.0, default=1.0),
-        f"{kind}_damage_use_exponent": Parameter("1", f"power of energy or cycles in {name}", low=0.0, default=1.0),
-        f"{kind}_damage_limit": Parameter("1", f"largest {name}", low=0.0, default=0.0, **limit),
+class Coefficient(Layout):
+    """What the device functions read, in yield drifts and yield forces; with damage all, else the first twelve."""
+
+    INVERSE_YIELD_DRIFT = enum.auto()
+    YIELD_FORCE = enum.auto()
+    SECOND_LENGTH = enum.auto()  # of the backbone's second part
+    THIRD_LENGTH = enum.auto()
+    FOURTH_LENGTH = enum.auto()
+    SECOND_SLOPE = enum.auto()
+    THIRD_SLOPE = enum.auto()
+    FOURTH_SLOPE = enum.auto()
+    RELOADING_DRIFT = enum.auto()
+    RELOADING_FORCE = enum.auto()
+    UNLOADED_FORCE = enum.auto()  # of peaks up to the third corner
+    UNLOADED_FORCE_BEYOND = enum.auto()  # of peaks beyond it
+    STIFFNESS_DAMAGE_LIMIT = enum.auto()
+    STIFFNESS_DAMAGE_BY_DRIFT = enum.auto()
+    STIFFNESS_DAMAGE_BY_USE = enum.auto()
+    STIFFNESS_DAMAGE_DRIFT_EXPONENT = enum.auto()
+    STIFFNESS_DAMAGE_USE_EXPONENT = enum.auto()
+    RELOADING_DAMAGE_LIMIT = enum.auto()
+    RELOADING_DAMAGE_BY_DRIFT = enum.auto()
+    RELOADING_DAMAGE_BY_USE = enum.auto()
+    RELOADING_DAMAGE_DRIFT_EXPONENT = enum.auto()
+    RELOADING_DAMAGE_USE_EXPONENT = enum.auto()
+    STRENGTH_DAMAGE_LIMIT = enum.auto()
+    STRENGTH_DAMAGE_BY_DRIFT = enum.auto()
+    STRENGTH_DAMAGE_BY_USE = enum.auto()
+    STRENGTH_DAMAGE_DRIFT_EXPONENT = enum.auto()
+    STRENGTH_DAMAGE_USE_EXPONENT = enum.auto()
+    INVERSE_LAST_DUCTILITY = enum.auto()
+    INVERSE_ENERGY = enum.auto()  # of what may be spent
+
+
+class Pinching4(Law):
+    """A four-point storey with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
+
+    `warpdyn.laws.pinching4.parameters` says where OpenSees differs. The defaults are those of GEM's vulnerability
+    toolkit, without damage.
+
+    Example:
+        >>> law = Pinching4(
+        ...     yield_force=1e6,
+        ...     ductility_2=3,
+        ...     force_ratio_2=1.3,
+        ...     ductility_3=6,
+        ...     force_ratio_3=1.4,
+        ...     ductility_4=12,
+        ...     force_ratio_4=0.4,
+        ... )
+        >>> law.reloading_drift, law.reloading_force, law.unloading_force
+        (0.5, 0.25, 0.05)
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="ePf1")
+    ductility_2: ArrayLike = shared(ductility(2), opensees="ePd2 over ePd1")
+    force_ratio_2: ArrayLike = shared(force_ratio(2), opensees="ePf2 over ePf1")
+    ductility_3: ArrayLike = shared(ductility(3), opensees="ePd3 over ePd1")
+    force_ratio_3: ArrayLike = shared(force_ratio(3), opensees="ePf3 over ePf1")
+    ductility_4: ArrayLike = shared(ductility(4), opensees="ePd4 over ePd1")
+    force_ratio_4: ArrayLike = shared(force_ratio(4), opensees="ePf4 over ePf1")
+    reloading_drift: ArrayLike = parameter(
+        "1",
+        "drift where reloading stiffens over that aimed at",
+        low=0.0,
+        high=1.0,
+        high_open=True,
+        default=0.5,
+        opensees="rDispP",
+    )
+    reloading_force: ArrayLike = parameter(
+        "1", "force where reloading stiffens over that aimed at", low=0.0, high=1.0, default=0.25, opensees="rForceP"
+    )
+    unloading_force: ArrayLike = parameter(
+        "1",
+        "force unloaded to over that at the third corner, or fourth",
+        low=-1.0,
+        high=1.0,
+        default=0.05,
+        opensees="uForceP",
+    )
+    stiffness_damage_by_drift: ArrayLike = shared(_BY_DRIFT["stiffness"], default=0.0, opensees="gK1")
+    stiffness_damage_by_use: ArrayLike = shared(_BY_USE["stiffness"], default=0.0, opensees="gK2")
+    stiffness_damage_drift_exponent: ArrayLike = shared(_DRIFT_EXPONENT["stiffness"], default=1.0, opensees="gK3")
+    stiffness_damage_use_exponent: ArrayLike = shared(_USE_EXPONENT["stiffness"], default=1.0, opensees="gK4")
+    stiffness_damage_limit: ArrayLike = shared(_LIMIT["stiffness"], default=0.0, opensees="gKLim")
+    reloading_damage_by_drift: ArrayLike = shared(_BY_DRIFT["reloading"], default=0.0, opensees="gD1")
+    reloading_damage_by_use: ArrayLike = shared(_BY_USE["reloading"], default=0.0, opensees="gD2")
+    reloading_damage_drift_exponent: ArrayLike = shared(_DRIFT_EXPONENT["reloading"], default=1.0, opensees="gD3")
+    reloading_damage_use_exponent: ArrayLike = shared(_USE_EXPONENT["reloading"], default=1.0, opensees="gD4")
+    reloading_damage_limit: ArrayLike = shared(_LIMIT["reloading"], default=0.0, opensees="gDLim")
+    strength_damage_by_drift: ArrayLike = shared(_BY_DRIFT["strength"], default=0.0, opensees="gF1")
+    strength_damage_by_use: ArrayLike = shared(_BY_USE["strength"], default=0.0, opensees="gF2")
+    strength_damage_drift_exponent: ArrayLike = shared(_DRIFT_EXPONENT["strength"], default=1.0, opensees="gF3")
+    strength_damage_use_exponent: ArrayLike = shared(_USE_EXPONENT["strength"], default=1.0, opensees="gF4")
+    strength_damage_limit: ArrayLike = shared(_LIMIT["strength"], default=0.0, opensees="gFLim")
+    energy_factor: ArrayLike = parameter(
+        "1",
+        "energy that can be spent over that under the backbone",
+        low=0.0,
+        low_open=True,
+        default=10.0,
+        opensees="gE",
+    )
+    counts_cycles: ArrayLike = parameter(
+        "1", "whether damage goes by cycles (1) or energy (0)", low=0, high=1, default=0.0, opensees="dmgType"
+    )
+
+    opensees = ("Pinching4",)
+    rows = {
+        "pinching4": Coefficient.names(Coefficient.STIFFNESS_DAMAGE_LIMIT),
+        "pinching4_energy_damage": Coefficient.names(),
+        "pinching4_cycle_damage": Coefficient.names(),
     }
 
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        if not any(np.any(p[f"{kind}_damage_limit"] > 0) for kind in DAMAGE):
+            return "pinching4"
+        return f"pinching4_{'cycle' if np.any(p['counts_cycles'] > 0) else 'energy'}_damage"
 
-def _pinching4_spring(p: Values) -> str:
-    if not any(np.any(p[f"{kind}_damage_limit"] > 0) for kind in DAMAGE):
-        return "pinching4"
-    return f"pinching4_{'cycle' if np.any(p['counts_cycles'] > 0) else 'energy'}_damage"
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+        drift, force = corners(p, 4)
+        length, rise = (np.diff(values, axis=0) for values in (drift, force))
+        slope = rise / length
+        values = {
+            "inverse_yield_drift": p["stiffness"] / p["yield_force"],
+            "yield_force": p["yield_force"],
+            "second_length": length[0],
+            "third_length": length[1],
+            "fourth_length": np.where(slope[2] > 0, NEVER, length[2]),
+            "second_slope": slope[0],
+            "third_slope": slope[1],
+            "fourth_slope": slope[2],
+            "reloading_drift": p["reloading_drift"],
+            "reloading_force": p["reloading_force"],
+            "unloaded_force": p["unloading_force"] * force[2],
+            "unloaded_force_beyond": p["unloading_force"] * force[3],
+        }
+        if row == "pinching4":
+            return values
+        energy = 0.5 + sum(
+            (f + g) / 2 * (e - d) for d, e, f, g in zip(drift, drift[1:], force, force[1:], strict=False)
+        )
+        damage = {name: p[name] for name in Coefficient.names() if "_damage_" in name}
+        inverse = {"inverse_last_ductility": 1 / drift[3], "inverse_energy": 1 / (p["energy_factor"] * energy)}
+        return values | damage | inverse
 
-
-def _pinching4_coefficients(p: Values, spring: str) -> tuple[np.ndarray, ...]:
-    drift, force = corners(p, 4)
-    length, rise = (np.diff(values, axis=0) for values in (drift, force))
-    slope = rise / length
-    values = (
-        p["stiffness"] / p["yield_force"],
-        p["yield_force"],
-        *length[:2],
-        np.where(slope[2] > 0, NEVER, length[2]),
-        *slope,
-        p["reloading_drift"],
-        p["reloading_force"],
-        p["unloading_force"] * force[2],
-        p["unloading_force"] * force[3],
-    )
-    if spring == "pinching4":
-        return values
-    energy = 0.5 + sum((f + g) / 2 * (e - d) for d, e, f, g in zip(drift, drift[1:], force, force[1:], strict=False))
-    names = ("limit", "by_drift", "by_use", "drift_exponent", "use_exponent")
-    damage = [p[f"{kind}_damage_{name}"] for kind in DAMAGE for name in names]
-    return (*values, *damage, 1 / drift[3], 1 / (p["energy_factor"] * energy))
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        if problem := backbone_problem(p, 4):
+            return problem
+        if problem := _unloading_problem(p):
+            return problem
+        reloading, unloading = np.broadcast_arrays(p["reloading_force"], p["unloading_force"])
+        if np.any(bad := unloading >= reloading):
+            place = first_place(bad)
+            return (
+                f"unloading_force is {unloading[place]:g} ({place_of(place)}); it must be below reloading_force, "
+                f"{reloading[place]:g}"
+            )
+        for kind in DAMAGE:
+            for name in ("by_drift", "by_use"):
+                factor, limit = np.broadcast_arrays(p[f"{kind}_damage_{name}"], p[f"{kind}_damage_limit"])
+                if np.any(bad := (factor > 0) & (limit == 0)):
+                    return (
+                        f"{kind}_damage_{name} is {factor[first_place(bad)]:g} where {kind}_damage_limit is 0 "
+                        f"({place_of(first_place(bad))}); a limit above 0 lets it act"
+                    )
+        counts = p["counts_cycles"]
+        if np.any(bad := ~np.isin(counts, (0, 1))) or np.any(bad := counts != np.ravel(counts)[0]):
+            value, where = counts[first_place(bad)], place_of(first_place(bad))
+            return f"counts_cycles is {value:g} ({where}); it must be 0 or 1, alike in all storeys"
+        return None
 
 
 def _unloading_problem(p: Values) -> str | None:
@@ -91,72 +240,3 @@ def _unloading_problem(p: Values) -> str | None:
     bad = p["unloading_force"] < least * (1 + 1e-9)
     reason = "or cycles would give energy: that is -reloading_force times the least force of a peak over the corner's"
     return first_bad(bad, "unloading_force", p["unloading_force"], "at least", least, reason)
-
-
-def _pinching4_problem(p: Values) -> str | None:
-    if problem := backbone_problem(p, 4):
-        return problem
-    if problem := _unloading_problem(p):
-        return problem
-    reloading, unloading = np.broadcast_arrays(p["reloading_force"], p["unloading_force"])
-    if np.any(bad := unloading >= reloading):
-        place = first_place(bad)
-        return (
-            f"unloading_force is {unloading[place]:g} ({place_of(place)}); it must be below reloading_force, "
-            f"{reloading[place]:g}"
-        )
-    for kind in DAMAGE:
-        for name in ("by_drift", "by_use"):
-            factor, limit = np.broadcast_arrays(p[f"{kind}_damage_{name}"], p[f"{kind}_damage_limit"])
-            if np.any(bad := (factor > 0) & (limit == 0)):
-                return (
-                    f"{kind}_damage_{name} is {factor[first_place(bad)]:g} where {kind}_damage_limit is 0 "
-                    f"({place_of(first_place(bad))}); a limit above 0 lets it act"
-                )
-    counts = p["counts_cycles"]
-    if np.any(bad := ~np.isin(counts, (0, 1))) or np.any(bad := counts != np.ravel(counts)[0]):
-        value, where = counts[first_place(bad)], place_of(first_place(bad))
-        return f"counts_cycles is {value:g} ({where}); it must be 0 or 1, alike in all storeys"
-    return None
-
-
-PINCHING4 = Law(
-    {
-        "yield_force": YIELD_FORCE,
-        **corner_parameters(2),
-        **corner_parameters(3),
-        **corner_parameters(4),
-        "reloading_drift": Parameter(
-            "1",
-            "drift where reloading stiffens over that aimed at",
-            low=0.0,
-            high=1.0,
-            high_open=True,
-            default=0.5,
-        ),
-        "reloading_force": Parameter(
-            "1", "force where reloading stiffens over that aimed at", low=0.0, high=1.0, default=0.25
-        ),
-        "unloading_force": Parameter(
-            "1",
-            "force unloaded to over that at the third corner, or fourth",
-            low=-1.0,
-            high=1.0,
-            default=0.05,
-        ),
-        **_damage_parameters("stiffness"),
-        **_damage_parameters("reloading"),
-        **_damage_parameters("strength"),
-        "energy_factor": Parameter(
-            "1", "energy that can be spent over that under the backbone", low=0.0, low_open=True, default=10.0
-        ),
-        "counts_cycles": Parameter("1", "whether damage goes by cycles (1) or energy (0)", low=0, high=1, default=0.0),
-    },
-    _pinching4_spring,
-    _pinching4_coefficients,
-    _pinching4_problem,
-)
-
-LAWS = {
-    "pinching4": PINCHING4,
-}

@@ -1,0 +1,111 @@
+"""Parameters of structures: their units and bounds, and near misses of their names."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What is known of one parameter of a structure.
+
+    Args:
+        units: UDUNITS string.
+        long_name: What the dataset calls it.
+        low: Lower bound.
+        high: Upper bound.
+        low_open: Whether the lower bound itself is refused.
+        high_open: Whether the upper bound itself is refused.
+        default: Value where the scene names none; None where it must.
+        often_in_percent: Whether others give it in percent, so that a value above the upper bound may be meant so.
+        opensees: What OpenSees calls it, or what OpenSees is given for it.
+    """
+
+    units: str
+    long_name: str
+    low: float = -np.inf
+    high: float = np.inf
+    low_open: bool = False
+    high_open: bool = False
+    default: float | None = None
+    often_in_percent: bool = False
+    opensees: str = ""
+
+    def violations(self, values: np.ndarray) -> np.ndarray:
+        """Return where values are not finite or out of bounds, as a mask of their shape."""
+        below = values <= self.low if self.low_open else values < self.low
+        above = values >= self.high if self.high_open else values > self.high
+        return ~np.isfinite(values) | below | above
+
+    def first_violation(
+        self,
+        name: str,
+        values: np.ndarray,
+        axes: tuple[str, ...],
+        structures: np.ndarray | None = None,
+        taken: np.ndarray | None = None,
+    ) -> str | None:
+        """Return a sentence on the first value out of bounds, with its place along `axes`, or None.
+
+        Where `structures` is given, it holds the indices of the structures along the first axis; `taken` says at which
+        storeys, the last axis, values count.
+        """
+        counted = values if taken is None else values[..., taken]
+        if not self.violations(np.array([counted.min(), counted.max()])).any():  # bounds are of an interval
+            return None
+        bad = self.violations(values) & (True if taken is None else taken)
+        place = np.argwhere(bad)[0]
+        index = place if structures is None else [structures[place[0]], *place[1:]]
+        where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
+        value = values[tuple(place)]
+        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # no draw is meant so
+        meant = f"; {value:g} % is {value / 100:g}" if is_percent else ""
+        return f"{name} is {value:g}{' at ' if where else ''}{where}; it must be {self.allowed}{meant}"
+
+    @property
+    def allowed(self) -> str:
+        """The bounds in words."""
+        bounds = []
+        if np.isfinite(self.low):
+            bounds.append(f"{'above' if self.low_open else 'at least'} {self.low:g}")
+        if np.isfinite(self.high):
+            bounds.append(f"{'below' if self.high_open else 'at most'} {self.high:g}")
+        return " and ".join(["finite", *bounds])
+
+    @property
+    def description(self) -> str:
+        """The parameter in a line of a docstring."""
+        bounds = "" if self.allowed == "finite" else f", {self.allowed.removeprefix('finite and ')}"
+        default = "" if self.default is None else f"; {self.default:g} by default"
+        opensees = f" (OpenSees: {self.opensees})" if self.opensees else ""
+        return f"{self.long_name} [{self.units}]{bounds}{default}{opensees}."
+
+
+def names_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
+    """Return the parameters' names, ours and OpenSees', each with ours."""
+    theirs = {
+        word: name
+        for name, known in parameters.items()
+        for word in re.findall(r"\w+", known.opensees)
+        if word not in ("and", "over", "times")
+    }
+    return theirs | {name: name for name in parameters}
+
+
+def did_you_mean(name: object, known: Mapping[str, str]) -> str:
+    """Return " (did you mean 'yield_force'?)" for a near miss of a known name, or nothing.
+
+    Args:
+        name: What was given.
+        known: Names that may be meant, OpenSees' among them, each with the name to suggest.
+    """
+    if not isinstance(name, str):
+        return ""
+    by_lower = {word.lower(): suggested for word, suggested in known.items()}
+    close = difflib.get_close_matches(name.lower().replace(" ", "_").replace("-", "_"), by_lower, n=1, cutoff=0.7)
+    return f" (did you mean {by_lower[close[0]]!r}?)" if close else ""
