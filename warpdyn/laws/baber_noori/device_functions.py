@@ -18,8 +18,7 @@ import numpy as np
 import warp as wp
 
 from warpdyn.device.exponentials import exponential, power_of
-from warpdyn.laws.baber_noori.parameters import BaberNoori
-from warpdyn.laws.baber_noori.parameters import Coefficient as C
+from warpdyn.laws.baber_noori.parameters import BaberNoori, Coefficient as C
 from warpdyn.laws.law import Layout
 from warpdyn.laws.rate_law import along_drift
 from warpdyn.laws.row_functions import device_functions

@@ -9,10 +9,8 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
-from warpdyn.laws.bouc_wen.parameters import BoucWen
-from warpdyn.laws.bouc_wen.parameters import Coefficient as C
-from warpdyn.laws.rate_law import Memory as M
-from warpdyn.laws.rate_law import along_drift
+from warpdyn.laws.bouc_wen.parameters import BoucWen, Coefficient as C
+from warpdyn.laws.rate_law import Memory as M, along_drift
 from warpdyn.laws.spring import Spring
 
 

@@ -14,8 +14,7 @@ from typing import Any
 
 import warp as wp
 
-from warpdyn.laws.devices.parameters import FrictionCoefficient as Friction
-from warpdyn.laws.devices.parameters import StopCoefficient as Stop
+from warpdyn.laws.devices.parameters import FrictionCoefficient as Friction, StopCoefficient as Stop
 from warpdyn.laws.law import Layout
 from warpdyn.laws.spring import Spring
 

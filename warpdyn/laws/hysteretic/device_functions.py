@@ -10,8 +10,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
-from warpdyn.laws.hysteretic.parameters import Coefficient as C
-from warpdyn.laws.hysteretic.parameters import Hysteretic
+from warpdyn.laws.hysteretic.parameters import Coefficient as C, Hysteretic
 from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions, kept_force
 from warpdyn.laws.spring import Spring

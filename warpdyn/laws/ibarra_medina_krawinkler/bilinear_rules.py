@@ -11,8 +11,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.laws.ibarra_medina_krawinkler.deterioration import energy_rules, on_lines, spring_of
-from warpdyn.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
-from warpdyn.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
+from warpdyn.laws.ibarra_medina_krawinkler.parameters import Coefficient as C, IbarraMedinaKrawinklerBilinear
 from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions
 from warpdyn.laws.spring import Spring

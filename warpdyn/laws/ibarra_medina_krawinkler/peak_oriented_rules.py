@@ -13,8 +13,8 @@ from typing import Any
 import warp as wp
 
 from warpdyn.laws.ibarra_medina_krawinkler.deterioration import SMALLEST, energy_rules, on_lines, spring_of
-from warpdyn.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
 from warpdyn.laws.ibarra_medina_krawinkler.parameters import (
+    Coefficient as C,
     IbarraMedinaKrawinklerPeakOriented,
     IbarraMedinaKrawinklerPinching,
 )

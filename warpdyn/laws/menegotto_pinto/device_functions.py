@@ -13,8 +13,7 @@ import warp as wp
 
 from warpdyn.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm
 from warpdyn.laws.law import Layout
-from warpdyn.laws.menegotto_pinto.parameters import Coefficient as C
-from warpdyn.laws.menegotto_pinto.parameters import MenegottoPinto
+from warpdyn.laws.menegotto_pinto.parameters import Coefficient as C, MenegottoPinto
 from warpdyn.laws.row_functions import device_functions
 from warpdyn.laws.spring import Spring
 

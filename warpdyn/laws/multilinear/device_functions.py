@@ -9,8 +9,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.laws.law import Law
-from warpdyn.laws.multilinear.parameters import Coefficient as C
-from warpdyn.laws.multilinear.parameters import Quadrilinear, Trilinear
+from warpdyn.laws.multilinear.parameters import Coefficient as C, Quadrilinear, Trilinear
 from warpdyn.laws.row_functions import device_functions
 from warpdyn.laws.spring import Spring
 

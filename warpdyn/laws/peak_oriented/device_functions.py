@@ -17,8 +17,7 @@ import warp as wp
 
 from warpdyn.device.exponentials import exponential, natural_logarithm
 from warpdyn.laws.law import Layout
-from warpdyn.laws.peak_oriented.parameters import Coefficient as C
-from warpdyn.laws.peak_oriented.parameters import PeakOriented, Takeda
+from warpdyn.laws.peak_oriented.parameters import Coefficient as C, PeakOriented, Takeda
 from warpdyn.laws.row_functions import device_functions, kept_force
 from warpdyn.laws.spring import Spring
 

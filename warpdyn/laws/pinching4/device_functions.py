@@ -13,8 +13,7 @@ import warp as wp
 from warpdyn.device.exponentials import power_of
 from warpdyn.laws.law import Layout
 from warpdyn.laws.pinching4.backbone_and_paths import SLACK, pinching4_backbone, pinching4_corners, pinching4_release
-from warpdyn.laws.pinching4.parameters import Coefficient as C
-from warpdyn.laws.pinching4.parameters import Pinching4
+from warpdyn.laws.pinching4.parameters import Coefficient as C, Pinching4
 from warpdyn.laws.row_functions import device_functions, kept_force
 from warpdyn.laws.spring import Spring
 
