@@ -1,0 +1,265 @@
+"""The text of functions: what stands in its slots, and what is left of it once some values are known.
+
+Comments and line breaks stay. A comment belongs to the statement below it.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import inspect
+import textwrap
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import FunctionType, ModuleType
+from typing import Any
+
+HAVE_EFFECTS = {"output", "history"}  # a statement that names one of these is never left out
+
+
+def source_of(function: Callable) -> str:
+    """Return a function's text, from the left margin."""
+    return textwrap.dedent(inspect.getsource(function))
+
+
+def slots_of(function: Callable) -> set[str]:
+    """Return the names of the slots in a function's text."""
+    return {call.args[0].value for call in map(_slot, ast.walk(ast.parse(source_of(function)))) if call}
+
+
+def bodies_of(part: Any) -> dict[str, FunctionType]:
+    """Return the functions of a part that are bodies for slots, by the slots' names."""
+    functions = {name: each for name, each in vars(part).items() if isinstance(each, FunctionType)}
+    own = part.__name__ if isinstance(part, ModuleType) else part.__module__
+    return {name: each for name, each in functions.items() if each.__module__ == own}
+
+
+def spliced(text: str, parts: Sequence[Any]) -> str:
+    """Return a text in whose slots the parts' bodies stand."""
+    lines = text.splitlines()
+    calls = [call for call in map(_slot, ast.walk(ast.parse(text))) if call]
+    for call in sorted(calls, key=lambda call: -call.lineno):
+        bodies = [bodies_of(part).get(call.args[0].value) for part in parts]
+        inside = [_body(each, tuple((word.arg, word.value.value) for word in call.keywords)) for each in bodies if each]
+        put = textwrap.indent("\n".join(inside), " " * call.col_offset).splitlines()
+        # What stands for no statement is still a place: an empty branch is found by `folded`.
+        lines[call.lineno - 1 : call.end_lineno] = put or [" " * call.col_offset + "pass"]
+    changed = "\n".join(lines) + "\n"
+    return spliced(changed, parts) if any(map(_slot, ast.walk(ast.parse(changed)))) else changed
+
+
+def folded(text: str, known: Mapping[str, Any]) -> str:
+    """Return a text without the branches and the empty loops that known values decide on."""
+    return _Rewriter(text, known).text()
+
+
+def without_unread(text: str) -> str:
+    """Return a text without what sets variables that nobody reads."""
+    while True:
+        changed = _Rewriter(text, {}, _unread(ast.parse(text).body[0])).text()
+        if changed == text:
+            return text
+        text = changed
+
+
+def _slot(node: ast.AST) -> ast.Call | None:
+    """Return the call by which a statement marks a slot; None of any other node."""
+    call = node.value if isinstance(node, ast.Expr) else None
+    is_slot = isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "slot"
+    return call if is_slot else None
+
+
+@functools.cache
+def _body(function: FunctionType, written: tuple[tuple[str, int], ...]) -> str:
+    """Return the text of a function's body without its docstring, with constants written for some variables."""
+    text = source_of(function)
+    tree = ast.parse(text)
+    [definition] = tree.body
+    lines = text.splitlines()
+    for node in sorted((n for n in ast.walk(tree) if isinstance(n, ast.Name)), key=lambda n: -n.col_offset):
+        if node.id in dict(written):
+            line = lines[node.lineno - 1]
+            lines[node.lineno - 1] = f"{line[: node.col_offset]}{dict(written)[node.id]}{line[node.end_col_offset :]}"
+    first = definition.body[0].end_lineno if ast.get_docstring(definition) else _header_end(lines, definition.lineno)
+    return textwrap.dedent("\n".join(lines[first : definition.end_lineno]))
+
+
+def _header_end(lines: Sequence[str], line: int) -> int:
+    """Return the number of the line, from a given one on, that ends the header of a compound statement."""
+    while not lines[line - 1].partition("  #")[0].rstrip().endswith(":"):
+        line += 1
+    return line
+
+
+def _root(target: ast.expr) -> str | None:
+    """Return the variable that an assignment to a target changes."""
+    while isinstance(target, ast.Subscript):
+        target = target.value
+    return target.id if isinstance(target, ast.Name) else None
+
+
+def _changed(statement: ast.stmt) -> list[str | None]:
+    """Return the variables that a statement sets, None for what is no variable; none if it is no assignment."""
+    if isinstance(statement, ast.AugAssign):
+        return [_root(statement.target)]
+    if not isinstance(statement, ast.Assign):
+        return []
+    targets = [each for target in statement.targets for each in getattr(target, "elts", [target])]
+    return [_root(target) for target in targets]
+
+
+def _unread(function: ast.FunctionDef) -> set[str]:
+    """Return the variables of a function on which nothing depends that it does."""
+    sets: dict[str, list[set[str]]] = {}
+    needed = {argument.arg for argument in function.args.args}
+    for statement in ast.walk(function):
+        if not isinstance(statement, ast.stmt) or statement is function:
+            continue
+        compound = ("body", "orelse")
+        held = [value for field, value in ast.iter_fields(statement) if field not in compound]
+        inside = [
+            node
+            for value in held
+            for each in (value if isinstance(value, list) else [value])
+            if isinstance(each, ast.AST)
+            for node in ast.walk(each)
+        ]
+        named = {node.id for node in inside if isinstance(node, ast.Name)}
+        changed = _changed(statement)
+        if changed and None not in changed and not named & HAVE_EFFECTS:
+            for name in changed:
+                sets.setdefault(name, []).append(named)
+        else:
+            needed |= named
+    waiting = list(needed)
+    while waiting:
+        for named in sets.pop(waiting.pop(), ()):
+            waiting += named - needed
+            needed |= named
+    return set(sets) - needed
+
+
+class _Rewriter:
+    """A function's text, written anew without what known values and unread variables make superfluous."""
+
+    def __init__(self, text: str, known: Mapping[str, Any], unread: Sequence[str] | set[str] = ()) -> None:
+        self.lines, self.known, self.unread = text.splitlines(), known, set(unread)
+        self.function = ast.parse(text).body[0]
+
+    def text(self) -> str:
+        """Return the text that is left."""
+        first = _header_end(self.lines, self.function.lineno)
+        body = [line for line in self._block(self.function.body, first, 0)]
+        kept = [line for at, line in enumerate(body) if line or (at and body[at - 1] and at < len(body) - 1)]
+        return "\n".join(self.lines[:first] + kept) + "\n"
+
+    def _block(self, body: list[ast.stmt], header: int, shift: int) -> Iterator[str]:
+        """Yield the lines of statements that follow a header, so many columns to the left."""
+        last = header
+        for statement in body:
+            above = self.lines[last : statement.lineno - 1]
+            found = list(self._statement(statement, shift))
+            if not found:  # it takes the comment on it along, and the blank line above
+                while above and above[-1].lstrip().startswith("#"):
+                    above.pop()
+                while above and not above[-1]:
+                    above.pop()
+            yield from self._moved(above, shift)
+            yield from found
+            last = statement.end_lineno
+
+    def _statement(self, statement: ast.stmt, shift: int) -> Iterator[str]:
+        if isinstance(statement, ast.If):
+            yield from self._branches(statement, shift, "if")
+        elif isinstance(statement, ast.For | ast.While):
+            first = _header_end(
+                self.lines, (statement.iter if isinstance(statement, ast.For) else statement.test).end_lineno
+            )
+            inside = [] if self._is_empty_range(statement) else list(self._block(statement.body, first, shift))
+            if any(inside):
+                yield from self._moved(self._simple(statement.lineno, first), shift)
+                yield from inside
+        elif not isinstance(statement, ast.Pass) and not (set(_changed(statement)) & self.unread):
+            yield from self._moved(self._simple(statement.lineno, statement.end_lineno), shift)
+
+    def _branches(self, statement: ast.If, shift: int, word: str) -> Iterator[str]:
+        """Yield the lines of what is left of an `if`, or of an `elif` of one that is kept."""
+        test = self._settled(statement.test)
+        first = _header_end(self.lines, statement.test.end_lineno)
+        otherwise, is_elif, other_first = statement.orelse, False, 0
+        if otherwise:
+            other_first = statement.body[-1].end_lineno + 1
+            while not self.lines[other_first - 1].lstrip().startswith(("else:", "elif ", "elif(")):
+                other_first += 1
+            is_elif = self.lines[other_first - 1].lstrip().startswith("elif")
+        indent = " " * (statement.col_offset - shift)
+        # What is kept of a branch alone moves out to where the `if` stood, or stands under an `else`.
+        outward = shift + statement.body[0].col_offset - statement.col_offset if word == "if" else shift
+        if test is True:
+            yield from [f"{indent}else:"] if word == "elif" else []
+            yield from self._block(statement.body, first, outward)
+            return
+        rest: list[str] = []
+        if is_elif:
+            rest = list(self._branches(otherwise[0], shift, word if test is False else "elif"))
+        elif otherwise:
+            rest = list(self._block(otherwise, other_first, outward if test is False else shift))
+            if rest and (word == "elif" or test is not False):
+                rest.insert(0, f"{indent}else:")
+        if test is False:
+            yield from rest
+            return
+        inside = list(self._block(statement.body, first, shift))
+        if inside or rest:
+            text = self.lines[statement.lineno - 1 : first]
+            if test != ast.unparse(statement.test) or word != text[0].split()[0]:
+                text = [f"{' ' * statement.col_offset}{word} {test}:"]
+            yield from self._moved(text, shift)
+            yield from inside or [f"{indent}    pass"]
+            yield from rest
+
+    def _settled(self, test: ast.expr) -> bool | str:
+        """Return what a condition comes to, or its text without what is known of it."""
+        named = {node.id for node in ast.walk(test) if isinstance(node, ast.Name)}
+        if named <= self.known.keys() and not any(isinstance(node, ast.Call) for node in ast.walk(test)):
+            return bool(eval(ast.unparse(test), {}, dict(self.known)))
+        if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
+            inner = self._settled(test.operand)
+            return not inner if isinstance(inner, bool) else ast.unparse(test)
+        if not isinstance(test, ast.BoolOp):
+            return ast.unparse(test)
+        decides = isinstance(test.op, ast.Or)  # one operand of this value decides
+        found = [self._settled(operand) for operand in test.values]
+        if decides in [each for each in found if isinstance(each, bool)]:
+            return decides
+        left = [each for each in found if isinstance(each, str)]
+        if len(left) == 1:
+            return left[0]
+        word = " or " if decides else " and "
+        return word.join(f"({each})" if " or " in each or " and " in each else each for each in left)
+
+    def _is_empty_range(self, statement: ast.stmt) -> bool:
+        if not isinstance(statement, ast.For):
+            return False
+        bounds = statement.iter
+        named = {node.id for node in ast.walk(bounds) if isinstance(node, ast.Name)} - {"range"}
+        return named <= self.known.keys() and not eval(ast.unparse(bounds), {"range": range}, dict(self.known))
+
+    def _simple(self, first: int, last: int) -> list[str]:
+        """Return lines in which `a if CONDITION else b` is what a known condition makes it."""
+        lines = self.lines[first - 1 : last]
+        for node in sorted(self._choices(first, last), key=lambda node: (-node.lineno, -node.col_offset)):
+            test = self._settled(node.test)
+            if isinstance(test, bool) and node.lineno == node.end_lineno:
+                line, chosen = lines[node.lineno - first], node.body if test else node.orelse
+                lines[node.lineno - first] = (
+                    f"{line[: node.col_offset]}{ast.unparse(chosen)}{line[node.end_col_offset :]}"
+                )
+        return lines
+
+    def _choices(self, first: int, last: int) -> list[ast.IfExp]:
+        found = (node for node in ast.walk(self.function) if isinstance(node, ast.IfExp))
+        return [node for node in found if first <= node.lineno <= last]
+
+    def _moved(self, lines: Sequence[str], shift: int) -> Iterator[str]:
+        for line in lines:
+            yield line.lstrip() if line[:shift].strip() else line[shift:]
