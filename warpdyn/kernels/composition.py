@@ -14,15 +14,20 @@ A part is a module of one of FOLDERS. It holds
   the plan. Others are found among what its module imports or defines;
 - `order`, a number, where it must stand before (below 0) or after (above 0) other parts of its folder.
 
-In a slot stand the dampings first, then loads, parts and recorders; within a folder they are sorted by `order`, then by
+In a slot stand the dampings first, then loads, parts, stepping and recorders; within a folder they are sorted by `order`, then by
 name.
 
-Names in capitals are decided when the kernel is composed: those of `names`, and for every module of FOLDERS its own
-name, true if the part is wanted (P_DELTA, DRIFT). An `if` on them, alone or beside other conditions, is settled in the
-text, and so is a loop over an empty range. In the end all is left out that sets a variable which nobody reads, from its
-declaration on, and so are loops and branches without statements: a skeleton can read the mass of every storey, and only
-kernels that need it do. For this, functions called in an assignment must have no effect but their value, unless
-`output` or `history` is among their arguments.
+Names in capitals are decided when the kernel is composed: those of `names`; for every module of FOLDERS its own name,
+true if the part is wanted (P_DELTA, DRIFT); for each module of skeletons/, true if the
+kernel is one of it (EXPLICIT_CHAIN); and HAS_ with the name of a slot, true if a wanted part stands there
+(HAS_DASHPOT). An `if` on them, alone or beside other conditions, is settled in the text, and so is a loop over an empty
+range; a `while` whose condition is then known to be true is gone through once. A name for which `names` has a string is
+replaced by it.
+
+In the end all is left out that sets a variable which nobody reads, from its declaration on, and so are loops and
+branches without statements: a skeleton can read the mass of every storey, and only kernels that need it do. For this,
+functions called in an assignment must have no effect but their value, unless `output` or `history` is among their
+arguments.
 
 The slots of all skeletons, and the local variables that can be named there:
 
@@ -76,9 +81,9 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpdyn.kernels.source_text import folded, source_of, spliced, without_unread
+from warpdyn.kernels.source_text import bodies_of, folded, source_of, spliced, with_names, without_unread
 
-FOLDERS = ("dampings", "loads", "parts", "recorders")
+FOLDERS = ("dampings", "loads", "parts", "stepping", "recorders")
 
 
 class Composed(NamedTuple):
@@ -93,11 +98,7 @@ def all_parts() -> tuple[ModuleType, ...]:
     """Return every part there is, in the order in which they stand in a slot."""
     found: list[ModuleType] = []
     for folder in FOLDERS:
-        package = importlib.import_module(f"{__package__}.{folder}")
-        modules = [
-            importlib.import_module(each.name)
-            for each in pkgutil.iter_modules(package.__path__, f"{package.__name__}.")
-        ]
+        modules = [importlib.import_module(f"{__package__}.{folder}.{name}") for name in _modules(folder)]
         modules = [module for module in modules if hasattr(module, "wanted")]
         found += sorted(modules, key=lambda module: (getattr(module, "order", 0), module.__name__))
     return tuple(found)
@@ -109,11 +110,16 @@ def compose(skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None) -
     wanted = [part for part in parts if part.wanted(plan)]
     home = sys.modules[skeleton.__module__]
     values: dict[str, Any] = {_name(part).upper(): part in wanted for part in parts}
+    values |= {name.upper(): name == _name(home) for name in _modules("skeletons")}
     for each in (home, *wanted):
         if hasattr(each, "names"):
             _add(values, each.names(plan))
+    filled = {slot for part in wanted for slot in bodies_of(part)}
+    values |= {f"HAS_{slot.upper()}": slot in filled for slot in set().union(*map(bodies_of, parts))}
     known = {name: value for name, value in values.items() if name.isupper() and isinstance(value, bool | int)}
-    text = without_unread(folded(spliced(source_of(skeleton), wanted), known))
+    written = {name: value for name, value in values.items() if isinstance(value, str)}
+    text = with_names(spliced(source_of(skeleton), wanted), written)
+    text = without_unread(folded(text, known))
     named = {node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)}
     of_modules: dict[str, Any] = {}
     for each in (home, *wanted):
@@ -132,6 +138,11 @@ def kernel_of(composed: Composed, options: Mapping[str, Any]) -> wp.Kernel:
     namespace = {"wp": wp, **composed.names, "__name__": __name__}
     exec(compile(composed.text, file, "exec"), namespace)
     return wp.kernel(namespace[name], module="unique", enable_backward=False, module_options=dict(options))
+
+
+def _modules(folder: str) -> list[str]:
+    package = importlib.import_module(f"{__package__}.{folder}")
+    return [each.name for each in pkgutil.iter_modules(package.__path__)]
 
 
 def _name(part: Any) -> str:

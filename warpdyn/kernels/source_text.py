@@ -39,7 +39,9 @@ def spliced(text: str, parts: Sequence[Any]) -> str:
     calls = [call for call in map(_slot, ast.walk(ast.parse(text))) if call]
     for call in sorted(calls, key=lambda call: -call.lineno):
         bodies = [bodies_of(part).get(call.args[0].value) for part in parts]
-        inside = [_body(each, tuple((word.arg, word.value.value) for word in call.keywords)) for each in bodies if each]
+        inside = [
+            _body(each, tuple((word.arg, str(word.value.value)) for word in call.keywords)) for each in bodies if each
+        ]
         put = textwrap.indent("\n".join(inside), " " * call.col_offset).splitlines()
         # What stands for no statement is still a place: an empty branch is found by `folded`.
         lines[call.lineno - 1 : call.end_lineno] = put or [" " * call.col_offset + "pass"]
@@ -48,7 +50,10 @@ def spliced(text: str, parts: Sequence[Any]) -> str:
 
 
 def folded(text: str, known: Mapping[str, Any]) -> str:
-    """Return a text without the branches and the empty loops that known values decide on."""
+    """Return a text without the branches and the empty loops that known values decide on.
+
+    A `while` whose condition is known to be true is gone through once: its body is left.
+    """
     return _Rewriter(text, known).text()
 
 
@@ -68,17 +73,22 @@ def _slot(node: ast.AST) -> ast.Call | None:
     return call if is_slot else None
 
 
-@functools.cache
-def _body(function: FunctionType, written: tuple[tuple[str, int], ...]) -> str:
-    """Return the text of a function's body without its docstring, with constants written for some variables."""
-    text = source_of(function)
-    tree = ast.parse(text)
-    [definition] = tree.body
+def with_names(text: str, written: Mapping[str, str]) -> str:
+    """Return a text in which others stand for some names."""
     lines = text.splitlines()
-    for node in sorted((n for n in ast.walk(tree) if isinstance(n, ast.Name)), key=lambda n: -n.col_offset):
-        if node.id in dict(written):
-            line = lines[node.lineno - 1]
-            lines[node.lineno - 1] = f"{line[: node.col_offset]}{dict(written)[node.id]}{line[node.end_col_offset :]}"
+    names = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name) and node.id in written)
+    for node in sorted(names, key=lambda node: -node.col_offset):
+        line = lines[node.lineno - 1]
+        lines[node.lineno - 1] = f"{line[: node.col_offset]}{written[node.id]}{line[node.end_col_offset :]}"
+    return "\n".join(lines) + "\n"
+
+
+@functools.cache
+def _body(function: FunctionType, written: tuple[tuple[str, str], ...]) -> str:
+    """Return the text of a function's body without its docstring, with others written for some names."""
+    text = with_names(source_of(function), dict(written))
+    [definition] = ast.parse(text).body
+    lines = text.splitlines()
     first = definition.body[0].end_lineno if ast.get_docstring(definition) else _header_end(lines, definition.lineno)
     return textwrap.dedent("\n".join(lines[first : definition.end_lineno]))
 
@@ -144,6 +154,7 @@ class _Rewriter:
     def __init__(self, text: str, known: Mapping[str, Any], unread: Sequence[str] | set[str] = ()) -> None:
         self.lines, self.known, self.unread = text.splitlines(), known, set(unread)
         self.function = ast.parse(text).body[0]
+        self.choices = [node for node in ast.walk(self.function) if isinstance(node, ast.IfExp)]
 
     def text(self) -> str:
         """Return the text that is left."""
@@ -171,9 +182,12 @@ class _Rewriter:
         if isinstance(statement, ast.If):
             yield from self._branches(statement, shift, "if")
         elif isinstance(statement, ast.For | ast.While):
-            first = _header_end(
-                self.lines, (statement.iter if isinstance(statement, ast.For) else statement.test).end_lineno
-            )
+            head = statement.iter if isinstance(statement, ast.For) else statement.test
+            first = _header_end(self.lines, head.end_lineno)
+            if isinstance(statement, ast.While) and self._settled(head) is True:
+                outward = shift + statement.body[0].col_offset - statement.col_offset
+                yield from self._block(statement.body, first, outward)
+                return
             inside = [] if self._is_empty_range(statement) else list(self._block(statement.body, first, shift))
             if any(inside):
                 yield from self._moved(self._simple(statement.lineno, first), shift)
@@ -222,6 +236,8 @@ class _Rewriter:
         named = {node.id for node in ast.walk(test) if isinstance(node, ast.Name)}
         if named <= self.known.keys() and not any(isinstance(node, ast.Call) for node in ast.walk(test)):
             return bool(eval(ast.unparse(test), {}, dict(self.known)))
+        if isinstance(test, ast.IfExp) and isinstance(self._settled(test.test), bool):
+            return self._settled(test.body if self._settled(test.test) else test.orelse)
         if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
             inner = self._settled(test.operand)
             return not inner if isinstance(inner, bool) else ast.unparse(test)
@@ -247,18 +263,15 @@ class _Rewriter:
     def _simple(self, first: int, last: int) -> list[str]:
         """Return lines in which `a if CONDITION else b` is what a known condition makes it."""
         lines = self.lines[first - 1 : last]
-        for node in sorted(self._choices(first, last), key=lambda node: (-node.lineno, -node.col_offset)):
+        chosen = (node for node in self.choices if first <= node.lineno <= last)
+        for node in sorted(chosen, key=lambda node: (-node.lineno, -node.col_offset)):
             test = self._settled(node.test)
             if isinstance(test, bool) and node.lineno == node.end_lineno:
-                line, chosen = lines[node.lineno - first], node.body if test else node.orelse
+                line, taken = lines[node.lineno - first], node.body if test else node.orelse
                 lines[node.lineno - first] = (
-                    f"{line[: node.col_offset]}{ast.unparse(chosen)}{line[node.end_col_offset :]}"
+                    f"{line[: node.col_offset]}{ast.unparse(taken)}{line[node.end_col_offset :]}"
                 )
         return lines
-
-    def _choices(self, first: int, last: int) -> list[ast.IfExp]:
-        found = (node for node in ast.walk(self.function) if isinstance(node, ast.IfExp))
-        return [node for node in found if first <= node.lineno <= last]
 
     def _moved(self, lines: Sequence[str], shift: int) -> Iterator[str]:
         for line in lines:

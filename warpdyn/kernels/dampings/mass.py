@@ -1,0 +1,24 @@
+"""Dashpots between the floors and the ground, in proportion to the floors' masses."""
+
+MASS_DAMPED = ("rayleigh", "rayleigh_tangent", "mass_proportional")
+
+
+def wanted(plan):
+    return plan.damping in MASS_DAMPED
+
+
+def declare():
+    mass_damping = row()
+
+
+def read_sample():
+    mass_damping[j] = structures.mass_damping[s]
+
+
+def add_to_acceleration():
+    nodal = mass_damping[j] * vi
+    ai -= nodal
+
+
+def add_loss():
+    power_viscous[j] += momentum_of_floor * nodal

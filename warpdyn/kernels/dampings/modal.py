@@ -1,0 +1,44 @@
+"""Damping of a ratio in every mode, which couples all floors."""
+
+
+def wanted(plan):
+    return plan.damping == "modal"
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.kernels.plan import DTYPES
+
+    return {"square": wp.types.matrix(shape=(plan.dofs**2, plan.lanes), dtype=DTYPES[plan.dtype])}
+
+
+def declare():
+    damping_matrix = square()
+    damping_force = matrix()
+
+
+def read_sample():
+    for i in range(N * N):
+        damping_matrix[i, j] = structures.damping_matrix[i, s]
+
+
+def begin_stage():
+    for i in range(N):
+        for j in range(LANES):
+            damping_force[i, j] = dtype(0.0)
+        for k in range(N):
+            for j in range(LANES):
+                vk = vs[k, j]
+                if EXPLICIT_CHAIN and not KEEPS_SLOPES:
+                    if stage == 0:
+                        vk = v[k, j]
+                damping_force[i, j] += damping_matrix[i * N + k, j] * vk
+
+
+def add_to_net():
+    net -= damping_force[i, j]
+
+
+def add_loss():
+    power_viscous[j] += damping_force[i, j] * vi

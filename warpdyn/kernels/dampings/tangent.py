@@ -1,0 +1,43 @@
+"""Dashpots in the storeys in proportion to the tangent stiffness."""
+
+SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at
+
+
+def wanted(plan):
+    return plan.damping == "rayleigh_tangent"
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.kernels.plan import DTYPES
+
+    return {"AHEAD": wp.constant(DTYPES[plan.dtype](SHARE_OF_STEP_AHEAD))}
+
+
+def declare():
+    tangent_damping = row()
+
+
+def read_sample():
+    tangent_damping[j] = structures.tangent_damping[s]
+
+
+def add_to_dashpot():
+    # As the storey goes on from here; where it stands, rounding would choose a side.
+    # On a falling branch there is none: a dashpot of less than that gives energy.
+    ahead = drift + AHEAD * h[j] * rate
+    after = memory
+    if IS_MAPPING:
+        after = evolve(ahead, memory, c)
+    tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
+    dashpot += tangent_damping[j] * tangent * rate
+
+
+def add_to_foot():
+    ahead = drift + AHEAD * h[j] * rate
+    after = memory
+    if IS_MAPPING:
+        after = evolve(ahead, memory, c)
+    tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
+    f += tangent_damping[j] * tangent * rate

@@ -1,0 +1,29 @@
+"""Random motions of the base, generated interval by interval and never stored."""
+
+from warpdyn.kernels.loads import LOADS
+
+order = -1
+
+
+def wanted(plan):
+    return LOADS[plan.load].noise_states > 0
+
+
+def names(plan):
+    from warpdyn.kernels.noise import noise_of
+
+    noise = noise_of(plan)
+    return {"Processes": noise.Processes, "Numbers": noise.Numbers, "noise_over_interval": noise.over_interval}
+
+
+def start():
+    processes = Processes()
+    number = Numbers()
+    for j in range(LANES):
+        number[j] = samples.number[sample[j]]
+
+
+def begin_interval():
+    a0, da, processes = noise_over_interval(loads, control.key, number, interval, live_intervals, scale, processes)
+    for j in range(LANES):
+        da[j] = da[j] * inverse_substeps

@@ -1,0 +1,33 @@
+"""The events of a sequence: each starts from the state that the one before left, and leaves its own."""
+
+
+def wanted(plan):
+    return plan.resumes or "state" in plan.recorders
+
+
+def names(plan):
+    return {"RESUMES": plan.resumes, "LEAVES_STATE": "state" in plan.recorders}
+
+
+def read_storey():
+    if RESUMES:
+        u[i, j] = structures.initial_displacement[g, s]
+        v[i, j] = structures.initial_velocity[g, s]
+        for m in range(M):
+            z[i * M + m, j] = structures.initial_memory[g * M + m, s]
+            if TAKES_MEMORY:
+                zs[i * M + m, j] = z[i * M + m, j]
+
+
+def remember():
+    if RESUMES:
+        for m in range(M):
+            memory[m] = z[i * M + m, j]
+
+
+def finish_storey():
+    if LEAVES_STATE:
+        output.final_displacement[g, o] = u[i, j]
+        output.final_velocity[g, o] = v[i, j]
+        for m in range(M):
+            output.final_memory[g * M + m, o] = z[i * M + m, j]

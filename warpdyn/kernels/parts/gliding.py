@@ -1,0 +1,105 @@
+"""Laws whose storeys decide something only now and then: where none of a row of lanes does, all go on along lines."""
+
+from warpdyn.kernels.plan import tableau
+from warpdyn.laws.springs import spring_row
+from warpdyn.methods.table import METHODS
+
+
+def wanted(plan):
+    if plan.family != "chain" or METHODS[plan.method].kind != "explicit":
+        return False
+    law = spring_row(plan.law)
+    return law.decides is not None and law.rate is None and not tableau(plan).adaptive
+
+
+def names(plan):
+    import warp as wp
+
+    law = spring_row(plan.law)
+    last_stage = wp.constant(tableau(plan).stages - 1)
+    return {
+        "glide": law.glide,
+        "decides": law.decides,
+        "CHANGED": law.gliding or law.memory,
+        "LAST_STAGE": last_stage,
+    }
+
+
+def declare():
+    reached_drift = row()
+    reached_force = row()
+    decided = indices()  # 1 where a storey decides something on its way
+
+
+def before_storey():
+    # All glide, and those that decide something are gone through again: what becomes of a sample depends on no other
+    # one, to the last bit.
+    is_last = stage == LAST_STAGE
+    if stage > 0:
+        deciding = int(0)
+        for j in range(LANES):
+            slot("reached_drift_in_stage")
+            slot("storey_coefficients")
+            memory = memory_vector()
+            for m in range(M):
+                memory[m] = z[i * M + m, j]
+            decided[j] = wp.where(decides(reached_drift[j], memory, c), 1, 0)
+            deciding += decided[j]
+            after = glide(reached_drift[j], memory, c)
+            reached_force[j] = held_of(reached_drift[j], after, c)
+            if MAPS_IN_STAGE:
+                if is_last:
+                    for m in range(CHANGED):
+                        z[i * M + m, j] = wp.where(decided[j] > 0, memory[m], after[m])
+        if deciding > 0:
+            for j in range(LANES):
+                slot("storey_coefficients")
+                memory = memory_vector()
+                for m in range(M):
+                    memory[m] = z[i * M + m, j]
+                after = evolve(reached_drift[j], memory, c)
+                force_then = held_of(reached_drift[j], after, c)
+                reached_force[j] = wp.where(decided[j] > 0, force_then, reached_force[j])
+                if MAPS_IN_STAGE:
+                    if is_last:
+                        for m in range(M):
+                            z[i * M + m, j] = wp.where(decided[j] > 0, after[m], memory[m])
+
+
+def restore():
+    restoring = reached_force[j]
+    if stage == 0:
+        restoring = held_of(drift, memory, c)
+
+
+def restore_foot():
+    after = memory
+    if stage > 0:
+        after = glide(drift, memory, c)
+        if decides(drift, memory, c):
+            after = evolve(drift, memory, c)
+    f = held_of(drift, after, c)
+
+
+def end_step():
+    if not MAPS_IN_STAGE:
+        for i in range(N):
+            deciding = int(0)
+            for j in range(LANES):
+                slot("reached_drift")
+                slot("storey_coefficients")
+                slot("accepted_memory")
+                decided[j] = wp.where(decides(reached_drift[j], memory, c), 1, 0)
+                deciding += decided[j]
+                after = glide(reached_drift[j], memory, c)
+                for m in range(CHANGED):
+                    z[i * M + m, j] = wp.where(decided[j] > 0, memory[m], after[m])
+            if deciding > 0:
+                for j in range(LANES):
+                    slot("storey_coefficients")
+                    memory = memory_vector()
+                    for m in range(M):
+                        memory[m] = z[i * M + m, j]
+                    after = evolve(reached_drift[j], memory, c)
+                    for m in range(M):
+                        z[i * M + m, j] = wp.where(decided[j] > 0, after[m], memory[m])

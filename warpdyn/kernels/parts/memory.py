@@ -1,0 +1,50 @@
+"""Laws whose memory is mapped from step to step: it follows the drift once a step, and stages start from it."""
+
+from warpdyn.kernels.plan import tableau
+from warpdyn.laws.springs import spring_row
+from warpdyn.methods.table import METHODS
+
+
+def wanted(plan):
+    if plan.family != "chain" or METHODS[plan.method].kind != "explicit":
+        return False
+    law = spring_row(plan.law)
+    glides = law.decides is not None and law.rate is None and not tableau(plan).adaptive
+    return (law.evolve is not None or law.held is not None) and not glides
+
+
+def declare():
+    reached_drift = row()
+
+
+def restore():
+    if MAPS_IN_STAGE:
+        if stage == STAGES - 1:
+            reached = evolve(drift, memory, c)
+            restoring = held_of(drift, reached, c)
+            for m in range(M):
+                z[i * M + m, j] = reached[m]
+        elif stage == 0:
+            restoring = held_of(drift, memory, c)
+        else:
+            restoring = force_of(drift, memory, c)
+    elif HOLDS_FORCE:
+        restoring = held_of(drift, memory, c)
+        if stage > 0:
+            restoring = force_of(drift, memory, c)
+    else:
+        restoring = force_of(drift, memory, c)
+
+
+def end_step():
+    if IS_MAPPING and not ADAPTIVITY and not MAPS_IN_STAGE:
+        for i in range(N):
+            for j in range(LANES):
+                slot("reached_drift")
+                slot("storey_coefficients")
+                slot("accepted_memory")
+                memory = evolve(reached_drift[j], memory, c)
+                for m in range(M):
+                    z[i * M + m, j] = memory[m]
+                    if TAKES_MEMORY:
+                        zs[i * M + m, j] = memory[m]

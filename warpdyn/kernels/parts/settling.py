@@ -1,0 +1,78 @@
+"""Memories that settle at a rate of their own: a step too long for one lets its deviation grow, which is followed."""
+
+from warpdyn.laws.memory_stability import LARGEST_DEVIATION, deviation_after
+from warpdyn.laws.springs import spring_row
+from warpdyn.methods.table import METHODS
+
+
+def wanted(plan):
+    method = METHODS[plan.method]
+    is_followed = method.kind == "explicit" and not method.is_adaptive
+    return plan.family == "chain" and is_followed and spring_row(plan.law).relaxation is not None
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.kernels.plan import DTYPES, constants, settling_limit, settling_polynomial
+
+    dtype, law = DTYPES[plan.dtype], spring_row(plan.law)
+    return {
+        "relaxation_of": law.relaxation,
+        "BY_VELOCITY": law.settles_by_velocity,
+        "largest_deviation": wp.constant(dtype(LARGEST_DEVIATION)),
+        "settling": constants(plan, settling_polynomial(plan)),
+        "settles_until": wp.constant(dtype(settling_limit(plan))),
+    }
+
+
+def declare():
+    fastest = row()  # rate at which a memory settled in this step
+    deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
+    risky = indices()  # whether it has anything to follow
+    astray = row()  # the most it ever was
+    watched_from = row()  # rate times step at which one begins to grow; less than any while one is followed
+
+
+def read_sample():
+    watched_from[j] = settles_until
+
+
+def end_storey():
+    if BY_VELOCITY:
+        if stage == 0:
+            settles = relaxation_of(rate, memory, c)
+            if down > 0:
+                settles = larger(fastest[j], settles)
+            fastest[j] = settles
+    else:
+        fastest[j] = larger(fastest[j], relaxation_of(rate, memory, c))
+
+
+def end_step():
+    # Below the limit deviations only fade: most steps have nothing to follow.
+    astray_lanes = int(0)
+    for j in range(LANES):
+        if SECTIONS:
+            fastest[j] = across(fastest[j], THREADS)
+        risky[j] = wp.where(fastest[j] * h[j] <= watched_from[j], 0, 1)
+    for j in range(LANES):
+        astray_lanes += risky[j]
+    if astray_lanes > 0:
+        for j in range(LANES):
+            grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
+            deviation[j] = grown
+            if not grown <= astray[j]:
+                astray[j] = grown
+            watched_from[j] = settles_until
+            if not grown <= dtype(1.0):
+                watched_from[j] = -dtype(1.0)
+    if not BY_VELOCITY:
+        for j in range(LANES):
+            fastest[j] = dtype(0.0)
+
+
+def judge_step():
+    # Passed on the way to a state that is not finite too: it tells why.
+    if not astray[j] <= largest_deviation:
+        status = unstable_step

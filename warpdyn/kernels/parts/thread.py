@@ -1,0 +1,57 @@
+"""The samples that a thread carries side by side: one on a GPU, the width of a vector register on a processor."""
+
+order = -100
+
+
+def wanted(plan):
+    return True
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
+    from warpdyn.device.processor import LARGER
+    from warpdyn.kernels.plan import DTYPES, row_types, structs
+    from warpdyn.methods.table import METHODS
+
+    dtype, lanes = DTYPES[plan.dtype], plan.lanes
+    row, row64, indices = row_types(plan)
+    codes = {"ok": OK, "collapsed": COLLAPSED, "diverged": DIVERGED, "unstable_step": UNSTABLE_STEP}
+    codes |= {"not_converged": NOT_CONVERGED}
+    return {
+        "dtype": dtype,
+        "types": structs(plan.dtype),
+        "LANES": lanes,
+        "STOREYS": plan.dofs,
+        "N": -(-plan.dofs // plan.sections),  # of a thread
+        "row": row,
+        "row64": row64,
+        "indices": indices,
+        "matrix": wp.types.matrix(shape=(-(-plan.dofs // plan.sections), lanes), dtype=dtype),
+        "larger": LARGER[plan.dtype] if (plan.family, METHODS[plan.method].kind) == ("chain", "explicit") else wp.max,
+        "blown_up": wp.constant(dtype(LARGEST_DRIFT_RATIO)),
+        **{name: wp.int8(code) for name, code in codes.items()},
+    }
+
+
+def declare():
+    count = control.samples
+    substeps = control.substeps
+    sample = indices()
+    motion = indices()
+    live_intervals = indices()  # of the motion and of what follows it
+    scale = row()
+    step = row()
+    intervals = int(0)
+
+
+def take_sample():
+    # Lanes past the last sample repeat it: they write the same values again.
+    sample[j] = wp.min(block * LANES + j, count - 1)
+    s = samples.structure[sample[j]]
+    motion[j] = samples.motion[sample[j]]
+    live_intervals[j] = samples.run_intervals[sample[j]]
+    intervals = wp.max(intervals, live_intervals[j])
+    scale[j] = samples.scale[sample[j]]
+    step[j] = samples.step[sample[j]]

@@ -1,0 +1,39 @@
+"""The largest absolute acceleration of every floor."""
+
+
+def wanted(plan):
+    return "acceleration" in plan.recorders
+
+
+def declare():
+    peak_acceleration = matrix()
+    lives = row()  # 1, and 0 for a lane that is done
+    seen = row()  # 1, and 0 for a lane whose last state has been seen
+
+
+def settle_lane():
+    # What stands still feels the same acceleration again, unless it is forced.
+    if HAS_ADD_LOAD:
+        lives[j] = dtype(0.0)
+        seen[j] = dtype(0.0)
+        if interval < live_intervals[j]:
+            lives[j] = dtype(1.0)
+        if interval <= live_intervals[j]:
+            seen[j] = dtype(1.0)
+
+
+def see_forces():
+    size = wp.abs(ai)
+    if HAS_ADD_LOAD:
+        size = size * seen[j]
+    peak_acceleration[i, j] = larger(peak_acceleration[i, j], size)
+
+
+def end_step():
+    if HAS_ADD_LOAD:
+        for j in range(LANES):
+            seen[j] = lives[j]
+
+
+def finish_storey():
+    output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]

@@ -1,0 +1,37 @@
+"""The drift ratio that every storey is left with: its mean over the end of the run."""
+
+
+def wanted(plan):
+    return "residual" in plan.recorders
+
+
+def names(plan):
+    from warpdyn.kernels.recorders import add_to_mean, weight_in_mean
+
+    return {"add_to_mean": add_to_mean, "weight_in_mean": weight_in_mean}
+
+
+def declare():
+    residual_start = int(2147483647)
+
+
+def read_sample():
+    start = live_intervals[j] * substeps - samples.residual_steps[sample[j]]
+    residual_start = wp.min(residual_start, start)
+
+
+def end_step():
+    if index >= residual_start:
+        for j in range(LANES):
+            steps = samples.residual_steps[sample[j]]
+            since = index - (live_intervals[j] * substeps - steps)
+            # A lane that repeats the last sample must not add to its mean again.
+            if since >= 0 and since < steps and block * LANES + j < count:
+                o = samples.output[sample[j]]
+                share = weight_in_mean(step[j], since, steps)
+                for i in range(N):
+                    slot("number_storey")
+                    if not HAS_PADS or g < STOREYS:
+                        slot("accepted_drift")
+                        ratio = drift * inverse_height[i, j]
+                        add_to_mean(output.residual_drift_ratio, g, o, share * ratio, since)

@@ -1,0 +1,31 @@
+"""When the largest storey drift ratio was reached."""
+
+
+def wanted(plan):
+    return "time_of_peak" in plan.recorders
+
+
+def declare():
+    worst_ratio = row()
+    worst_time = row()
+    ratio_now = row()
+
+
+def see_drift():
+    ratio_now[j] = larger(ratio_now[j], wp.abs(drift) * inverse_height[i, j])
+
+
+def see_state():
+    for j in range(LANES):
+        if SECTIONS:
+            ratio_now[j] = across(ratio_now[j], THREADS)
+        if ratio_now[j] > worst_ratio[j]:
+            worst_ratio[j] = ratio_now[j]
+            worst_time[j] = dtype(index) * step[j]
+            if ADAPTIVITY:
+                worst_time[j] = (dtype(index) + done[j]) * step[j]
+        ratio_now[j] = dtype(0.0)
+
+
+def write():
+    output.time_of_peak_drift[o] = worst_time[j]

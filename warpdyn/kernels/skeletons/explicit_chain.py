@@ -1,0 +1,213 @@
+"""The course of shear chains under explicit methods: a whole history in registers.
+
+The walk runs from the top storey down, so that the force from above is at hand, and updates the state in place; loops
+over lanes stay innermost and rolled on a processor, where LLVM turns them into vector instructions.
+"""
+
+from __future__ import annotations
+
+from warpdyn.device.processor import align_rows
+from warpdyn.kernels.plan import Plan, tableau
+from warpdyn.laws.springs import spring_row
+
+
+def names(plan: Plan) -> dict[str, object]:
+    """Return what the course names beside its parts."""
+    method, law = tableau(plan), spring_row(plan.law)
+    is_adaptive, is_mapping = method.adaptive, law.evolve is not None
+    return {
+        "STAGES": method.stages,
+        "weight": method.weight,
+        "node": method.node,
+        "ONCE": True,
+        "KEEPS_SLOPES": method.keeps_slopes,
+        # A law's memory stands in the stage's state where it has a rate, or where a step is tried before it is taken.
+        "TAKES_MEMORY": law.rate is not None or (is_mapping and is_adaptive),
+        # The last stage of a method that ends there sees a velocity that is not the motion's: its energies are sums by
+        # the trapezoidal rule over accepted states, which close as its displacements do.
+        "TRAPEZOIDAL": method.ends_in_stage and not is_adaptive,
+        # A last stage that stands where the step ends follows the law there once and for all.
+        "MAPS_IN_STAGE": is_mapping and method.ends_in_stage and not (is_adaptive or law.rate is not None),
+        # A sample alone in its thread, of which no forces are seen, needs no look at the forces of its last state.
+        "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_STOP_LANE or HAS_SEE_FORCES"
+        " or (ENERGY and TRAPEZOIDAL)))",
+    }
+
+
+def integrate_chain(
+    first_block: int,
+    control: types.Control,
+    samples: types.Samples,
+    structures: types.Structure,
+    loads: types.Load,
+    output: types.Output,
+    history: types.History,
+):
+    align_rows()
+    block = first_block + wp.tid()
+    slot("place")
+    inverse_mass = matrix()
+    mass = matrix()
+    inverse_height = matrix()
+    coefficients = table()
+    u = matrix()  # accepted state: displacement, velocity, memory of the law
+    v = matrix()
+    z = memories()
+    us = matrix()  # this stage's state
+    vs = matrix()
+    zs = memories()
+    un = matrix()  # slopes summed up stage by stage, then the next accepted state
+    vn = matrix()
+    zn = memories()
+    h = row()  # the step, 0 for a lane that is done
+    above = row()  # the force from above
+    slot("declare")
+    for j in range(LANES):
+        slot("take_sample")
+        slot("read_sample")
+        for i in range(N):
+            slot("number_storey")
+            if not HAS_PADS or g < STOREYS:
+                inverse_mass[i, j] = structures.inverse_mass[g, s]
+                mass[i, j] = structures.mass[g, s]
+                inverse_height[i, j] = structures.inverse_height[g, s]
+                for q in range(C):
+                    coefficients[i * C + q, j] = structures.coefficients[g * C + q, s]
+                u[i, j] = loads.initial_displacement[g]
+                v[i, j] = loads.initial_velocity[g]
+                slot("read_storey")
+            slot("fill_pad")
+    slot("look_around")
+    for i in range(N):
+        for j in range(LANES):
+            us[i, j] = u[i, j]
+            vs[i, j] = v[i, j]
+            slot("start_storey")
+    inverse_substeps = dtype(1.0) / dtype(substeps)
+    slot("start")
+    if HOLDS_STEP:
+        for j in range(LANES):
+            h[j] = step[j]
+    # One interval more than the longest run, but where the step is held: its first stage sees the last state.
+    for interval in range(intervals if HOLDS_STEP else intervals + 1):
+        slot("begin_interval")
+        for j in range(LANES):
+            # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
+            if not HOLDS_STEP:
+                h[j] = dtype(0.0)
+                if interval < live_intervals[j]:
+                    h[j] = step[j]
+            slot("stop_lane")
+            slot("settle_lane")
+        slot("in_interval")
+        for substep in range(substeps):
+            index = interval * substeps + substep
+            slot("begin_step")
+            # Once, but for an adaptive method: until every lane has gone through the step.
+            while pending > 0 if ADAPTIVITY else ONCE:
+                slot("begin_attempt")
+                for stage in range(STAGES):
+                    slot("begin_stage")
+                    for j in range(LANES):
+                        above[j] = dtype(0.0)
+                        slot("begin_walk")
+                    for down in range(N):
+                        i = N - 1 - down
+                        slot("before_storey")
+                        for j in range(LANES):
+                            ui = us[i, j]
+                            vi = vs[i, j]
+                            zi = z[i * M, j]
+                            if TAKES_MEMORY:
+                                zi = zs[i * M, j]
+                            if not KEEPS_SLOPES and stage == 0:
+                                ui = u[i, j]
+                                vi = v[i, j]
+                                zi = z[i * M, j]
+                            drift = ui
+                            rate = vi
+                            if i > 0:
+                                u_below = us[i - 1, j]
+                                v_below = vs[i - 1, j]
+                                if not KEEPS_SLOPES and stage == 0:
+                                    u_below = u[i - 1, j]
+                                    v_below = v[i - 1, j]
+                                drift -= u_below
+                                rate -= v_below
+                            elif SECTIONS:
+                                drift -= foot_u[j]
+                                rate -= foot_v[j]
+                            slot("leave_pad")
+                            slot("storey_coefficients")
+                            memory = memory_vector(zi)
+                            for m in range(1, M):
+                                memory[m] = z[i * M + m, j]
+                                if TAKES_MEMORY:
+                                    memory[m] = zs[i * M + m, j]
+                                    if not KEEPS_SLOPES and stage == 0:
+                                        memory[m] = z[i * M + m, j]
+                            if not HAS_RESTORE:
+                                restoring = force_of(drift, memory, c)
+                            slot("restore")
+                            f = restoring
+                            slot("add_to_force")
+                            if HAS_ADD_TO_DASHPOT:
+                                dashpot = dtype(0.0)
+                                slot("add_to_dashpot")
+                                f += dashpot
+                            # What acts on the floor: absolute acceleration times its mass, but for base motion.
+                            net = above[j] - f
+                            slot("add_to_net")
+                            slot("add_load")
+                            ai = net * inverse_mass[i, j]
+                            slot("add_to_acceleration")
+                            if stage == 0:
+                                # The state at the step's start; one that stands still is seen again, to no effect.
+                                slot("see_drift")
+                                slot("see_forces")
+                            slot("add_base")
+                            slot("add_powers")
+                            above[j] = f
+                            slot("end_storey")
+                        slot("after_storey")
+                    if stage == 0:
+                        slot("see_state")
+                    slot("end_stage")
+                slot("end_stages")
+                slot("end_attempt")
+            slot("end_step")
+    if HOLDS_STEP and HAS_SEE_DRIFT:
+        # Nothing follows the last state that would see it.
+        index = intervals * substeps
+        for i in range(N):
+            for j in range(LANES):
+                slot("accepted_drift")
+                slot("see_drift")
+        slot("see_state")
+    for j in range(LANES):
+        o = samples.output[sample[j]]
+        total = dtype(0.0)
+        slot("finish")
+        for i in range(N):
+            slot("number_storey")
+            total += u[i, j] + v[i, j] + z[i * M, j]
+            for m in range(1, M):
+                total += z[i * M + m, j]
+            if not HAS_PADS or g < STOREYS:
+                slot("finish_storey")
+                if HAS_FINISH_DRIFT:
+                    slot("accepted_drift")
+                    slot("storey_coefficients")
+                    slot("accepted_memory")
+                    slot("finish_drift")
+        slot("after_finish")
+        if not SECTIONS or section == 0:
+            status = ok
+            slot("judge_demand")
+            slot("judge_state")
+            # Infinities and NaN never leave a sum: a finite one clears the whole state.
+            if not wp.isfinite(total):
+                status = diverged
+            slot("judge_step")
+            output.status[o] = status
+            slot("write")

@@ -1,0 +1,1 @@
+"""How a method takes a step: one part of the kernels each."""

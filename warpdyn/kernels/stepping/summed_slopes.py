@@ -1,0 +1,45 @@
+"""Explicit methods whose stages need the last slope alone: slopes are summed up stage by stage, then added."""
+
+from warpdyn.kernels.plan import keeps_slopes, tableau
+from warpdyn.methods.table import METHODS
+
+
+def wanted(plan):
+    method = METHODS[plan.method]
+    return plan.family == "chain" and method.kind == "explicit" and not keeps_slopes(method)
+
+
+def names(plan):
+    return {"reach": tableau(plan).reach}
+
+
+def end_storey():
+    ha = h[j] * reach[stage]
+    if IS_RATE:
+        z_rate = rate_of(rate, memory, c)
+    # The state is rounded once a step, not once a stage.
+    u_slope = weight[stage] * vi
+    v_slope = weight[stage] * ai
+    if stage > 0:
+        u_slope += un[i, j]
+        v_slope += vn[i, j]
+    if IS_RATE:
+        z_slope = weight[stage] * z_rate
+        if stage > 0:
+            for m in range(M):
+                z_slope[m] += zn[i * M + m, j]
+    if stage < STAGES - 1:
+        un[i, j] = u_slope
+        vn[i, j] = v_slope
+        us[i, j] = u[i, j] + ha * vi
+        vs[i, j] = v[i, j] + ha * ai
+        if IS_RATE:
+            for m in range(M):
+                zn[i * M + m, j] = z_slope[m]
+                zs[i * M + m, j] = z[i * M + m, j] + ha * z_rate[m]
+    else:
+        u[i, j] += h[j] * u_slope
+        v[i, j] += h[j] * v_slope
+        if IS_RATE:
+            for m in range(M):
+                z[i * M + m, j] += h[j] * z_slope[m]
