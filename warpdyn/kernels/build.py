@@ -1,21 +1,38 @@
 """Kernels by plan: which factory builds one, how many samples a thread carries, how far loops are unrolled."""
 
+import functools
 import os
 from dataclasses import replace
 
 import warp as wp
 
-from warpdyn.kernels.chain import chain_kernel
+from warpdyn.kernels.composition import Composed, compose, kernel_of
 from warpdyn.kernels.dense import dense_kernel
 from warpdyn.kernels.implicit_chain import implicit_chain_kernel
 from warpdyn.kernels.linear import linear_kernel
-from warpdyn.kernels.plan import Plan, keeps_slopes, values_held
+from warpdyn.kernels.plan import Plan, keeps_slopes, options, values_held
+from warpdyn.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
+# (structure's family, method's kind) -> the course that is composed to a kernel.
+SKELETONS = {("chain", "explicit"): integrate_chain}
+
+
+def composed(plan: Plan) -> Composed:
+    """Return the text of a plan's kernel, with all that it names."""
+    return compose(SKELETONS[plan.family, METHODS[plan.method].kind], plan)
+
+
+@functools.cache
+def composed_kernel(plan: Plan) -> wp.Kernel:
+    """Return the kernel that a plan's text describes."""
+    return kernel_of(composed(plan), options(plan))
+
+
 # (structure's family, method's kind) -> kernel factory.
 FAMILIES = {
-    ("chain", "explicit"): chain_kernel,
+    ("chain", "explicit"): composed_kernel,
     ("chain", "implicit"): implicit_chain_kernel,
     ("chain", "exact"): linear_kernel,
     ("dense", "explicit"): dense_kernel,

@@ -14,8 +14,8 @@ A part is a module of one of FOLDERS. It holds
   the plan. Others are found among what its module imports or defines;
 - `order`, a number, where it must stand before (below 0) or after (above 0) other parts of its folder.
 
-In a slot stand the dampings first, then loads, parts, stepping and recorders; within a folder they are sorted by `order`, then by
-name.
+In a slot stand the parts of the folder that FOLDERS has first, then those of the next; within a folder they are sorted
+by `order`, then by name.
 
 Names in capitals are decided when the kernel is composed: those of `names`; for every module of FOLDERS its own name,
 true if the part is wanted (P_DELTA, DRIFT); for each module of skeletons/, true if the
@@ -124,7 +124,8 @@ def compose(skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None) -
     of_modules: dict[str, Any] = {}
     for each in (home, *wanted):
         held = vars(each if isinstance(each, ModuleType) else sys.modules[each.__module__])
-        _add(of_modules, {name: held[name] for name in named & held.keys() - values.keys()})
+        bodies = bodies_of(each)
+        _add(of_modules, {name: held[name] for name in named & held.keys() - values.keys() - bodies.keys()})
     return Composed(text, {name: value for name, value in (of_modules | values).items() if name in named})
 
 

@@ -2,6 +2,8 @@
 
 from warpdyn.laws.devices.viscous_damper import VALUES, damper_force
 
+order = 10
+
 
 def wanted(plan):
     return plan.viscous_dampers == "power"

@@ -1,4 +1,4 @@
-"""Gravity, which pushes leaning storeys over: P-Delta on the storeys' own drifts, and what becomes of those that fall."""
+"""Gravity, which pushes leaning storeys over: P-Delta on the storeys' own drifts."""
 
 from warpdyn.kernels.recorders import has_overturned, keeps_falling
 
@@ -22,7 +22,8 @@ def declare():
     weight_over_height = matrix()
     fallen = row()  # the largest drift ratio, and at the end what became of its storey
     lifted = row()  # what gravity gave, from upright: the work of lifting the storeys again
-    foot_u = row()
+    if not SECTIONS:
+        foot_u = row()
 
 
 def read_storey():

@@ -4,7 +4,7 @@ The floor below a section is another thread's, and so is the storey above. Secti
 stay undeformed where the number of storeys is no multiple of that of the sections.
 """
 
-from warpdyn.device.processor import across_warp, see_neighbours
+from warpdyn.device.processor import across_warp
 
 order = -10
 
@@ -117,4 +117,3 @@ def finish():
 
 def after_finish():
     total = together(total, THREADS)
-    see_neighbours()

@@ -6,7 +6,7 @@ over lanes stay innermost and rolled on a processor, where LLVM turns them into 
 
 from __future__ import annotations
 
-from warpdyn.device.processor import align_rows
+from warpdyn.device.processor import align_rows, see_neighbours
 from warpdyn.kernels.plan import Plan, tableau
 from warpdyn.laws.springs import spring_row
 
@@ -109,7 +109,8 @@ def integrate_chain(
                 for stage in range(STAGES):
                     slot("begin_stage")
                     for j in range(LANES):
-                        above[j] = dtype(0.0)
+                        if not SECTIONS:
+                            above[j] = dtype(0.0)
                         slot("begin_walk")
                     for down in range(N):
                         i = N - 1 - down
@@ -201,6 +202,8 @@ def integrate_chain(
                     slot("accepted_memory")
                     slot("finish_drift")
         slot("after_finish")
+        if SECTIONS:
+            see_neighbours()
         if not SECTIONS or section == 0:
             status = ok
             slot("judge_demand")

@@ -1,4 +1,4 @@
-"""Methods that choose each sample's step by their estimated errors: they go through a step of the time grid in parts."""
+"""Methods that choose each sample's step by their errors: they go through a step of the time grid in parts."""
 
 from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.plan import tableau
