@@ -1,6 +1,6 @@
 """Memories that settle at a rate of their own: a step too long for one lets its deviation grow, which is followed."""
 
-from warpdyn.laws.memory_stability import LARGEST_DEVIATION, deviation_after
+from warpdyn.laws.rate_law import LARGEST_DEVIATION, deviation_after
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
