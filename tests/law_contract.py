@@ -1,0 +1,160 @@
+"""What any law of the table must do, found by its own device functions: storeys of every row, taken along paths."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+
+import numpy as np
+import warp as wp
+
+import warpdyn as wd
+from warpdyn.laws import DEVICES, LAWS, Parameter
+from warpdyn.laws.law import StoreyElement
+from warpdyn.laws.springs import spring_row
+
+STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # a storey that yields at 10 mm
+YIELD_DRIFT = YIELD_FORCE / STIFFNESS
+STOREYS, TURNS, STEPS = 12, 24, 120
+CHORD = 1e-7  # m
+TRIES = 20_000
+ELEMENTS = LAWS | DEVICES
+ROWS = [(name, row) for name, element in ELEMENTS.items() for row in element.rows]
+
+
+def drawn_value(name: str, parameter: Parameter, defaults: float, rng: np.random.Generator) -> float:
+    """Return a value of a parameter inside its bounds, of the order that its units and bounds tell, or its default.
+
+    It is not at a bound: a storey may be without friction there, and so without a range in which it is elastic.
+    """
+    if parameter.default is not None and rng.random() < defaults:
+        return parameter.default
+    if name.startswith(("ductility_", "force_ratio_")):  # corners of a backbone, one beyond another
+        return 1 + 3 * rng.random() * (int(name[-1]) - 1) if name.startswith("d") else 1.4 * rng.random()
+    scale = {"N": YIELD_FORCE, "N m-1": 0.2 * STIFFNESS, "m": 5 * YIELD_DRIFT}.get(parameter.units)
+    if scale is not None and not np.isfinite(parameter.high):
+        return scale * 10 ** rng.uniform(-0.5, 0.5)
+    if np.isfinite(parameter.low) and np.isfinite(parameter.high):
+        is_flag = parameter.default in (0, 1) and rng.random() < 0.3  # such as whether cycles are counted
+        return 1 - parameter.default if is_flag else rng.uniform(parameter.low, parameter.high)
+    value = (parameter.low if np.isfinite(parameter.low) else 0.0) + 10 ** rng.uniform(-0.3, 0.5)
+    return float(np.ceil(value)) if rng.random() < 0.5 else value  # rules may be quicker for whole numbers
+
+
+@functools.cache
+def drawn_storeys(name: str, row: str) -> dict[str, np.ndarray]:
+    """Return parameters of storeys, [structure, storey], that lead a law or a device to a row."""
+    element, rng = ELEMENTS[name], np.random.default_rng(len(name) + 100 * len(row))
+    found: list[dict[str, float]] = []
+    for _ in range(TRIES):
+        defaults = rng.choice([0.1, 0.5, 0.95])  # rows may be for storeys without what has a default of 0
+        values = {key: drawn_value(key, parameter, defaults, rng) for key, parameter in element.parameters.items()}
+        given = {key: np.full((1, 1), value) for key, value in ({"stiffness": STIFFNESS} | values).items()}
+        fits = not any(parameter.violations(given[key]).any() for key, parameter in element.parameters.items())
+        if fits and element.problem(given) is None and element.spring(given) == row:
+            found.append(values)
+        if len(found) == STOREYS:
+            break
+    assert found, f"no parameters within the bounds of {name!r} lead to its row {row!r}"
+    found = (found * STOREYS)[:STOREYS]
+    return {"stiffness": np.full((1, STOREYS), STIFFNESS)} | {
+        key: np.array([[values[key] for values in found]]) for key in element.parameters
+    }
+
+
+def coefficients_of(element: type[StoreyElement], p: dict[str, np.ndarray], row: str) -> np.ndarray:
+    """Return what a row reads, [coefficient, storey]."""
+    return np.concatenate(np.broadcast_arrays(*element.coefficients(p, row), p["stiffness"])[:-1])
+
+
+def paths() -> np.ndarray:
+    """Return drifts [m] to and fro, of all sizes, [step, storey]; they end at 0."""
+    rng = np.random.default_rng(11)
+    to = 10 ** rng.uniform(-0.5, 1.2, (TURNS, STOREYS)) * YIELD_DRIFT * rng.uniform(-1, 1, (TURNS, STOREYS))
+    to[-1] = 0
+    corners = np.concatenate([np.zeros((1, STOREYS)), to])
+    along = np.linspace(0, 1, STEPS, endpoint=False)[1:, None]
+    return np.concatenate([a + (b - a) * along for a, b in itertools.pairwise(corners)])
+
+
+@functools.cache
+def contract_kernel(row: str) -> wp.Kernel:
+    """Return the kernel that takes storeys of a row along drifts and asks all of its device functions at each step."""
+    spring = spring_row(row)
+    MEMORY = max(1, spring.memory)
+    ADVANCES, MAPS, GLIDES = (function is not None for function in (spring.advance, spring.evolve, spring.glide))
+    GLIDING = spring.gliding or spring.memory
+    C = spring.coefficients
+    force_of, held_of, recoverable_of = spring.force, spring.held or spring.force, spring.recoverable
+    tangent_of, advance, evolve = spring.tangent, spring.advance or spring.force, spring.evolve or spring.force
+    glide, decides = spring.glide or spring.force, spring.decides or spring.force
+    coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
+    memory_vector = wp.types.vector(length=MEMORY, dtype=wp.float64)
+    # Functions stand in a rolled loop, and are optimised little: compiling is most of this test's time.
+    options = {"max_unroll": 1, "optimization_level": 1}
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=options)
+    def follow(
+        coefficients: wp.array2d(dtype=wp.float64),
+        drift: wp.array2d(dtype=wp.float64),
+        chord: wp.float64,
+        result: wp.array3d(dtype=wp.float64),
+    ):
+        storey = wp.tid()
+        c = coefficient_vector()
+        for q in range(C):
+            c[q] = coefficients[q, storey]
+        memory = memory_vector()
+        last = wp.float64(0.0)
+        for step in range(drift.shape[0]):
+            now = drift[step, storey]
+            way = wp.where(now < last, -chord, chord)
+            after = memory
+            for k in range(2):
+                # A chord ends at the step: the law is not asked for drifts beyond it.
+                at = now - wp.float64(1 - k) * way
+                if ADVANCES:
+                    after = advance(at, at - last, memory, c)
+                result[k, step, storey] = force_of(at, after, c)
+            result[2, step, storey] = held_of(now, after, c)
+            result[3, step, storey] = force_of(now, memory, c)  # as a trial stage asks for it
+            result[4, step, storey] = tangent_of(now, now - last, memory, after, c)
+            result[5, step, storey] = recoverable_of(now, after, c)
+            result[6, step, storey] = wp.float64(0.0)
+            if MAPS:
+                mapped = evolve(now, memory, c)
+                for m in range(MEMORY):
+                    result[6, step, storey] += wp.abs(mapped[m] - after[m])
+            result[7, step, storey] = wp.float64(0.0)
+            result[8, step, storey] = wp.float64(1.0)
+            if GLIDES:  # a branch that is decided when the kernel is built stands alone  # noqa: SIM102
+                if not decides(now, memory, c):
+                    glided = glide(now, memory, c)
+                    result[8, step, storey] = wp.float64(0.0)
+                    for m in range(GLIDING):
+                        result[7, step, storey] += wp.abs(glided[m] - after[m])
+            memory = after
+            last = now
+
+    return follow
+
+
+NAMES = ("behind", "force", "held", "trial", "tangent", "recoverable", "unlike_advance", "unlike_evolve", "decides")
+
+
+@functools.cache
+def answers(name: str, row: str) -> dict[str, np.ndarray]:
+    """Return what a row says of its storeys at each step of the paths, [step, storey] each; "drift" is the path."""
+    element, p = ELEMENTS[name], drawn_storeys(name, row)
+    drift = paths()
+    arrays = [wp.array(values, dtype=wp.float64, device="cpu") for values in (coefficients_of(element, p, row), drift)]
+    result = wp.full((len(NAMES), *drift.shape), np.nan, dtype=wp.float64, device="cpu")
+    wp.launch(contract_kernel(row), dim=STOREYS, inputs=[*arrays, CHORD, result], device="cpu")
+    return dict(zip(NAMES, result.numpy(), strict=True)) | {"drift": drift}
+
+
+def drawn_building(name: str, row: str) -> wd.ShearBuilding:
+    """Return a building of the drawn storeys."""
+    values = {key: value[0] for key, value in drawn_storeys(name, row).items() if key != "stiffness"}
+    kind = {"law": name} if name in LAWS else {"devices": (name,)}
+    return wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **kind, **values)

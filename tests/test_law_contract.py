@@ -1,0 +1,397 @@
+"""The contract of storey laws and devices: what every class of `warpdyn.laws` must fulfil.
+
+Energy is in test_law_passivity.py, lines between decisions over long paths in test_law_glide.py; both take every law
+of the table, too.
+"""
+
+import ast
+import doctest
+import importlib
+import inspect
+import json
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+from law_contract import (
+    CHORD,
+    ELEMENTS,
+    ROWS,
+    STIFFNESS,
+    STOREYS,
+    YIELD_DRIFT,
+    YIELD_FORCE,
+    answers,
+    coefficients_of,
+    drawn_building,
+    drawn_storeys,
+    paths,
+)
+
+import warpdyn as wd
+from warpdyn import laws
+from warpdyn.laws import DEVICES, LAWS, springs
+from warpdyn.laws.law import StoreyElement
+from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
+from warpdyn.running.pushover import storey_hysteresis
+from warpdyn.scene.scene import structure_to_json
+
+UNITS = {"1", "N", "m", "N m-1", "N s m-1", "m s-1", "kg", "s"}
+EVERY = pytest.mark.parametrize("name", ELEMENTS)
+EVERY_ROW = pytest.mark.parametrize(("name", "row"), ROWS)
+LAW_ROWS = pytest.mark.parametrize(("name", "row"), [pair for pair in ROWS if pair[0] in LAWS])
+# Forces are rounded where lines begin, up to a hundred yield drifts away.
+ROUNDING = 1e-9 * YIELD_FORCE
+
+
+@EVERY
+def test_parameters_are_described(name):
+    element = ELEMENTS[name]
+    for key, parameter in element.parameters.items():
+        assert parameter.units in UNITS
+        assert len(parameter.long_name) > 3
+        assert not parameter.long_name.endswith(".")
+        assert parameter.low <= parameter.high
+        if parameter.default is not None:
+            assert not parameter.violations(np.array([parameter.default])).any(), f"default of {key}"
+        assert f"    {key}: " in element.__doc__
+    names = [parameter.long_name for parameter in element.parameters.values()]
+    assert len(set(names)) == len(names)
+
+
+@EVERY
+def test_the_class_is_documented(name):
+    element = ELEMENTS[name]
+    assert getattr(laws, element.__name__) is element
+    summary = inspect.getdoc(element).splitlines()[0]
+    assert summary.endswith(".")
+    assert "Example:" in element.__doc__
+    module = importlib.import_module(element.__module__)
+    runner = doctest.DocTestRunner()
+    for test in doctest.DocTestFinder().find(element, globs=vars(module)):
+        runner.run(test)
+    assert runner.summarize().failed == 0
+    assert runner.summarize().attempted > 0
+
+
+def test_every_row_belongs_to_a_law():
+    assert set(SPRINGS) == {row for law in LAWS.values() for row in law.rows}
+    assert set(DEVICE_SPRINGS) == {row for device in DEVICES.values() for row in device.rows}
+
+
+@EVERY_ROW
+def test_coefficients_are_what_the_device_functions_read(name, row):
+    element = ELEMENTS[name]
+    names, p = element.rows[row], drawn_storeys(name, row)
+    assert len(set(names)) == len(names) == springs.spring_row(row).coefficients
+    found = coefficients_of(element, p, row)
+    assert found.shape == (len(names), STOREYS)
+    assert not np.isnan(found).any()
+    lacking = {key: value for key, value in element.named_coefficients(p, row).items() if key != names[-1]}
+    shorter = type("Shorter", (element,), {"named_coefficients": staticmethod(lambda p, row: lacking)})
+    with pytest.raises(TypeError, match=f"differs in .*{names[-1]}"):
+        shorter.coefficients(p, row)
+
+
+def test_a_row_that_reads_another_number_of_coefficients_is_refused(monkeypatch):
+    monkeypatch.setattr(LAWS["bilinear"], "rows", {"bilinear": ("hardening_stiffness", "yield_drift")})
+    springs._tables.cache_clear()
+    try:
+        with pytest.raises(TypeError, match="row 'bilinear' reads 3 coefficients; 'bilinear' names 2"):
+            springs._tables()
+    finally:
+        monkeypatch.undo()
+        springs._tables.cache_clear()
+
+
+@LAW_ROWS
+def test_a_small_drift_is_elastic(name, row):
+    drift = 1e-9 * YIELD_DRIFT
+    force = storey_hysteresis(drawn_building(name, row), [drift, -drift, 0]).storey_force.values
+    # What a power of such a drift leaves of the slope.
+    np.testing.assert_allclose(force[:2].T, STIFFNESS * drift * np.array([[1, -1]] * STOREYS), rtol=1e-2)
+
+
+@EVERY_ROW
+def test_all_is_finite_and_forces_agree(name, row):
+    found = answers(name, row)
+    for key, values in found.items():
+        assert np.isfinite(values).all(), key
+    # Kept force, and the trial force of laws that map their memory, are the force of the accepted step.
+    np.testing.assert_allclose(found["held"], found["force"], rtol=0, atol=ROUNDING)
+    spring = springs.spring_row(row)
+    if spring.rate is None:
+        np.testing.assert_allclose(found["trial"], found["force"], rtol=0, atol=ROUNDING)
+    if spring.evolve is not None:
+        assert found["unlike_advance"].max() == 0
+    assert found["recoverable"].min() > -1e-9 * YIELD_FORCE * YIELD_DRIFT
+
+
+@EVERY_ROW
+def test_lines_are_the_rules_where_nothing_is_decided(name, row):
+    found = answers(name, row)
+    spring = springs.spring_row(row)
+    assert (spring.glide is None) == (spring.decides is None)
+    if spring.glide is None:
+        return
+    lines = found["decides"] == 0
+    assert lines.mean() > 0.3
+    assert found["unlike_evolve"][lines].max() < 1e-9
+
+
+@EVERY_ROW
+def test_force_is_continuous(name, row):
+    """No step is stiffer than the law says, and falls come from softening alone: shorter steps are smaller."""
+    element, found = ELEMENTS[name], answers(name, row)
+    stiffest = np.broadcast_to(element.stiffest(drawn_storeys(name, row)), (1, STOREYS))
+    steps = np.diff(found["drift"], axis=0)
+    rises = np.diff(found["force"], axis=0) * np.sign(steps)
+    rises[found["force"][1:] == 0] = 0  # a storey that is exhausted loses its force at once
+    assert (rises - stiffest * np.abs(steps)).max() < 1e-3 * YIELD_FORCE
+    chord = np.abs(found["force"] - found["behind"])
+    chord[found["force"] == 0] = 0
+    assert np.quantile(chord, 0.999) < 100 * STIFFNESS * CHORD
+
+
+@EVERY_ROW
+def test_tangents_are_slopes(name, row):
+    found = answers(name, row)
+    way = np.where(np.diff(found["drift"], axis=0, prepend=0.0) < 0, -CHORD, CHORD)
+    slope = (found["force"] - found["behind"]) / way
+    missed = np.abs(found["tangent"] - slope) / STIFFNESS
+    # Chords lose to rounding, and a step that ends on a corner has another slope behind. A rate law's tangent is that
+    # of its equation, the chord that of one step of RK4 along it.
+    limit = 2e-2 if springs.spring_row(row).rate is not None else 1e-4
+    assert (missed < limit).mean() > 0.97
+    assert np.median(missed) < 1e-5
+
+
+@EVERY_ROW
+def test_the_public_face_shows_the_same_forces(name, row):
+    building = drawn_building(name, row)
+    found = storey_hysteresis(building, paths())
+    beside = 0.0 if name in LAWS else STIFFNESS * paths()
+    np.testing.assert_allclose(
+        found.storey_force - beside, answers(name, row)["force"], rtol=0, atol=1e-6 * YIELD_FORCE
+    )
+    assert np.isfinite(found.dissipated_energy).all()
+
+
+@EVERY
+def test_an_object_its_name_and_its_description_make_one_building(name):
+    element = ELEMENTS[name]
+    row = next(iter(element.rows), None)
+    if row is None:  # a viscous damper, which has no spring
+        values = {key: 0.5 for key in element.parameters}
+    else:
+        values = {key: value[0] for key, value in drawn_storeys(name, row).items() if key != "stiffness"}
+    keyword = "law" if name in LAWS else "devices"
+
+    def building(given, **parameters):
+        given = given if keyword == "law" else (given,)
+        return wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **{keyword: given}, **parameters)
+
+    typed, named = building(element(**values)), building(name, **values)
+    assert structure_to_json(typed) == structure_to_json(named) == structure_to_json(building(element, **values))
+    assert element(**values) == element(**values)
+    assert hash(element(**values)) == hash(element(**values))
+    described = json.loads(structure_to_json(named))
+    kept = {key: described[key] for key in element.parameters}
+    assert structure_to_json(building(name, **kept)) == structure_to_json(named)
+    for key in values:
+        with pytest.raises(ValueError, match=f"{key} is given twice"):
+            building(element(**values), **{key: 1.0})
+
+
+@EVERY
+def test_opensees_names(name):
+    element = ELEMENTS[name]
+    table = LAWS if name in LAWS else DEVICES
+    values = {} if not element.rows else {
+        key: value[0] for key, value in drawn_storeys(name, next(iter(element.rows))).items() if key != "stiffness"
+    }  # fmt: skip
+    for theirs in element.opensees:
+        meant = [other for other, each in table.items() if theirs in each.opensees]
+        given = {"law": theirs} if name in LAWS else {"devices": (theirs,)}
+        if len(meant) > 1:
+            with pytest.raises(ValueError, match=f"'{theirs}' is one of several here.*{name}"):
+                wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **given)
+        elif values:
+            building = wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **given, **values)
+            assert name in (*building.storey_laws, *building.devices)
+
+
+@EVERY
+def test_near_misses_of_parameters_are_suggested(name):
+    element = ELEMENTS[name]
+    for key in element.parameters:
+        with pytest.raises(TypeError, match=f"did you mean '{key}'"):
+            element(**{key[:-1] + "_" + key[-1]: 1.0})
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ({"law": "bilnear"}, "did you mean 'bilinear'"),
+        ({"law": "Bouc-Wen"}, "did you mean 'bouc_wen'"),
+        ({"law": "steel02"}, "did you mean 'Steel02'"),
+        ({"law": "bilinear", "yield_froce": 1.0, "hardening_ratio": 0.1}, "did you mean 'yield_force'"),
+        ({"law": "bilinear", "Fy": 1.0, "hardening_ratio": 0.1}, "did you mean 'yield_force'"),
+        ({"devices": ("FrictionDamper",)}, "did you mean 'friction_damper'"),
+    ],
+)
+def test_near_misses_of_names_are_suggested(given, meant):
+    with pytest.raises(ValueError, match=meant):
+        wd.ShearBuilding(1.0, 1.0, 1.0, **given)
+
+
+def test_laws_of_several_storeys_bring_their_parameters():
+    building = wd.ShearBuilding(
+        [2e3, 1e3, 1e3], 4e5, 3.0,
+        law=[laws.Bilinear(yield_force=4e3, hardening_ratio=0.05), "bouc_wen", laws.Elastic()],
+        devices=(laws.FrictionDamper(slip_force=[0.0, 1e3, 0.0], brace_stiffness=1e5),),
+        yield_force=2e3, hardening_ratio=[np.nan, 0.1, np.nan],
+    )  # fmt: skip
+    np.testing.assert_array_equal(building.parameters["yield_force"], [4e3, 2e3, np.nan])
+    np.testing.assert_array_equal(building.parameters["hardening_ratio"], [0.05, 0.1, np.nan])
+    np.testing.assert_array_equal(building.parameters["beta"], [np.nan, 0.5, np.nan])
+    np.testing.assert_array_equal(building.parameters["slip_force"], [0, 1e3, 0])
+    assert building.storey_laws == ("bilinear", "bouc_wen", "elastic")
+
+
+@pytest.mark.parametrize(
+    ("given", "error"),
+    [
+        ([laws.Bilinear(yield_force=[1.0, 2.0], hardening_ratio=0.1), "elastic"], "must be one value, got 2"),
+        ([laws.Bilinear(yield_force=1.0, hardening_ratio=0.1), "bilinear"], "yield_force is missing at storey 2"),
+        ([laws.Bilinear(yield_force=1.0, hardening_ratio=0.1), 3], "unknown storey law 3"),
+        (laws.Gap(clearance=1.0, contact_stiffness=1.0), "unknown storey law Gap"),
+        (laws.Bilinear(yield_force=[1.0, 2.0, 3.0], hardening_ratio=0.1), "mass has 2 values and yield_force has 3"),
+    ],
+)
+def test_laws_that_do_not_fit(given, error):
+    with pytest.raises(ValueError, match=error):
+        wd.ShearBuilding([1.0, 1.0], 1.0, 1.0, law=given)
+
+
+@pytest.mark.parametrize(
+    ("values", "error"),
+    [
+        ({"yield_force": -1.0, "hardening_ratio": 0.1}, "yield_force is -1; it must be finite and above 0"),
+        ({"yield_force": [1.0, 0.0], "hardening_ratio": 0.1}, "yield_force is 0 at storey 2"),
+        ({"yield_force": "much", "hardening_ratio": 0.1}, "yield_force must be numbers"),
+        ({"yield_force": [[1.0]], "hardening_ratio": 0.1}, "one value or one a storey"),
+    ],
+)
+def test_values_out_of_bounds_are_refused_at_once(values, error):
+    with pytest.raises(ValueError, match=error):
+        laws.Bilinear(**values)
+
+
+def test_laws_do_not_import_warp():
+    program = """
+        import sys, types
+        package = types.ModuleType("warpdyn")  # without what the whole library imports
+        package.__path__ = [sys.argv[1]]
+        sys.modules["warpdyn"] = package
+        import warpdyn.laws, warpdyn.laws.lookup, warpdyn.laws.springs
+        print("warp" in sys.modules)
+    """
+    path = wd.__path__[0]
+    ran = subprocess.run([sys.executable, "-c", textwrap.dedent(program), path], capture_output=True, text=True)
+    assert ran.stdout.strip() == "False", ran.stderr
+
+
+def test_editors_see_every_law():
+    """The imports of `warpdyn/laws/__init__.py` that only editors read name every class of the tables."""
+    tree = ast.parse(inspect.getsource(laws))
+    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    seen = {alias.name for node in block.body for alias in node.names}
+    assert seen == {element.__name__ for element in ELEMENTS.values()}
+
+
+PARAMETERS = '''
+    """A toy law."""
+
+    import enum
+
+    from numpy.typing import ArrayLike
+
+    from warpdyn.laws.law import Law, Layout, parameter
+
+
+    class Coefficient(Layout):
+        """What the device functions read."""
+
+        STIFFNESS = enum.auto()
+        SOFTENING = enum.auto()
+
+
+    class Cubic(Law):
+        """A storey that softens with the cube of its drift, F = k d - s d^3.
+
+        Example:
+            >>> Cubic(softening=1e3)
+            Cubic(softening=1000.0)
+        """
+
+        softening: ArrayLike = parameter("N m-3", "softening of the storey", low=0.0)
+
+        rows = {"cubic": Coefficient.names()}
+
+        @staticmethod
+        def named_coefficients(p, row):
+            return {"stiffness": p["stiffness"], "softening": p["softening"]}
+'''
+DEVICE_FUNCTIONS = '''
+    """Device functions of a toy law."""
+
+    from typing import Any
+
+    import warp as wp
+
+    from warpdyn.laws.cubic.parameters import Coefficient as C
+    from warpdyn.laws.spring import Spring
+
+
+    @wp.func
+    def cubic_force(drift: Any, memory: Any, c: Any):
+        return c[C.STIFFNESS] * drift - c[C.SOFTENING] * drift * drift * drift
+
+
+    @wp.func
+    def cubic_recoverable(drift: Any, memory: Any, c: Any):
+        half, quarter = type(drift)(0.5), type(drift)(0.25)
+        return (half * c[C.STIFFNESS] - quarter * c[C.SOFTENING] * drift * drift) * drift * drift
+
+
+    @wp.func
+    def cubic_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        return c[C.STIFFNESS] - type(drift)(3.0) * c[C.SOFTENING] * drift * drift
+
+
+    SPRINGS = {"cubic": Spring(cubic_force, None, cubic_recoverable, coefficients=len(C), tangent=cubic_tangent)}
+'''
+
+
+def test_a_law_is_one_folder(tmp_path, monkeypatch):
+    folder = tmp_path / "cubic"
+    folder.mkdir()
+    for name, text in {"__init__": "", "parameters": PARAMETERS, "device_functions": DEVICE_FUNCTIONS}.items():
+        (folder / f"{name}.py").write_text(textwrap.dedent(text).lstrip())
+    monkeypatch.setattr(laws, "__path__", [*laws.__path__, str(tmp_path)])
+    (new,) = set(laws.find(laws.Law)) - set(LAWS)
+    monkeypatch.setitem(LAWS, new, laws.find(laws.Law)[new])
+    monkeypatch.setitem(SPRINGS, new, importlib.import_module("warpdyn.laws.cubic.device_functions").SPRINGS[new])
+    cubic = LAWS["cubic"]
+    assert issubclass(cubic, StoreyElement)
+    drift = np.array([0.0, 0.01, -0.02])
+    building = wd.ShearBuilding([2e3, 1e3], 4e5, 3.0, law=cubic(softening=[1e8, 0.0]))
+    force = storey_hysteresis(building, drift).storey_force.values
+    np.testing.assert_allclose(force[:, 0], 4e5 * drift - 1e8 * drift**3, rtol=1e-14)
+    np.testing.assert_allclose(force[:, 1], 4e5 * drift, rtol=1e-14)
+    motion = wd.GroundMotion(0.5 * np.sin(np.arange(100) * 0.2), 0.02)
+    run = wd.simulate(wd.Scene(building, motion), structures=2, step=0.005, device="cpu")
+    assert run.status.values.tolist() == [0, 0]
