@@ -6,6 +6,10 @@ DEVICES are found: they hold the classes of all folders, under their names in a 
 `warpdyn.laws.springs` imports the device functions when the first row is asked for.
 
     warpdyn.laws.Bilinear(yield_force=1e6, hardening_ratio=0.05)
+
+To add a law, add its folder; `elastic` is the shortest to begin from, `bilinear` the shortest with memory, `bouc_wen`
+the one of a rate law. `tests/test_law_contract.py` then takes it through what every law must fulfil. The imports below
+under TYPE_CHECKING let editors complete its name.
 """
 
 from __future__ import annotations

@@ -40,10 +40,10 @@ def never_settles(driver: Any, memory: Any, c: Any):
 # What stands for a function that one of two laws does without. The first group takes (driver, memory, coefficients).
 ABSENT = {
     "force": None,
-    "held": None,  # the force
+    "held": None,  # the trial force
     "recoverable": None,
     "evolve": is_kept,
-    "glide": None,  # what it evolves to
+    "glide": None,  # the mapped memory
     "decides": decides_nothing,
     "rate": stands_still,
     "relaxation": never_settles,

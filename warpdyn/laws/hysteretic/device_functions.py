@@ -16,7 +16,7 @@ from warpdyn.laws.row_functions import device_functions, kept_force
 from warpdyn.laws.spring import Spring
 
 FARTHEST = wp.constant(wp.float64(1e16))  # m: damage that runs away stops there
-# Before a force of 0 rules are asked again: the sign, which they go by, must not be that of what gliding rounded.
+# A line ends just before a force of 0: the rules go by the force's sign, which rounding along a line must not set.
 LEAST_FORCE = wp.constant(wp.float64(1e-3))
 NO_END = wp.constant(wp.float64(1e30))
 

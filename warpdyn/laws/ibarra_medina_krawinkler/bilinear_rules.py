@@ -61,8 +61,8 @@ def _law(name: str, POWERS: bool) -> Spring:
         crosses = not on_backbone and memory[M.STATE] > zero and f_before <= zero and force >= zero
         return u != memory[M.DRIFT] and (turns or crosses)
 
-    def following(DECIDES: bool) -> Callable:
-        """Return the function that follows the path, of all storeys or of those that decide nothing."""
+    def following(BY_RULES: bool) -> Callable:
+        """Return the function that follows the path, by all rules, or of storeys that stay on their line."""
 
         def follow(drift: Any, memory: Any, c: Any):
             zero = type(drift)(0.0)
@@ -96,18 +96,18 @@ def _law(name: str, POWERS: bool) -> Spring:
             slope = wp.max(c[C.HARDENING_SLOPE] - slope_loss, zero)
             capping = c[C.CAPPING_HEIGHT] - capping_loss
             fails = bool(False)
-            if DECIDES:
+            if BY_RULES:
                 if moving and on_backbone and turns_back(x_before, f_before):
                     on_backbone = False
                     stiffness, fails = after_turning(f_before, one - stiffness_loss, energy, energy_before, exponent, c)
                     stiffness_loss = wp.where(seen >= two, type(drift)(0.5), one - stiffness)
             stiffness = one - stiffness_loss
             force = f_before + stiffness * (x - x_before)
-            if not DECIDES:
+            if not BY_RULES:
                 # What rounding alone takes past no force crosses it in the next step.
                 nears = not on_backbone and f_before <= zero and seen > zero
                 force = wp.where(nears, wp.min(force, zero), force)
-            if DECIDES:
+            if BY_RULES:
                 if moving and not on_backbone and f_before <= zero and force >= zero and seen > zero:
                     spent = wp.max(energy - energy_before, zero)
                     fails = fails or spent > c[C.STRENGTH_CAPACITY] - energy or spent > c[C.CAPPING_CAPACITY] - energy

@@ -86,11 +86,11 @@ def spring_of(
     Args:
         name: What the device functions' names begin with.
         follow: `(drift, memory, c) -> memory, tangent` at the drift, in the law's units.
-        go_on: The same of a storey that decides nothing.
-        decides: `(drift, memory, c) -> bool` whether the storey turns, or goes on by another rule.
+        go_on: The same of a storey that stays on its line.
+        decides: `(drift, memory, c) -> bool`, true if the storey turns or passes a corner on its way there.
         unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
         memory: Number of its values.
-        gliding: Number of its first values that going on may change; None for all.
+        gliding: Number of its first values that may change along a line; None for all.
         coefficients: Number of theirs.
     """
 

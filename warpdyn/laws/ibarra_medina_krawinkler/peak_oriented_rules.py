@@ -94,8 +94,8 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         turns = way <= -to_pinch and way > -failed
         return u != memory[M.DRIFT] and (turns or passes)
 
-    def following(DECIDES: bool) -> Callable:
-        """Return the function that follows the path, of all storeys or of those that decide nothing."""
+    def following(BY_RULES: bool) -> Callable:
+        """Return the function that follows the path, by all rules, or of storeys that stay on their line."""
 
         def follow(drift: Any, memory: Any, c: Any):
             zero = type(drift)(0.0)
@@ -138,7 +138,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             way = side * memory[M.BRANCH]
             fails = wp.abs(way) == failed
             branch = wp.abs(way)
-            if DECIDES:
+            if BY_RULES:
                 if way <= -to_pinch and not fails:
                     branch = unloading
                     other_x_last = -x_before
@@ -148,13 +148,13 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                     stiffness_loss = one - stiffness
             stiffness = wp.max(one - stiffness_loss, type(drift)(SMALLEST))
             unloaded = f_before + stiffness * (x - x_before)
-            if not DECIDES:
+            if not BY_RULES:
                 # What rounding alone takes past no force crosses it in the next step.
                 unloaded = wp.where(f_before <= zero, wp.min(unloaded, zero), unloaded)
             # Where the line of a branch begins, and where the storey begins to load along it.
             x_from = x_before
             f_from = f_before
-            if DECIDES:
+            if BY_RULES:
                 starts = moving and branch == unloading and f_before <= zero and unloaded >= zero
                 if starts:
                     spent = wp.max(energy - energy_before, zero)
@@ -189,7 +189,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             capping = c[C.CAPPING_HEIGHT] * (one - capping_loss)
             intercept = strength - slope * strength
             f_farthest, _ = on_lines(farthest, intercept, slope, capping, c[C.FALLING_SLOPE], c[C.RESIDUAL_FORCE])
-            if DECIDES:
+            if BY_RULES:
                 if starts:
                     fails = fails or f_farthest <= zero
                     is_steeper = x_from < x_last and f_last < f_farthest

@@ -22,7 +22,7 @@ from warpdyn.laws.row_functions import device_functions, kept_force
 from warpdyn.laws.spring import Spring
 
 LEAST_WAY = wp.constant(wp.float64(1e-9))  # to the point aimed at: a turn that rounding puts upon it divides by it
-# Before a force of 0 rules are asked again: the sign, which they go by, must not be that of what gliding rounded.
+# A line ends just before a force of 0: the rules go by the force's sign, which rounding along a line must not set.
 LEAST_FORCE = wp.constant(wp.float64(1e-3))
 FARTHEST = wp.constant(wp.float64(1e30))
 
@@ -147,7 +147,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         if IS_TAKEDA:
             far = wp.where(
                 is_first, wp.min(far, c[C.CRACKING_DRIFT]), far
-            )  # beyond cracking, gliding takes drifts for peaks
+            )  # beyond cracking, drifts along a line count as peaks
         far = wp.where(reached > zero, far, at)  # a line met before its force is 0 is left again
         glides_by = wp.where(follows_line, line_slope, stiff)
         # Back along the line of unloading, if reloading is no stiffer, and no farther than the peak that is known.
@@ -158,7 +158,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         near = wp.where(is_unloading and returns, wp.max(last, -reach), at)
         crossing_ahead = wp.min(crossing - type(drift)(LEAST_FORCE) / slope, c[C.CRACKING_DRIFT] + ahead)
         far = wp.where(is_unloading, crossing_ahead, far)
-        far = wp.where(at >= -reach, far, at)  # where no peak has been yet gliding would put one
+        far = wp.where(at >= -reach, far, at)  # where no peak has been yet, a line would put one
         glides_by = wp.where(is_unloading, slope, glides_by)
         is_hard = at >= one
         far = wp.where(is_beyond, wp.where(is_hard, type(drift)(FARTHEST), one), far)

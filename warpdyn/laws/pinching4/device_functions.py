@@ -191,7 +191,7 @@ def _pinching4(damage: str | None) -> Spring:
         after[M.TURN_FORCE] = f_turn
         after[M.DEMAND_ABOVE] = wp.where(is_up, memory[M.DEMAND_ABOVE], demand)
         after[M.DEMAND_BELOW] = wp.where(is_up, demand, memory[M.DEMAND_BELOW])
-        # Who glides keeps these two: rounding must not tell the ways apart.
+        # These two stay as they are along a line: rounding must not change them.
         is_new = decides(drift, memory, c)
         after[M.LINE_SLOPE] = wp.where(is_new, wp.min(slope, one), memory[M.LINE_SLOPE])
         after[M.LINE_END] = wp.where(is_new, wp.where(is_elastic, x, way * end), memory[M.LINE_END])
