@@ -24,6 +24,7 @@ from itertools import combinations, product
 
 import covertable
 import numpy as np
+from matrices import modal_damping_matrix
 from method_sources import by_source, shown, source_of
 
 import warpdyn as wd
@@ -36,7 +37,6 @@ from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
 from warpdyn.methods.stability_limits import stability_limit
 from warpdyn.methods.table import METHODS, fitting_methods
-from warpdyn.structures.modal import modal_damping_matrix
 from warpdyn.structures.shear_building import DAMPING
 
 SAMPLES = 17  # one full row of lanes, and one that repeats its only sample

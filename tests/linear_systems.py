@@ -1,17 +1,13 @@
 """Linear structures and loads whose exact responses are known, for the tests of methods that advance them."""
 
 import numpy as np
+from matrices import chain_matrix, modal_damping_matrix
 
 import warpdyn as wd
-from warpdyn.structures.modal import modal_damping_matrix
 from warpdyn.truth import piecewise_linear_response
 
 # Three storeys of 9, 29 and 45 rad/s, and their matrices; the storeys' dampers are not proportional to anything.
 MASS, STIFFNESS, DAMPER = np.array([2e3, 1.5e3, 1e3]), np.array([1.2e6, 9e5, 5e5]), np.array([2e4, 1e3, 9e3])
-
-
-def chain_matrix(storeys):
-    return np.diag(storeys + np.append(storeys[1:], 0)) - np.diag(storeys[1:], 1) - np.diag(storeys[1:], -1)
 
 
 MATRIX = chain_matrix(STIFFNESS)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from opensees import chain_drifts
+from scipy.constants import g as STANDARD_GRAVITY
 
 import warpdyn as wd
-from warpdyn.core.units import STANDARD_GRAVITY
 
 LIMIT = 0.1  # collapse drift ratio
 RECORDS = (0, 9, 18, 27, 36)  # of the far-field set: five earthquakes

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from matrices import chain_matrix
 from scipy.linalg import eigh
 
 import warpdyn as wd
-from warpdyn.structures.modal import chain_stiffness_matrix
 from warpdyn.truth import bilinear_chain_response, bouc_wen_chain_response, piecewise_linear_response
 
 MASS, STIFFNESS, STEP = np.array([1e5, 1e5, 8e4]), np.array([8e7, 6e7, 5e7]), 0.02
@@ -13,7 +13,7 @@ YIELD_FORCE, HARDENING = np.array([2.2e5, 1.8e5, 1.2e5]), 0.05
 BASE = 2.5 * np.sin(np.arange(300) * 0.37) * np.random.default_rng(5).normal(size=300)  # m/s2
 DAMPERS = 2e5
 FORCE = -BASE[:, None] * MASS
-MATRICES = (MASS, DAMPERS * chain_stiffness_matrix(np.ones(3)), chain_stiffness_matrix(STIFFNESS))
+MATRICES = (MASS, DAMPERS * chain_matrix(np.ones(3)), chain_matrix(STIFFNESS))
 FASTEST = np.sqrt(eigh(MATRICES[2], np.diag(MASS), eigvals_only=True)[-1])  # rad/s
 LAWS = {
     "elastic": {},

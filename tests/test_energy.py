@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matrices import chain_matrix
 from scipy.integrate import simpson
 from scipy.linalg import eigh
 
@@ -33,10 +34,6 @@ LOADS = {
     "push": wd.FreeVibration(0.1, velocity=[0.3, 0.6, 0.9]),
 }
 STEPS = (0.0025, 0.00125, 0.000625)
-
-
-def chain_matrix(storeys):
-    return np.diag(storeys + np.append(storeys[1:], 0)) - np.diag(storeys[1:], 1) - np.diag(storeys[1:], -1)
 
 
 def damping_matrix(damping):

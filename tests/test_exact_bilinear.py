@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matrices import chain_matrix
 from scipy.integrate import simpson, solve_ivp
 
 from warpdyn.truth import bilinear_chain_response, piecewise_linear_response
@@ -14,10 +15,6 @@ def oscillator(force, step, hardening_ratio=0.0, damping=0.0, **initial):
     return bilinear_chain_response(
         [1.0], 100.0, 1.0, hardening_ratio, [[damping]], np.asarray(force)[:, None], step, **initial
     )
-
-
-def chain_matrix(storeys):
-    return np.diag(storeys + np.append(storeys[1:], 0)) - np.diag(storeys[1:], 1) - np.diag(storeys[1:], -1)
 
 
 # Three storeys of 9, 29 and 45 rad/s, damped in no proportion to anything.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matrices import chain_matrix
 from scipy.integrate import simpson, solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
@@ -11,10 +12,6 @@ from warpdyn.truth import bouc_wen_chain_response, piecewise_linear_response
 def oscillator(force, step, velocity, mass=1.0, **law):
     """The response of a mass on 100 N/m that yields at 1 N and 0.01 m."""
     return bouc_wen_chain_response([mass], 100.0, 1.0, 0.0, [[0.0]], np.asarray(force)[:, None], step, velocity, **law)
-
-
-def chain_matrix(storeys):
-    return np.diag(storeys + np.append(storeys[1:], 0)) - np.diag(storeys[1:], 1) - np.diag(storeys[1:], -1)
 
 
 # Three storeys of 9, 29 and 45 rad/s, damped in no proportion to anything.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matrices import modal_damping_matrix
 from noise_statistics import (
     KANAI_TAJIMI,
     KANAI_TAJIMI_ACCELERATION,
@@ -19,7 +20,6 @@ from scipy.integrate import quad
 import warpdyn as wd
 from warpdyn.integration.run import prepare
 from warpdyn.running import blocks
-from warpdyn.structures.modal import modal_damping_matrix
 
 CLOUGH_PENZIEN = wd.CloughPenzien(0.01, 15.0, 0.6, 1.5, 0.6)
 SPECTRA = {"white": WHITE, "kanai_tajimi": KANAI_TAJIMI, "clough_penzien": CLOUGH_PENZIEN}

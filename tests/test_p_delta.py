@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matrices import chain_matrix
 from method_sources import one_a_source
 from scipy.integrate import solve_ivp
 
@@ -11,7 +12,6 @@ import warpdyn as wd
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK
 from warpdyn.integration.run import prepare
 from warpdyn.methods.table import fitting_methods
-from warpdyn.structures.modal import chain_stiffness_matrix
 from warpdyn.truth import piecewise_linear_response
 
 MASS, STIFFNESS, HEIGHT, LOAD = 2e4, 2e6, 3.0, 6e5  # a tenth of the stiffness goes to gravity
@@ -36,7 +36,7 @@ def run(building, excitation, method="rk4", step=None, **settings):
 
 def test_loads_add_up_from_the_top():
     reduced = np.array([2e7 - 6.5e6 / 4, 1.5e7 - 3.5e6 / 3, 8e6 - 1.5e6 / 3])
-    eigenvalues = np.linalg.eigvals(chain_stiffness_matrix(reduced) / np.array(STOREYS["mass"])[:, None])
+    eigenvalues = np.linalg.eigvals(chain_matrix(reduced) / np.array(STOREYS["mass"])[:, None])
     np.testing.assert_allclose(storeys().modal()["circular_frequency"], np.sort(eigenvalues) ** 0.5, rtol=1e-12)
 
 
@@ -190,13 +190,13 @@ def test_methods_agree_with_scipy(method, by_scipy):
 def test_elastic_storeys_are_exact(damping, parameters):
     building = storeys(damping=damping, **parameters)
     mass, stiffness = np.array(STOREYS["mass"]), np.array(STOREYS["stiffness"])
-    reduced = chain_stiffness_matrix(stiffness - np.array([6.5e6 / 4, 3.5e6 / 3, 1.5e6 / 3]))
+    reduced = chain_matrix(stiffness - np.array([6.5e6 / 4, 3.5e6 / 3, 1.5e6 / 3]))
     matrix = np.zeros((3, 3))
     if damping == "storey":
-        matrix = chain_stiffness_matrix(parameters["damping_coefficient"])
+        matrix = chain_matrix(parameters["damping_coefficient"])
     elif damping == "rayleigh":
         first, second = building.modal()["circular_frequency"].values[:2]
-        springs = chain_stiffness_matrix(stiffness)  # those alone
+        springs = chain_matrix(stiffness)  # those alone
         matrix = 0.1 / (first + second) * (first * second * np.diag(mass) + springs)
     elif damping == "modal":
         root = np.sqrt(mass)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from matrices import chain_matrix
 
 import warpdyn as wd
-from warpdyn.structures.modal import chain_stiffness_matrix
 from warpdyn.truth import bilinear_chain_response
 
 MASS, STIFFNESS, YIELD_FORCE = np.full(2, 1e5), np.array([6e7, 5e7]), np.array([2e5, 1.4e5])
@@ -29,7 +29,7 @@ def scene(law="bilinear", recorders=("drift", "residual"), **settings):
 @pytest.fixture(scope="module")
 def true_peaks():
     """Peak storey drifts [m] of every sample, event by event, between steps too, shape [sample, storey]."""
-    dampers = DAMPERS * chain_stiffness_matrix(np.ones(2))
+    dampers = DAMPERS * chain_matrix(np.ones(2))
     # As the engine sees them: with 0.6 s of free vibration after the motion.
     waves = [np.concatenate([wave, np.zeros(31)]) for wave in WAVES]
     return np.array(

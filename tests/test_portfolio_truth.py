@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_exact_bilinear import chain_matrix
+from matrices import chain_matrix
 
 import warpdyn as wd
 from warpdyn.truth import bilinear_chain_response

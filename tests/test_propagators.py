@@ -25,11 +25,11 @@ from linear_systems import (
     sampled_load,
     simulate,
 )
+from matrices import modal_damping_matrix
 from scipy.integrate import simpson
 
 import warpdyn as wd
 from warpdyn.integration.propagators import damping_of
-from warpdyn.structures.modal import modal_damping_matrix
 from warpdyn.truth import harmonic_response, piecewise_linear_response
 
 # Steps that an exact response can take are long for the powers that energies are summed up from.

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from opensees import chain_drifts
+from scipy.constants import g as STANDARD_GRAVITY
 
 import warpdyn as wd
-from warpdyn.core.units import STANDARD_GRAVITY
 
 
 def frame(**parameters):

@@ -5,6 +5,7 @@ from time import perf_counter
 
 import numpy as np
 import pytest
+from matrices import chain_matrix
 from scipy.linalg import eigh
 
 from warpdyn.methods.kinds import ExplicitMethod
@@ -16,7 +17,6 @@ from warpdyn.methods.stability_limits import (
     state_eigenvalues,
 )
 from warpdyn.methods.table import METHODS
-from warpdyn.structures.modal import chain_stiffness_matrix
 
 EULER = ExplicitMethod("euler", 1, ((0,),), (1,), (0,))
 LIMITED = [EULER, *(method for method in METHODS.values() if stability_limit(method, 0.5) < np.inf)]
@@ -116,9 +116,9 @@ def systems(count, seed):
     for _ in range(count):
         dof = rng.integers(2, 7)
         root = 10 ** rng.uniform(-0.3, 0.3, dof)
-        stiffness = chain_stiffness_matrix(10 ** rng.uniform(0, 1, dof)) * root * root[:, None]
+        stiffness = chain_matrix(10 ** rng.uniform(0, 1, dof)) * root * root[:, None]
         dampers = 10 ** rng.uniform(-3, 1.5, dof) * (rng.random(dof) < rng.choice([0.3, 0.6, 1]))
-        yield stiffness, chain_stiffness_matrix(dampers) * root * root[:, None]
+        yield stiffness, chain_matrix(dampers) * root * root[:, None]
         axes = np.linalg.qr(rng.standard_normal((dof, dof)))[0]
         factor = rng.standard_normal((dof, rng.integers(1, dof + 1)))
         yield axes @ np.diag(10 ** rng.uniform(-2, 1, dof)) @ axes.T, factor @ factor.T * 10 ** rng.uniform(-2, 1)

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+from matrices import chain_matrix
 from scipy.linalg import eigh
 from scipy.optimize import root
 
@@ -54,10 +55,6 @@ START = np.array([0.01, 0.02, 0.04]), np.array([0.5, -0.2, 0.3])
 def building(law, damping):
     strength = {"yield_force": STRENGTH, "hardening_ratio": HARDENING} if law != "elastic" else {}
     return wd.ShearBuilding(MASS, STIFFNESS, HEIGHT, law=law, damping=damping, **DAMPING[damping], **strength)
-
-
-def chain_matrix(storeys):
-    return np.diag(storeys + np.append(storeys[1:], 0)) - np.diag(storeys[1:], 1) - np.diag(storeys[1:], -1)
 
 
 EIGENVALUE, SHAPES = eigh(chain_matrix(STIFFNESS), np.diag(MASS))
