@@ -12,14 +12,14 @@ STOP = {"clearance": 0.001, "contact_stiffness": 4e5, "restitution": 0.7}
 DAMPER = {"damper_coefficient": 500.0, "velocity_exponent": 0.5}
 # Rows of SPRINGS made of several, and viscous dampers: laws of the storeys and devices that lead to them.
 COMBINED = {
-    "bouc_wen_1+slip": {"law": ("bouc_wen",) * 2, **FRICTION},
+    "bouc_wen_1+friction_damper": {"law": ("bouc_wen",) * 2, **FRICTION},
     "bilinear|bouc_wen_1+gap": {"law": ("lead_rubber_bearing", "bouc_wen"), "devices": ("gap",), **STOP},
-    "bouc_wen|takeda|elastic+slip": {"law": ("bouc_wen", "takeda", "elastic"), "exponent": 1.5, **FRICTION},
-    "bilinear|menegotto_pinto+slip+gap": {
+    "bouc_wen|takeda|elastic+friction_damper": {"law": ("bouc_wen", "takeda", "elastic"), "exponent": 1.5, **FRICTION},
+    "bilinear|menegotto_pinto+friction_damper+gap": {
         "law": ("bilinear", "menegotto_pinto"), **FRICTION, **STOP, "devices": ("friction_damper", "gap")
     },
     "elastic": {"law": ("elastic",) * 2, "devices": ("viscous_damper",), **DAMPER},
-    "bilinear+slip": {
+    "bilinear+friction_damper": {
         "law": ("bilinear",) * 3, **FRICTION, **DAMPER, "devices": ("viscous_damper", "friction_damper")
     },
 }  # fmt: skip

@@ -82,12 +82,22 @@ def contract_kernel(row: str) -> wp.Kernel:
     """Return the kernel that takes storeys of a row along drifts and asks all of its device functions at each step."""
     spring = spring_row(row)
     MEMORY = max(1, spring.memory)
-    ADVANCES, MAPS, GLIDES = (function is not None for function in (spring.advance, spring.evolve, spring.glide))
-    GLIDING = spring.gliding or spring.memory
+    ADVANCES, MAPS, GLIDES = (
+        function is not None for function in (spring.memory_after, spring.return_mapping, spring.memory_on_line)
+    )
+    GLIDING = spring.values_on_line or spring.memory
     C = spring.coefficients
-    force_of, held_of, recoverable_of = spring.force, spring.held or spring.force, spring.recoverable
-    tangent_of, advance, evolve = spring.tangent, spring.advance or spring.force, spring.evolve or spring.force
-    glide, decides = spring.glide or spring.force, spring.decides or spring.force
+    force_of, held_of, recoverable_of = (
+        spring.force,
+        spring.force_at_accepted_state or spring.force,
+        spring.elastic_energy,
+    )
+    tangent_of, advance, evolve = (
+        spring.tangent,
+        spring.memory_after or spring.force,
+        spring.return_mapping or spring.force,
+    )
+    glide, decides = spring.memory_on_line or spring.force, spring.leaves_line or spring.force
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=MEMORY, dtype=wp.float64)
     # Functions stand in a rolled loop, and are optimised little: compiling is most of this test's time.

@@ -16,7 +16,7 @@ from warpdyn.laws.springs import SPRINGS
 @functools.cache
 def _steps_kernel(row: str, dtype_name: str) -> wp.Kernel:
     spring, dtype = SPRINGS[row], DTYPES[dtype_name]
-    force, tangent, advance, C = spring.force, spring.tangent, spring.advance, spring.coefficients
+    force, tangent, advance, C = spring.force, spring.tangent, spring.memory_after, spring.coefficients
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=spring.memory, dtype=dtype)
 

@@ -21,7 +21,12 @@ def step_kernel(row: str, dtype_name: str) -> wp.Kernel:
     """Return a kernel that takes a storey along drifts."""
     spring, dtype = SPRINGS[row], DTYPES[dtype_name]
     C = spring.coefficients
-    force_of, advance, tangent_of, recoverable_of = spring.force, spring.advance, spring.tangent, spring.recoverable
+    force_of, advance, tangent_of, recoverable_of = (
+        spring.force,
+        spring.memory_after,
+        spring.tangent,
+        spring.elastic_energy,
+    )
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=spring.memory, dtype=dtype)
 

@@ -64,8 +64,8 @@ def test_bouc_wen_against_scipy(method):
 @pytest.mark.parametrize("row", ["elastic", "bilinear", "bouc_wen_1", "bouc_wen_2", "bouc_wen"])
 def test_tangents_are_the_slopes_of_forces(row):
     spring = SPRINGS[row]
-    force, tangent, advance, C = spring.force, spring.tangent, spring.advance or spring.force, spring.coefficients
-    HAS_MEMORY = spring.advance is not None
+    force, tangent, advance, C = spring.force, spring.tangent, spring.memory_after or spring.force, spring.coefficients
+    HAS_MEMORY = spring.memory_after is not None
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=1, dtype=wp.float64)
 

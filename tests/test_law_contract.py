@@ -124,7 +124,7 @@ def test_all_is_finite_and_forces_agree(name, row):
     spring = springs.spring_row(row)
     if spring.rate is None:
         np.testing.assert_allclose(found["trial"], found["force"], rtol=0, atol=ROUNDING)
-    if spring.evolve is not None:
+    if spring.return_mapping is not None:
         assert found["unlike_advance"].max() == 0
     assert found["recoverable"].min() > -1e-9 * YIELD_FORCE * YIELD_DRIFT
 
@@ -133,8 +133,8 @@ def test_all_is_finite_and_forces_agree(name, row):
 def test_lines_are_the_rules_where_nothing_is_decided(name, row):
     found = answers(name, row)
     spring = springs.spring_row(row)
-    assert (spring.glide is None) == (spring.decides is None)
-    if spring.glide is None:
+    assert (spring.memory_on_line is None) == (spring.leaves_line is None)
+    if spring.memory_on_line is None:
         return
     lines = found["decides"] == 0
     assert lines.mean() > 0.3

@@ -14,7 +14,7 @@ from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
 
 STOREYS = 200
-ROWS = [name for name, spring in SPRINGS.items() if spring.decides is not None]
+ROWS = [name for name, spring in SPRINGS.items() if spring.leaves_line is not None]
 # Of the yield force. A step rounds forces on lines that begin up to a hundred yield drifts away; over thousands of
 # steps a line adds up what it rounds.
 STEP = {"float64": 1e-12, "float32": 1e-4}
@@ -29,8 +29,14 @@ def walking_kernel(row: str, dtype_name: str) -> wp.Kernel:
     """Return a kernel that takes storeys along drifts by their rules, and by lines where nothing is decided."""
     spring, dtype = SPRINGS[row], DTYPES[dtype_name]
     options = {"cpu_compiler_flags": CPU_FLAGS, "max_unroll": 1}  # products and sums fused, as in whole histories
-    evolve, glide, decides, held, C = spring.evolve, spring.glide, spring.decides, spring.held, spring.coefficients
-    GLIDING = spring.gliding or spring.memory
+    evolve, glide, decides, held, C = (
+        spring.return_mapping,
+        spring.memory_on_line,
+        spring.leaves_line,
+        spring.force_at_accepted_state,
+        spring.coefficients,
+    )
+    GLIDING = spring.values_on_line or spring.memory
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=spring.memory, dtype=dtype)
 

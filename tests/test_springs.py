@@ -17,7 +17,11 @@ STIFFNESS, YIELD_FORCE, YIELD_DRIFT, HARDENING = 100.0, 1.0, 0.01, 0.1
 def leaves(row: str) -> wp.Kernel:
     """Return a kernel that calls a row's three functions, one point a thread."""
     spring = SPRINGS[row]
-    force, recoverable, evolve = spring.force, spring.recoverable, spring.rate or spring.evolve or spring.force
+    force, recoverable, evolve = (
+        spring.force,
+        spring.elastic_energy,
+        spring.rate or spring.return_mapping or spring.force,
+    )
     HAS_MEMORY = spring.memory > 0
     C, M = spring.coefficients, spring.memory
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)

@@ -76,7 +76,7 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
                     lanes = GPU_LANES_OF_FEW_STOREYS
             elif plan.dofs == 1:
                 lanes = CPU_LANES_OF_ONE_STOREY
-            elif spring_row(plan.law).decides is not None:
+            elif spring_row(plan.law).leaves_line is not None:
                 unroll = CPU_UNROLL if plan.dofs <= GLIDING_CHAIN else GLIDING_CHAIN
             elif LONG_CHAIN < plan.dofs <= CPU_LONG_UNROLL:
                 unroll = CPU_LONG_UNROLL

@@ -46,10 +46,14 @@ def implicit_chain_kernel(plan: Plan) -> wp.Kernel:
     dtype, types = DTYPES[plan.dtype], structs(plan.dtype)
     spring, load, method = spring_row(plan.law), LOADS[plan.load], METHODS[plan.method]
     N, LANES, C, M = plan.dofs, plan.lanes, spring.coefficients, spring.memory
-    HAS_MEMORY, IS_STIFF = spring.advance is not None, spring.relaxation is not None
+    HAS_MEMORY, IS_STIFF = spring.memory_after is not None, spring.relaxation_rate is not None
     # Warp looks names up in branches that are never built too, so each must be some function.
-    held_of, recoverable_of, tangent_of = spring.held or spring.force, spring.recoverable, spring.tangent
-    advance, relaxation_along = spring.advance or spring.force, spring.relaxation_along or spring.force
+    held_of, recoverable_of, tangent_of = (
+        spring.force_at_accepted_state or spring.force,
+        spring.elastic_energy,
+        spring.tangent,
+    )
+    advance, relaxation_along = spring.memory_after or spring.force, spring.relaxation_over_step or spring.force
     IS_BASE, IS_HARMONIC, IS_FORCE_HISTORY = load.is_base, load.is_harmonic, load.is_history and not load.is_base
     IS_NOISE, noise = load.noise_states > 0, noise_of(plan)
     IS_RECORD = IS_BASE and not IS_NOISE

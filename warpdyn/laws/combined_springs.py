@@ -28,7 +28,7 @@ def is_kept_over(drift: Any, increment: Any, memory: Any, c: Any):
 
 
 @wp.func
-def decides_nothing(driver: Any, memory: Any, c: Any):
+def never_leaves_line(driver: Any, memory: Any, c: Any):
     return bool(False)
 
 
@@ -40,18 +40,18 @@ def never_settles(driver: Any, memory: Any, c: Any):
 # What stands for a function that one of two laws does without. The first group takes (driver, memory, coefficients).
 ABSENT = {
     "force": None,
-    "held": None,  # the trial force
-    "recoverable": None,
-    "evolve": is_kept,
-    "glide": None,  # the mapped memory
-    "decides": decides_nothing,
+    "force_at_accepted_state": None,  # the trial force
+    "elastic_energy": None,
+    "return_mapping": is_kept,
+    "memory_on_line": None,  # the mapped memory
+    "leaves_line": never_leaves_line,
     "rate": stands_still,
-    "relaxation": never_settles,
-    "relaxation_along": never_settles,
-    "advance": is_kept_over,
+    "relaxation_rate": never_settles,
+    "relaxation_over_step": never_settles,
+    "memory_after": is_kept_over,
     "tangent": None,
 }
-OF_MEMORY = ("evolve", "glide", "rate", "advance")
+OF_MEMORY = ("return_mapping", "memory_on_line", "rate", "memory_after")
 
 
 def _function_name(row: str) -> str:
@@ -73,14 +73,14 @@ def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients:
         functions[field] = None
         if pair != (None, None):
             instead = {
-                "held": (one.force, other.force),
-                "glide": (one.evolve or is_kept, other.evolve or is_kept),
+                "force_at_accepted_state": (one.force, other.force),
+                "memory_on_line": (one.return_mapping or is_kept, other.return_mapping or is_kept),
             }.get(field, (absent, absent))
             of_one, of_other = (part or other_part for part, other_part in zip(pair, instead, strict=True))
             functions[field] = _device_function(f"{name}_{field}", combine(field, of_one, of_other))
-    settling = [spring.settles_by_velocity for spring in (one, other) if spring.relaxation is not None]
+    settling = [spring.relaxes_by_velocity for spring in (one, other) if spring.relaxation_rate is not None]
     return Spring(
-        **functions, coefficients=coefficients, memory=memory, settles_by_velocity=bool(settling) and all(settling)
+        **functions, coefficients=coefficients, memory=memory, relaxes_by_velocity=bool(settling) and all(settling)
     )
 
 
@@ -135,13 +135,13 @@ def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> 
         def either(driver: Any, memory: Any, c: Any):
             return of_one(driver, memory, c) or of_other(driver, memory_of(memory), c_of(c))
 
-        if field == "decides":
+        if field == "leaves_line":
             return either
         if field in OF_MEMORY:
-            return advanced if field == "advance" else moved
+            return advanced if field == "memory_after" else moved
         if field == "tangent":
             return tangents
-        return added if field in ("force", "held", "recoverable") else largest
+        return added if field in ("force", "force_at_accepted_state", "elastic_energy") else largest
 
     return _row(name, one, other, combine, FIRST_C + C, FIRST_M + M)
 
@@ -176,6 +176,6 @@ def one_or_other(one_name: str, one: Spring, other_name: str, other: Spring) -> 
                 return of_one(drift, increment, before, after, own(c))
             return of_other(drift, increment, before, after, own(c))
 
-        return {"advance": advanced, "tangent": tangents}.get(field, chosen)
+        return {"memory_after": advanced, "tangent": tangents}.get(field, chosen)
 
     return _row(name, one, other, combine, 1 + C, max(one.memory, other.memory))

@@ -32,13 +32,13 @@ class Memory(Layout):
     Z = enum.auto()
 
 
-def along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
+def along_drift(rate: Callable, relaxation_rate: Callable) -> dict[str, Callable]:
     """Return what a law whose memory has a rate that is proportional to the velocity does over a step: its fields.
 
     Such a memory depends on the path of the drift, not on its speed: it goes along an increment in one step of RK4.
     """
 
-    def advance(drift: Any, increment: Any, memory: Any, c: Any):
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
         half = type(increment)(0.5)
         k1 = rate(increment, memory, c)
         k2 = rate(increment, memory + half * k1, c)
@@ -53,16 +53,16 @@ def along_drift(rate: Callable, relaxation: Callable) -> dict[str, Callable]:
         slope = rate(direction, after, c)
         return c[First.HARDENING_STIFFNESS] + c[First.HYSTERETIC_FORCE] * direction * slope[Memory.Z]
 
-    def relaxation_along(increment: Any, memory: Any, c: Any):
+    def relaxation_over_step(increment: Any, memory: Any, c: Any):
         half = type(increment)(0.5)
         first = memory + half * rate(increment, memory, c)
         second = memory + half * rate(increment, first, c)
         third = memory + rate(increment, second, c)
-        outer = wp.max(relaxation(increment, memory, c), relaxation(increment, third, c))
-        return wp.max(outer, wp.max(relaxation(increment, first, c), relaxation(increment, second, c)))
+        outer = wp.max(relaxation_rate(increment, memory, c), relaxation_rate(increment, third, c))
+        return wp.max(outer, wp.max(relaxation_rate(increment, first, c), relaxation_rate(increment, second, c)))
 
-    functions = device_functions(rate.key, advance, tangent, relaxation_along)
-    return functions | {"rate": rate, "relaxation": relaxation}
+    functions = device_functions(rate.key, memory_after, tangent, relaxation_over_step)
+    return functions | {"rate": rate, "relaxation_rate": relaxation_rate}
 
 
 @wp.func

@@ -12,9 +12,13 @@ from warpdyn.laws.springs import spring_row
 def storey_path_kernel(law: str, dtype_name: str) -> wp.Kernel:
     """Return the kernel of a row of SPRINGS; each thread takes one storey through all its drifts."""
     spring, dtype = spring_row(law), DTYPES[dtype_name]
-    HAS_MEMORY, C = spring.advance is not None, spring.coefficients
-    force_of, held_of, recoverable_of = spring.force, spring.held or spring.force, spring.recoverable
-    advance = spring.advance or spring.force
+    HAS_MEMORY, C = spring.memory_after is not None, spring.coefficients
+    force_of, held_of, recoverable_of = (
+        spring.force,
+        spring.force_at_accepted_state or spring.force,
+        spring.elastic_energy,
+    )
+    advance = spring.memory_after or spring.force
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=max(1, spring.memory), dtype=dtype)
 

@@ -11,9 +11,13 @@ from warpdyn.laws.springs import spring_row
 def storey_step_kernel(law: str) -> wp.Kernel:
     """Return the kernel of a row of SPRINGS, in double precision; each thread tries a step of one storey."""
     spring = spring_row(law)
-    HAS_MEMORY, C, M = spring.advance is not None, spring.coefficients, max(1, spring.memory)
-    force_of, tangent_of, recoverable_of = spring.held or spring.force, spring.tangent, spring.recoverable
-    advance = spring.advance or spring.force
+    HAS_MEMORY, C, M = spring.memory_after is not None, spring.coefficients, max(1, spring.memory)
+    force_of, tangent_of, recoverable_of = (
+        spring.force_at_accepted_state or spring.force,
+        spring.tangent,
+        spring.elastic_energy,
+    )
+    advance = spring.memory_after or spring.force
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=M, dtype=wp.float64)
 

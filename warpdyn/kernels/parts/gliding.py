@@ -9,7 +9,7 @@ def wanted(plan):
     if plan.family != "chain" or METHODS[plan.method].kind != "explicit":
         return False
     law = spring_row(plan.law)
-    return law.decides is not None and law.rate is None and not tableau(plan).adaptive
+    return law.leaves_line is not None and law.rate is None and not tableau(plan).adaptive
 
 
 def names(plan):
@@ -18,9 +18,9 @@ def names(plan):
     law = spring_row(plan.law)
     last_stage = wp.constant(tableau(plan).stages - 1)
     return {
-        "glide": law.glide,
-        "decides": law.decides,
-        "CHANGED": law.gliding or law.memory,
+        "glide": law.memory_on_line,
+        "decides": law.leaves_line,
+        "CHANGED": law.values_on_line or law.memory,
         "LAST_STAGE": last_stage,
     }
 

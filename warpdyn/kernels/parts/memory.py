@@ -9,8 +9,8 @@ def wanted(plan):
     if plan.family != "chain" or METHODS[plan.method].kind != "explicit":
         return False
     law = spring_row(plan.law)
-    glides = law.decides is not None and law.rate is None and not tableau(plan).adaptive
-    return (law.evolve is not None or law.held is not None) and not glides
+    glides = law.leaves_line is not None and law.rate is None and not tableau(plan).adaptive
+    return (law.return_mapping is not None or law.force_at_accepted_state is not None) and not glides
 
 
 def declare():

@@ -8,7 +8,7 @@ from warpdyn.methods.table import METHODS
 def wanted(plan):
     method = METHODS[plan.method]
     is_followed = method.kind == "explicit" and not method.is_adaptive
-    return plan.family == "chain" and is_followed and spring_row(plan.law).relaxation is not None
+    return plan.family == "chain" and is_followed and spring_row(plan.law).relaxation_rate is not None
 
 
 def names(plan):
@@ -18,8 +18,8 @@ def names(plan):
 
     dtype, law = DTYPES[plan.dtype], spring_row(plan.law)
     return {
-        "relaxation_of": law.relaxation,
-        "BY_VELOCITY": law.settles_by_velocity,
+        "relaxation_of": law.relaxation_rate,
+        "BY_VELOCITY": law.relaxes_by_velocity,
         "largest_deviation": wp.constant(dtype(LARGEST_DEVIATION)),
         "settling": constants(plan, settling_polynomial(plan)),
         "settles_until": wp.constant(dtype(settling_limit(plan))),

@@ -19,12 +19,12 @@ def names(plan):
     storeys, memory, coefficients = -(-plan.dofs // plan.sections), law.memory, law.coefficients
     functions = {
         "force_of": law.force,
-        "held_of": law.held or law.force,
-        "recoverable_of": law.recoverable,
+        "held_of": law.force_at_accepted_state or law.force,
+        "recoverable_of": law.elastic_energy,
         "tangent_of": law.tangent,
-        "evolve": law.evolve,
+        "evolve": law.return_mapping,
         "rate_of": law.rate,
-        "advance": law.advance,
+        "advance": law.memory_after,
     }
     # A thread without others of its sample has all storeys: its storey i is that of the building.
     number = {} if plan.sections > 1 else {"g": "i"}
@@ -32,10 +32,10 @@ def names(plan):
         **number,
         "C": coefficients,
         "M": memory,
-        "IS_MAPPING": law.evolve is not None,
+        "IS_MAPPING": law.return_mapping is not None,
         "IS_RATE": law.rate is not None,
-        "HAS_MEMORY": law.advance is not None,
-        "HOLDS_FORCE": law.held is not None,
+        "HAS_MEMORY": law.memory_after is not None,
+        "HOLDS_FORCE": law.force_at_accepted_state is not None,
         "HAS_PADS": storeys * plan.sections > plan.dofs,
         "table": wp.types.matrix(shape=(storeys * coefficients, lanes), dtype=dtype),
         # Of all storeys, one after another; a law without memory has no use for the single row.

@@ -14,7 +14,7 @@ from warpdyn.laws.springs import spring_row
 def names(plan: Plan) -> dict[str, object]:
     """Return what the course names beside its parts."""
     method, law = tableau(plan), spring_row(plan.law)
-    is_adaptive, is_mapping = method.adaptive, law.evolve is not None
+    is_adaptive, is_mapping = method.adaptive, law.return_mapping is not None
     return {
         "STAGES": method.stages,
         "weight": method.weight,

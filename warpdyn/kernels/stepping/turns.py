@@ -7,7 +7,7 @@ from warpdyn.methods.table import METHODS
 def wanted(plan):
     method = METHODS[plan.method]
     is_adaptive = method.kind == "explicit" and method.is_adaptive
-    return is_adaptive and plan.family == "chain" and spring_row(plan.law).evolve is not None
+    return is_adaptive and plan.family == "chain" and spring_row(plan.law).return_mapping is not None
 
 
 def names(plan):

@@ -80,7 +80,7 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         slope[M.ENERGY] = c[C.HYSTERETIC_SHARE] * z * speed
         return slope
 
-    def recoverable(drift: Any, memory: Any, c: Any):
+    def elastic_energy(drift: Any, memory: Any, c: Any):
         """What z gives back as it unloads to 0, the integral of z over the drift; by quadrature where it pinches."""
         zero, one, half = type(drift)(0.0), type(drift)(1.0), type(drift)(0.5)
         z, energy = memory[M.Z], memory[M.ENERGY]
@@ -103,7 +103,7 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             + c[C.HYSTERETIC_FORCE] / c[C.RATE] * (one + c[C.STIFFNESS_LOSS] * energy) / growth * area
         )
 
-    def relaxation(velocity: Any, memory: Any, c: Any):
+    def relaxation_rate(velocity: Any, memory: Any, c: Any):
         """z settles at the rate of its equation's slope, at most; each part of it is taken at its steepest."""
         one = type(velocity)(1.0)
         energy = wp.max(memory[M.ENERGY], type(velocity)(0.0))
@@ -119,14 +119,14 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             eta *= zeta2
         return wp.abs(velocity) * c[C.RATE] * slope / eta
 
-    own = device_functions(name, rate, relaxation, recoverable)
+    own = device_functions(name, rate, relaxation_rate, elastic_energy)
     return Spring(
         baber_noori_force,
         None,
-        own["recoverable"],
+        own["elastic_energy"],
         coefficients=len(BaberNoori.rows[name]),
         memory=len(M),
-        **along_drift(own["rate"], own["relaxation"]),
+        **along_drift(own["rate"], own["relaxation_rate"]),
     )
 
 

@@ -21,7 +21,7 @@ class M(Layout):
 
 
 @wp.func
-def bilinear_evolve(drift: Any, memory: Any, c: Any):
+def bilinear_return_mapping(drift: Any, memory: Any, c: Any):
     plastic = type(memory)()
     plastic[M.PLASTIC_DRIFT] = wp.clamp(memory[M.PLASTIC_DRIFT], drift - c[C.YIELD_DRIFT], drift + c[C.YIELD_DRIFT])
     return plastic
@@ -35,7 +35,7 @@ def bilinear_force(drift: Any, memory: Any, c: Any):
 
 
 @wp.func
-def bilinear_recoverable(drift: Any, memory: Any, c: Any):
+def bilinear_elastic_energy(drift: Any, memory: Any, c: Any):
     elastic = drift - memory[M.PLASTIC_DRIFT]
     return type(drift)(0.5) * (c[C.HARDENING_STIFFNESS] * drift * drift + c[C.YIELDING_STIFFNESS] * elastic * elastic)
 
@@ -49,18 +49,18 @@ def bilinear_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any
 
 
 @wp.func
-def bilinear_advance(drift: Any, increment: Any, memory: Any, c: Any):
-    return bilinear_evolve(drift, memory, c)
+def bilinear_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+    return bilinear_return_mapping(drift, memory, c)
 
 
 SPRINGS = {
     "bilinear": Spring(
         bilinear_force,
-        bilinear_evolve,
-        bilinear_recoverable,
+        bilinear_return_mapping,
+        bilinear_elastic_energy,
         coefficients=len(C),
         tangent=bilinear_tangent,
         memory=len(M),
-        advance=bilinear_advance,
+        memory_after=bilinear_memory_after,
     ),
 }

@@ -20,7 +20,7 @@ def bouc_wen_force(drift: Any, memory: Any, c: Any):
 
 
 @wp.func
-def bouc_wen_recoverable(drift: Any, memory: Any, c: Any):
+def bouc_wen_elastic_energy(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * (
         c[C.HARDENING_STIFFNESS] * drift * drift + c[C.HYSTERETIC_FORCE] / c[C.RATE] * memory[M.Z] * memory[M.Z]
     )
@@ -29,17 +29,17 @@ def bouc_wen_recoverable(drift: Any, memory: Any, c: Any):
 # Where it is, z settles at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy at the fastest. Every stage is looked at if z
 # has a say: a step too long throws z beyond its bound, where the rate is higher.
 @wp.func
-def bouc_wen_1_relaxation(velocity: Any, memory: Any, c: Any):
+def bouc_wen_1_relaxation_rate(velocity: Any, memory: Any, c: Any):
     return wp.abs(velocity) * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE]))
 
 
 @wp.func
-def bouc_wen_2_relaxation(velocity: Any, memory: Any, c: Any):
+def bouc_wen_2_relaxation_rate(velocity: Any, memory: Any, c: Any):
     return wp.abs(velocity * memory[M.Z]) * (type(velocity)(2.0) * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE])))
 
 
 @wp.func
-def bouc_wen_relaxation(velocity: Any, memory: Any, c: Any):
+def bouc_wen_relaxation_rate(velocity: Any, memory: Any, c: Any):
     size = wp.max(wp.abs(memory[M.Z]), type(velocity)(1e-6))
     return (
         wp.abs(velocity)
@@ -81,26 +81,26 @@ SPRINGS = {
     "bouc_wen_1": Spring(
         bouc_wen_force,
         None,
-        bouc_wen_recoverable,
+        bouc_wen_elastic_energy,
         coefficients=len(BoucWen.rows["bouc_wen_1"]),
         memory=len(M),
-        settles_by_velocity=True,
-        **along_drift(bouc_wen_1_rate, bouc_wen_1_relaxation),
+        relaxes_by_velocity=True,
+        **along_drift(bouc_wen_1_rate, bouc_wen_1_relaxation_rate),
     ),
     "bouc_wen_2": Spring(
         bouc_wen_force,
         None,
-        bouc_wen_recoverable,
+        bouc_wen_elastic_energy,
         coefficients=len(BoucWen.rows["bouc_wen_2"]),
         memory=len(M),
-        **along_drift(bouc_wen_2_rate, bouc_wen_2_relaxation),
+        **along_drift(bouc_wen_2_rate, bouc_wen_2_relaxation_rate),
     ),
     "bouc_wen": Spring(
         bouc_wen_force,
         None,
-        bouc_wen_recoverable,
+        bouc_wen_elastic_energy,
         coefficients=len(BoucWen.rows["bouc_wen"]),
         memory=len(M),
-        **along_drift(bouc_wen_rate, bouc_wen_relaxation),
+        **along_drift(bouc_wen_rate, bouc_wen_relaxation_rate),
     ),
 }

@@ -32,7 +32,7 @@ class StopMemory(Layout):
 
 
 @wp.func
-def slip_evolve(drift: Any, memory: Any, c: Any):
+def friction_damper_return_mapping(drift: Any, memory: Any, c: Any):
     slip = type(memory)()
     slip[FrictionMemory.SLIP] = wp.clamp(
         memory[FrictionMemory.SLIP], drift - c[Friction.SLIP_DRIFT], drift + c[Friction.SLIP_DRIFT]
@@ -41,20 +41,20 @@ def slip_evolve(drift: Any, memory: Any, c: Any):
 
 
 @wp.func
-def slip_force(drift: Any, memory: Any, c: Any):
+def friction_damper_force(drift: Any, memory: Any, c: Any):
     return c[Friction.BRACE_STIFFNESS] * (
         drift - wp.clamp(memory[FrictionMemory.SLIP], drift - c[Friction.SLIP_DRIFT], drift + c[Friction.SLIP_DRIFT])
     )
 
 
 @wp.func
-def slip_recoverable(drift: Any, memory: Any, c: Any):
+def friction_damper_elastic_energy(drift: Any, memory: Any, c: Any):
     elastic = drift - memory[FrictionMemory.SLIP]
     return type(drift)(0.5) * c[Friction.BRACE_STIFFNESS] * elastic * elastic
 
 
 @wp.func
-def slip_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+def friction_damper_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
     return wp.where(
         wp.abs(drift - before[FrictionMemory.SLIP]) < c[Friction.SLIP_DRIFT],
         c[Friction.BRACE_STIFFNESS],
@@ -63,8 +63,8 @@ def slip_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
 
 
 @wp.func
-def slip_advance(drift: Any, increment: Any, memory: Any, c: Any):
-    return slip_evolve(drift, memory, c)
+def friction_damper_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+    return friction_damper_return_mapping(drift, memory, c)
 
 
 @wp.func
@@ -75,7 +75,7 @@ def gap_pressed(drift: Any, c: Any):
 
 
 @wp.func
-def gap_evolve(drift: Any, memory: Any, c: Any):
+def gap_return_mapping(drift: Any, memory: Any, c: Any):
     pressed = gap_pressed(drift, c)
     lost = type(memory)()
     lost[StopMemory.LOST] = wp.clamp(memory[StopMemory.LOST], c[Stop.ENERGY_LOST] * pressed, pressed)
@@ -92,7 +92,7 @@ def gap_force(drift: Any, memory: Any, c: Any):
 
 
 @wp.func
-def gap_recoverable(drift: Any, memory: Any, c: Any):
+def gap_elastic_energy(drift: Any, memory: Any, c: Any):
     elastic = gap_pressed(drift, c) - memory[StopMemory.LOST]
     return type(drift)(0.5) * c[Stop.UNLOADING_STIFFNESS] * elastic * elastic
 
@@ -110,19 +110,27 @@ def gap_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
 
 
 @wp.func
-def gap_advance(drift: Any, increment: Any, memory: Any, c: Any):
-    return gap_evolve(drift, memory, c)
+def gap_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+    return gap_return_mapping(drift, memory, c)
 
 
 DEVICE_SPRINGS = {
-    "slip": Spring(
-        slip_force,
-        slip_evolve,
-        slip_recoverable,
+    "friction_damper": Spring(
+        friction_damper_force,
+        friction_damper_return_mapping,
+        friction_damper_elastic_energy,
         len(Friction),
-        slip_tangent,
+        friction_damper_tangent,
         len(FrictionMemory),
-        advance=slip_advance,
+        memory_after=friction_damper_memory_after,
     ),
-    "gap": Spring(gap_force, gap_evolve, gap_recoverable, len(Stop), gap_tangent, len(StopMemory), advance=gap_advance),
+    "gap": Spring(
+        gap_force,
+        gap_return_mapping,
+        gap_elastic_energy,
+        len(Stop),
+        gap_tangent,
+        len(StopMemory),
+        memory_after=gap_memory_after,
+    ),
 }

@@ -45,7 +45,7 @@ class FrictionDamper(Device):
     brace_stiffness: ArrayLike = parameter("N m-1", "stiffness of the friction damper's brace", low=0.0, opensees="E")
 
     opensees = ("ElasticPP",)
-    rows = {"slip": FrictionCoefficient.names()}
+    rows = {"friction_damper": FrictionCoefficient.names()}
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:

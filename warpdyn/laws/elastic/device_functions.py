@@ -14,7 +14,7 @@ def elastic_force(drift: Any, memory: Any, c: Any):
 
 
 @wp.func
-def elastic_recoverable(drift: Any, memory: Any, c: Any):
+def elastic_elastic_energy(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * c[C.STIFFNESS] * drift * drift
 
 
@@ -24,5 +24,5 @@ def elastic_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any)
 
 
 SPRINGS = {
-    "elastic": Spring(elastic_force, None, elastic_recoverable, coefficients=len(C), tangent=elastic_tangent),
+    "elastic": Spring(elastic_force, None, elastic_elastic_energy, coefficients=len(C), tangent=elastic_tangent),
 }

@@ -97,7 +97,7 @@ def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behin
     slope = wp.where(elastic < towards, one / softer_ahead, rise)
     # From here on no steeper than unloading, to the line aimed along or to its end.
     stiff = one / softer_ahead
-    glides_by = wp.where(elastic < towards, stiff, wp.min(rise, stiff))
+    slope_from_here = wp.where(elastic < towards, stiff, wp.min(rise, stiff))
     end = wp.where(is_first, wp.min(bend, target), target)
     meets = elastic < towards and stiff > rise
     end = wp.where(meets, wp.min(here + (towards - elastic) / wp.where(meets, stiff - rise, one), end), end)
@@ -111,7 +111,7 @@ def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behin
     slope = wp.where(is_unloading, one / softer_behind, slope)
     force = wp.where(is_idle, zero, force)
     slope = wp.where(is_idle, zero, slope)
-    glides_by = wp.where(is_unloading or is_idle, slope, glides_by)
+    slope_from_here = wp.where(is_unloading or is_idle, slope, slope_from_here)
     end = wp.where(is_unloading, released - type(x)(LEAST_FORCE) * softer_behind, end)
     on_backbone = here >= ahead
     full, steep = hysteretic_backbone(here, c)
@@ -126,13 +126,13 @@ def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behin
         one + c[C.SECOND_LENGTH],
     )
     corner = wp.where(here < one, one, corner)
-    glides_by = wp.where(on_backbone, slope_after, glides_by)
+    slope_from_here = wp.where(on_backbone, slope_after, slope_from_here)
     end = wp.where(on_backbone, corner, end)
     force = wp.where(on_backbone, full, force)
     slope = wp.where(on_backbone, steep, slope)
     target = wp.where(on_backbone, here, target)
     released = wp.where(on_backbone, wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD]), released)
-    return force, slope, way, target, released, glides_by, end
+    return force, slope, way, target, released, slope_from_here, end
 
 
 def _hysteretic(unloads_softer: bool, name: str) -> Spring:
@@ -159,18 +159,18 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
     step = device_functions(name, step)["step"]
 
     def force(drift: Any, memory: Any, c: Any):
-        now, _slope, way, _ahead, _released, _glides_by, _end = step(drift, memory, c)
+        now, _slope, way, _ahead, _released, _slope_from_here, _end = step(drift, memory, c)
         return c[C.YIELD_FORCE] * wp.where(
             drift * c[C.INVERSE_YIELD_DRIFT] == memory[M.DRIFT], memory[M.FORCE], way * now
         )
 
-    def decides(drift: Any, memory: Any, c: Any):
+    def leaves_line(drift: Any, memory: Any, c: Any):
         x = drift * c[C.INVERSE_YIELD_DRIFT]
         return x < memory[M.LOWER_END] or x > memory[M.UPPER_END]
 
-    decides = device_functions(name, decides)["decides"]
+    leaves_line = device_functions(name, leaves_line)["leaves_line"]
 
-    def glide(drift: Any, memory: Any, c: Any):
+    def memory_on_line(drift: Any, memory: Any, c: Any):
         x = drift * c[C.INVERSE_YIELD_DRIFT]
         after = type(memory)()
         after[M.DRIFT] = x
@@ -187,9 +187,9 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
         return after
 
-    def evolve(drift: Any, memory: Any, c: Any):
+    def return_mapping(drift: Any, memory: Any, c: Any):
         x = drift * c[C.INVERSE_YIELD_DRIFT]
-        now, _slope, way, ahead, released, glides_by, end = step(drift, memory, c)
+        now, _slope, way, ahead, released, slope_from_here, end = step(drift, memory, c)
         is_up = way > type(drift)(0.0)
         after = type(memory)()
         after[M.DRIFT] = x
@@ -205,8 +205,8 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         is_elastic = after[M.FARTHEST_AHEAD] == one and after[M.FARTHEST_BEHIND] == one and wp.abs(x) < one
         after[M.LOWER_END] = wp.where(is_elastic, -one, wp.where(is_up, x, -end))
         after[M.UPPER_END] = wp.where(is_elastic, one, wp.where(is_up, end, x))
-        after[M.LINE_SLOPE] = wp.where(is_elastic, one, glides_by)
-        if not decides(drift, memory, c):
+        after[M.LINE_SLOPE] = wp.where(is_elastic, one, slope_from_here)
+        if not leaves_line(drift, memory, c):
             after[M.LOWER_END] = wp.where(memory[M.LOWER_END] == memory[M.DRIFT], x, memory[M.LOWER_END])
             after[M.UPPER_END] = wp.where(memory[M.UPPER_END] == memory[M.DRIFT], x, memory[M.UPPER_END])
             after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
@@ -215,7 +215,7 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
             after[i] = wp.where(stands, memory[i], after[i])
         return after
 
-    def recoverable(drift: Any, memory: Any, c: Any):
+    def elastic_energy(drift: Any, memory: Any, c: Any):
         farthest = wp.where(memory[M.FORCE] > type(drift)(0.0), memory[M.FARTHEST_AHEAD], memory[M.FARTHEST_BEHIND])
         return (
             type(drift)(0.5)
@@ -227,20 +227,20 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         )
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
-        _now, slope, _way, _ahead, _released, _glides_by, _end = step(drift, before, c)
+        _now, slope, _way, _ahead, _released, _slope_from_here, _end = step(drift, before, c)
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
 
-    def advance(drift: Any, increment: Any, memory: Any, c: Any):
-        return evolve(drift, memory, c)
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+        return return_mapping(drift, memory, c)
 
-    functions = device_functions(name, force, evolve, glide, recoverable, tangent, advance)
-    evolve = functions["evolve"]
+    functions = device_functions(name, force, return_mapping, memory_on_line, elastic_energy, tangent, memory_after)
+    return_mapping = functions["return_mapping"]
     return Spring(
         coefficients=len(Hysteretic.rows[name]),
         memory=len(M),
-        gliding=int(M.DIRECTION),
-        decides=decides,
-        held=kept_force,
+        values_on_line=int(M.DIRECTION),
+        leaves_line=leaves_line,
+        force_at_accepted_state=kept_force,
         **functions,
     )
 

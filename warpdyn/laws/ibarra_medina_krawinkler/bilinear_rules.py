@@ -49,7 +49,7 @@ def _law(name: str, POWERS: bool) -> Spring:
 
     turns_back = device_functions(name, turns_back)["turns_back"]
 
-    def decides(drift: Any, memory: Any, c: Any):
+    def leaves_line(drift: Any, memory: Any, c: Any):
         zero = type(drift)(0.0)
         u = drift * c[C.INVERSE_YIELD_DRIFT]
         side = wp.where(u > memory[M.DRIFT], type(drift)(1.0), -type(drift)(1.0))
@@ -196,7 +196,7 @@ def _law(name: str, POWERS: bool) -> Spring:
                 stiffness = type(memory[M.DRIFT])(0.5)
         return stiffness, holds
 
-    functions = following(True), following(False), decides, unloading
+    functions = following(True), following(False), leaves_line, unloading
     return spring_of(name, *functions, len(M), None, len(names))
 
 

@@ -75,10 +75,10 @@ def spring_of(
     name: str,
     follow: Callable,
     go_on: Callable,
-    decides: Callable,
+    leaves_line: Callable,
     unloading: Callable,
     memory: int,
-    gliding: int | None,
+    values_on_line: int | None,
     coefficients: int,
 ) -> Spring:
     """Return the storey law of functions that follow the path, not yet Warp's.
@@ -87,29 +87,29 @@ def spring_of(
         name: What the device functions' names begin with.
         follow: `(drift, memory, c) -> memory, tangent` at the drift, in the law's units.
         go_on: The same of a storey that stays on its line.
-        decides: `(drift, memory, c) -> bool`, true if the storey turns or passes a corner on its way there.
+        leaves_line: `(drift, memory, c) -> bool`, true if the storey turns or passes a corner on its way there.
         unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
         memory: Number of its values.
-        gliding: Number of its first values that may change along a line; None for all.
+        values_on_line: Number of its first values that may change along a line; None for all.
         coefficients: Number of theirs.
     """
 
-    follow, unloading, decides = device_functions(name, follow, unloading, decides).values()
+    follow, unloading, leaves_line = device_functions(name, follow, unloading, leaves_line).values()
     go_on = device_functions(f"{name}_going_on", go_on)["follow"]
 
     def force(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
         return c[C.YIELD_FORCE] * after[Common.FORCE]
 
-    def evolve(drift: Any, memory: Any, c: Any):
+    def return_mapping(drift: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
         return after
 
-    def glide(drift: Any, memory: Any, c: Any):
+    def memory_on_line(drift: Any, memory: Any, c: Any):
         after, _ = go_on(drift, memory, c)
         return after
 
-    def advance(drift: Any, increment: Any, memory: Any, c: Any):
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
         return after
 
@@ -117,7 +117,7 @@ def spring_of(
         _, slope = follow(drift, before, c)
         return slope * c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE]
 
-    def recoverable(drift: Any, memory: Any, c: Any):
+    def elastic_energy(drift: Any, memory: Any, c: Any):
         stiffness, holds = unloading(memory, c)
         zero = type(drift)(0.0)
         # A stiffness that is about exhausted would give back more than was put in, on a way that has no end: the way
@@ -130,7 +130,12 @@ def spring_of(
         energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
         return wp.where(holds, wp.max(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
 
-    functions = device_functions(name, force, evolve, glide, advance, tangent, recoverable)
+    functions = device_functions(name, force, return_mapping, memory_on_line, memory_after, tangent, elastic_energy)
     return Spring(
-        memory=memory, coefficients=coefficients, gliding=gliding, decides=decides, held=kept_force, **functions
+        memory=memory,
+        coefficients=coefficients,
+        values_on_line=values_on_line,
+        leaves_line=leaves_line,
+        force_at_accepted_state=kept_force,
+        **functions,
     )

@@ -68,7 +68,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
     EXPONENT = wp.constant(len(names) - 1)
     values = len(M) if PINCHES else int(M.PINCHING_DRIFT)
 
-    def decides(drift: Any, memory: Any, c: Any):
+    def leaves_line(drift: Any, memory: Any, c: Any):
         zero = type(drift)(0.0)
         elastic, unloading, failed = type(drift)(ELASTIC), type(drift)(UNLOADING), type(drift)(FAILED)
         to_pinch, to_last, to_farthest = type(drift)(TO_PINCH), type(drift)(TO_LAST), type(drift)(TO_FARTHEST)
@@ -286,7 +286,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         return stiffness, holds
 
     return spring_of(
-        name, following(True), following(False), decides, unloading, values, int(M.STRENGTH_LOSS_ABOVE), len(names)
+        name, following(True), following(False), leaves_line, unloading, values, int(M.STRENGTH_LOSS_ABOVE), len(names)
     )
 
 

@@ -126,7 +126,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
 
     turns = device_functions(name, turns)["turns"]
 
-    def decides(drift: Any, memory: Any, c: Any):
+    def leaves_line(drift: Any, memory: Any, c: Any):
         return memory[EXPONENT] == type(drift)(0.0) or turns(drift, memory, c)
 
     def along_branch(drift: Any, memory: Any, c: Any):
@@ -143,7 +143,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         after[M.TRANSITION] = memory[M.TURN_TRANSITION] + direction * memory[SPAN] * height
         return after, slope
 
-    along_branch, decides = device_functions(name, along_branch, decides).values()
+    along_branch, leaves_line = device_functions(name, along_branch, leaves_line).values()
 
     def follow(drift: Any, memory: Any, c: Any):
         """Return the same, on a new branch where the storey turns."""
@@ -152,7 +152,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         for m in range(VALUES):
             after[m] = wp.where(turns(drift, memory, c), after[m], memory[m])
         inverse_exponent, left = curvature(direction, after, yield_level(after), c)
-        begins = decides(drift, memory, c)
+        begins = leaves_line(drift, memory, c)
         after[EXPONENT] = wp.where(begins, type(drift)(1.0) / inverse_exponent, memory[EXPONENT])
         after[INVERSE_EXPONENT] = wp.where(begins, inverse_exponent, memory[INVERSE_EXPONENT])
         after[SPAN] = wp.where(begins, left, memory[SPAN])
@@ -161,7 +161,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
 
     follow = device_functions(name, follow)["follow"]
 
-    def glide(drift: Any, memory: Any, c: Any):
+    def memory_on_line(drift: Any, memory: Any, c: Any):
         after, _slope = along_branch(drift, memory, c)
         return after
 
@@ -169,14 +169,14 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         after, _slope = follow(drift, memory, c)
         return c[C.HARDENING_STIFFNESS] * drift + c[C.TRANSITION_FORCE] * after[M.TRANSITION]
 
-    def held(drift: Any, memory: Any, c: Any):
+    def force_at_accepted_state(drift: Any, memory: Any, c: Any):
         return c[C.HARDENING_STIFFNESS] * drift + c[C.TRANSITION_FORCE] * memory[M.TRANSITION]
 
-    def evolve(drift: Any, memory: Any, c: Any):
+    def return_mapping(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return after
 
-    def recoverable(drift: Any, memory: Any, c: Any):
+    def elastic_energy(drift: Any, memory: Any, c: Any):
         """Return what unloading to h = 0 gives back, on the branch that it is on or would turn to."""
         direction = wp.where(memory[M.TRANSITION] > type(drift)(0.0), -type(drift)(1.0), type(drift)(1.0))
         after = turned(direction, memory, c)
@@ -196,16 +196,18 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         _after, slope = follow(drift, before, c)
         return c[C.HARDENING_STIFFNESS] + c[C.TRANSITION_FORCE] * c[C.INVERSE_YIELD_DRIFT] * slope
 
-    def advance(drift: Any, increment: Any, memory: Any, c: Any):
-        return evolve(drift, memory, c)
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+        return return_mapping(drift, memory, c)
 
-    functions = device_functions(name, force, held, evolve, glide, recoverable, tangent, advance)
-    evolve = functions["evolve"]
+    functions = device_functions(
+        name, force, force_at_accepted_state, return_mapping, memory_on_line, elastic_energy, tangent, memory_after
+    )
+    return_mapping = functions["return_mapping"]
     return Spring(
         coefficients=len(MenegottoPinto.rows[name]),
         memory=VALUES + len(Branch),
-        gliding=int(M.TURN_DRIFT),
-        decides=decides,
+        values_on_line=int(M.TURN_DRIFT),
+        leaves_line=leaves_line,
         **functions,
     )
 

@@ -19,7 +19,7 @@ def _multilinear(law: type[Law], corners: int) -> Spring:
     name = f"multilinear_{corners}"
     CORNERS = wp.constant(corners)
 
-    def evolve(drift: Any, memory: Any, c: Any):
+    def return_mapping(drift: Any, memory: Any, c: Any):
         plastic = type(memory)()
         for k in range(CORNERS):
             plastic[k] = wp.clamp(memory[k], drift - c[2 * k + C.YIELD_DRIFT_1], drift + c[2 * k + C.YIELD_DRIFT_1])
@@ -33,7 +33,7 @@ def _multilinear(law: type[Law], corners: int) -> Spring:
             )
         return total
 
-    def recoverable(drift: Any, memory: Any, c: Any):
+    def elastic_energy(drift: Any, memory: Any, c: Any):
         total = c[C.HARDENING_STIFFNESS] * drift * drift
         for k in range(CORNERS):
             total += c[2 * k + C.STIFFNESS_1] * (drift - memory[k]) * (drift - memory[k])
@@ -46,11 +46,11 @@ def _multilinear(law: type[Law], corners: int) -> Spring:
                 stiffness += c[2 * k + C.STIFFNESS_1]
         return stiffness
 
-    def advance(drift: Any, increment: Any, memory: Any, c: Any):
-        return evolve(drift, memory, c)
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+        return return_mapping(drift, memory, c)
 
-    functions = device_functions(name, evolve, force, recoverable, tangent, advance)
-    evolve = functions["evolve"]
+    functions = device_functions(name, return_mapping, force, elastic_energy, tangent, memory_after)
+    return_mapping = functions["return_mapping"]
     return Spring(coefficients=len(law.rows[name]), memory=corners, **functions)
 
 

@@ -82,11 +82,11 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
 
     unloading = device_functions(name, unloading)["unloading"]
 
-    def decides(drift: Any, memory: Any, c: Any):
+    def leaves_line(drift: Any, memory: Any, c: Any):
         x = drift * c[C.INVERSE_YIELD_DRIFT]
         return x < memory[M.LOWER_END] or x > memory[M.UPPER_END]
 
-    decides = device_functions(name, decides)["decides"]
+    leaves_line = device_functions(name, leaves_line)["leaves_line"]
 
     def follow(drift: Any, memory: Any, c: Any):
         """Return the memory at a drift, and the slope of f over x there."""
@@ -149,7 +149,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
                 is_first, wp.min(far, c[C.CRACKING_DRIFT]), far
             )  # beyond cracking, drifts along a line count as peaks
         far = wp.where(reached > zero, far, at)  # a line met before its force is 0 is left again
-        glides_by = wp.where(follows_line, line_slope, stiff)
+        slope_from_here = wp.where(follows_line, line_slope, stiff)
         # Back along the line of unloading, if reloading is no stiffer, and no farther than the peak that is known.
         reach = c[C.CRACKING_DRIFT] + behind
         returns = slope * (reach + direction * memory[M.ORIGIN]) >= backbone(reach, c)
@@ -159,18 +159,18 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         crossing_ahead = wp.min(crossing - type(drift)(LEAST_FORCE) / slope, c[C.CRACKING_DRIFT] + ahead)
         far = wp.where(is_unloading, crossing_ahead, far)
         far = wp.where(at >= -reach, far, at)  # where no peak has been yet, a line would put one
-        glides_by = wp.where(is_unloading, slope, glides_by)
+        slope_from_here = wp.where(is_unloading, slope, slope_from_here)
         is_hard = at >= one
         far = wp.where(is_beyond, wp.where(is_hard, type(drift)(FARTHEST), one), far)
-        glides_by = wp.where(is_beyond, wp.where(is_hard, c[C.THIRD_SLOPE], c[C.SECOND_SLOPE]), glides_by)
+        slope_from_here = wp.where(is_beyond, wp.where(is_hard, c[C.THIRD_SLOPE], c[C.SECOND_SLOPE]), slope_from_here)
         is_elastic = wp.max(after[M.PEAK_ABOVE], after[M.PEAK_BELOW]) <= zero and at < c[C.CRACKING_DRIFT]
         far = wp.where(is_elastic, c[C.CRACKING_DRIFT], far)
         near = wp.where(is_elastic, -c[C.CRACKING_DRIFT], near)
-        glides_by = wp.where(is_elastic, c[C.INITIAL_SLOPE], glides_by)
+        slope_from_here = wp.where(is_elastic, c[C.INITIAL_SLOPE], slope_from_here)
         after[M.LOWER_END] = wp.where(is_positive, near, -far)
         after[M.UPPER_END] = wp.where(is_positive, far, -near)
-        after[M.LINE_SLOPE] = glides_by
-        if not decides(drift, memory, c):
+        after[M.LINE_SLOPE] = slope_from_here
+        if not leaves_line(drift, memory, c):
             after[M.LOWER_END] = wp.where(memory[M.LOWER_END] == memory[M.DRIFT], x, memory[M.LOWER_END])
             after[M.UPPER_END] = wp.where(memory[M.UPPER_END] == memory[M.DRIFT], x, memory[M.UPPER_END])
             after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
@@ -184,11 +184,11 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         after, _slope = follow(drift, memory, c)
         return c[C.YIELD_FORCE] * after[M.FORCE]
 
-    def evolve(drift: Any, memory: Any, c: Any):
+    def return_mapping(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return after
 
-    def glide(drift: Any, memory: Any, c: Any):
+    def memory_on_line(drift: Any, memory: Any, c: Any):
         x = drift * c[C.INVERSE_YIELD_DRIFT]
         after = type(memory)()
         after[M.DRIFT] = x
@@ -206,7 +206,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
         return after
 
-    def recoverable(drift: Any, memory: Any, c: Any):
+    def elastic_energy(drift: Any, memory: Any, c: Any):
         is_positive = memory[M.FORCE] > type(drift)(0.0)
         side = wp.where(is_positive, memory[M.PEAK_ABOVE], memory[M.PEAK_BELOW])
         other = wp.where(is_positive, memory[M.PEAK_BELOW], memory[M.PEAK_ABOVE])
@@ -223,17 +223,17 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         _after, slope = follow(drift, before, c)
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
 
-    def advance(drift: Any, increment: Any, memory: Any, c: Any):
-        return evolve(drift, memory, c)
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+        return return_mapping(drift, memory, c)
 
-    functions = device_functions(name, force, evolve, glide, recoverable, tangent, advance)
-    evolve = functions["evolve"]
+    functions = device_functions(name, force, return_mapping, memory_on_line, elastic_energy, tangent, memory_after)
+    return_mapping = functions["return_mapping"]
     return Spring(
         coefficients=len(law.rows[name]),
         memory=len(M),
-        gliding=int(M.ORIGIN),
-        decides=decides,
-        held=kept_force,
+        values_on_line=int(M.ORIGIN),
+        leaves_line=leaves_line,
+        force_at_accepted_state=kept_force,
         **functions,
     )
 

@@ -111,12 +111,12 @@ def _pinching4(damage: str | None) -> Spring:
 
     losses = device_functions(name, losses)["losses"]
 
-    def decides(drift: Any, memory: Any, c: Any):
+    def leaves_line(drift: Any, memory: Any, c: Any):
         moved = drift * c[C.INVERSE_YIELD_DRIFT] - memory[M.DRIFT]
         to_end = memory[M.LINE_END] - drift * c[C.INVERSE_YIELD_DRIFT]
         return moved != type(drift)(0.0) and moved * to_end <= type(drift)(0.0)
 
-    decides = device_functions(name, decides)["decides"]
+    leaves_line = device_functions(name, leaves_line)["leaves_line"]
 
     def follow(drift: Any, memory: Any, c: Any):
         """Memory after a step to a drift, and the slope there."""
@@ -192,7 +192,7 @@ def _pinching4(damage: str | None) -> Spring:
         after[M.DEMAND_ABOVE] = wp.where(is_up, memory[M.DEMAND_ABOVE], demand)
         after[M.DEMAND_BELOW] = wp.where(is_up, demand, memory[M.DEMAND_BELOW])
         # These two stay as they are along a line: rounding must not change them.
-        is_new = decides(drift, memory, c)
+        is_new = leaves_line(drift, memory, c)
         after[M.LINE_SLOPE] = wp.where(is_new, wp.min(slope, one), memory[M.LINE_SLOPE])
         after[M.LINE_END] = wp.where(is_new, wp.where(is_elastic, x, way * end), memory[M.LINE_END])
         if DAMAGES:
@@ -218,11 +218,11 @@ def _pinching4(damage: str | None) -> Spring:
         after, _slope = follow(drift, memory, c)
         return c[C.YIELD_FORCE] * after[M.FORCE]
 
-    def evolve(drift: Any, memory: Any, c: Any):
+    def return_mapping(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return after
 
-    def glide(drift: Any, memory: Any, c: Any):
+    def memory_on_line(drift: Any, memory: Any, c: Any):
         after = type(memory)()
         for m in range(VALUES):
             after[m] = memory[m]
@@ -235,7 +235,7 @@ def _pinching4(damage: str | None) -> Spring:
                 after[M.CYCLES] = memory[M.CYCLES] + wp.abs(moved)
         return after
 
-    def recoverable(drift: Any, memory: Any, c: Any):
+    def elastic_energy(drift: Any, memory: Any, c: Any):
         # What the path gives back that the storey is on, if it unloads, or else the path if it turned now.
         zero, one = type(drift)(0.0), type(drift)(1.0)
         way = wp.where(memory[M.FORCE] > zero, -one, one)
@@ -263,12 +263,18 @@ def _pinching4(damage: str | None) -> Spring:
         _after, slope = follow(drift, before, c)
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
 
-    def advance(drift: Any, increment: Any, memory: Any, c: Any):
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return after
 
-    functions = device_functions(name, force, evolve, recoverable, tangent, advance, glide)
-    return Spring(coefficients=len(Pinching4.rows[row]), memory=VALUES, decides=decides, held=kept_force, **functions)
+    functions = device_functions(name, force, return_mapping, elastic_energy, tangent, memory_after, memory_on_line)
+    return Spring(
+        coefficients=len(Pinching4.rows[row]),
+        memory=VALUES,
+        leaves_line=leaves_line,
+        force_at_accepted_state=kept_force,
+        **functions,
+    )
 
 
 SPRINGS = {
