@@ -15,13 +15,13 @@ LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
 
 
 def check_kind(function: str, what: str, value: object, kind: type, advice: str = "") -> None:
-    """Raise a TypeError unless what a function was given is of the kind it takes.
+    """Raise a TypeError unless an argument of a function is of the class that the function takes.
 
     Args:
         function: The public function.
-        what: What it takes, such as "a ShearBuilding".
-        value: What it was given.
-        kind: The class of what it takes.
+        what: The class in words, such as "a ShearBuilding".
+        value: The argument.
+        kind: The class.
         advice: What to give instead.
     """
     if not isinstance(value, kind):
@@ -30,7 +30,7 @@ def check_kind(function: str, what: str, value: object, kind: type, advice: str 
 
 
 def check_dataset(function: str, dataset: Any, *names: str, advice: str) -> None:
-    """Raise an error that gives advice unless a function was given a dataset with these variables or attributes."""
+    """Raise an error with advice unless an argument is a dataset that has these variables or attributes."""
     check_kind(function, "a Dataset", dataset, xr.Dataset, advice)
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
     if missing:
@@ -38,13 +38,13 @@ def check_dataset(function: str, dataset: Any, *names: str, advice: str) -> None
 
 
 def one_of(what: str, name: object, allowed: Collection[str]) -> None:
-    """Raise a ValueError that lists what is allowed, unless `name` is among it."""
+    """Raise a ValueError that lists the allowed names, unless `name` is one of them."""
     if not isinstance(name, str) or name not in allowed:
         raise ValueError(f"unknown {what} {name!r}; allowed: {', '.join(repr(each) for each in allowed)}")
 
 
 def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:
-    """Return a finite number as a float, or raise a ValueError that names its bound."""
+    """Return a finite number as a float, or raise a ValueError that states its bound."""
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
     good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(float(value)) < np.inf
     if not good or (above is not None and not value > above) or (least is not None and not value >= least):
@@ -53,7 +53,7 @@ def real_number(what: str, value: Any, *, above: float | None = None, least: flo
 
 
 def whole_number(what: str, value: Any, least: int) -> int:
-    """Return a whole number as an int, or raise a ValueError that names its bounds."""
+    """Return a whole number as an int, or raise a ValueError that states its bounds."""
     good = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
     if not good or not least <= int(value) <= LARGEST_WHOLE_NUMBER:
         limit = "2^63 - 1" if good and value > least else None
@@ -76,7 +76,7 @@ def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
 
 
 def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
-    """Return a new float64 array; raise a ValueError that names the first value that is not finite, too."""
+    """Return a new float64 array as `real_numbers` does; raise a ValueError also if a value is not finite."""
     array = real_numbers(what, values)
     bad = ~np.isfinite(array)
     if bad.any():

@@ -1,6 +1,6 @@
-"""Datasets to netCDF, whole or block after block, all or nothing: a file that is there is whole.
+"""Write datasets to netCDF, whole or block after block; a file appears in its place only when it is complete.
 
-What traces a dataset to its making stands here too.
+The attributes that say how a dataset was made are here too.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ import xarray as xr
 
 from warpdyn.core.checks import check_kind
 
-# Samples in a chunk of the file: some hundred kilobytes of each variable, so that a block's last, half-filled chunks
-# cost little.
+# Samples in a chunk of the file: some hundred kilobytes of each variable, so that the half-filled chunks at the end of
+# a block cost little.
 CHUNK = 2**14
-TRIED_BYTES = 2**15  # of a variable's first samples, for whether compression pays
+TRIED_BYTES = 2**15  # bytes of a variable that are compressed on trial, to see whether compression pays
 LEAST_SHRINKING = 10
 
 
 def check_writable(path: str | os.PathLike) -> Path:
-    """Return the path, after making its folder and trying to write beside it; call it before a long run.
+    """Make a file's folder, check that a file can be written in it, and return the path; call it before a long run.
 
     Args:
         path: Where a file is to be written.
 
     Raises:
-        OSError: If no file can be written there; the message names the path and says why.
+        OSError: If no file can be written there; the message names the path and the reason.
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"path must name a file, got {path!r}")
@@ -58,7 +58,7 @@ def check_writable(path: str | os.PathLike) -> Path:
 
 
 def trace(title: str, function: str) -> dict[str, str]:
-    """Return the root attributes of a dataset that say what it is and what made it.
+    """Return the root attributes that say what a dataset holds and how it was made.
 
     Args:
         title: What the dataset holds.
@@ -81,7 +81,7 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
         path: The file.
 
     Raises:
-        OSError: If the file cannot be written; what stood there before is untouched.
+        OSError: If the file cannot be written; an older file in its place is untouched.
         TypeError: If `dataset` is no Dataset.
     """
     check_kind("write", "a Dataset", dataset, xr.Dataset)
@@ -97,14 +97,13 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
 
 
 class GrowingFile:
-    """A netCDF-4 file to which samples are added block after block; only when it is finished it is there.
+    """A netCDF-4 file to which samples are added block after block; it appears in its place when it is finished.
 
-    To be used in a `with` statement, after which nothing of an unfinished file is left, and what stood in its place is
-    still there.
+    It is used in a `with` statement, which removes an unfinished file and leaves an older file in its place.
 
     Args:
         path: The file.
-        samples: Samples there will be.
+        samples: Number of samples in the finished file.
 
     Raises:
         OSError: If no file can be written there.
@@ -127,12 +126,13 @@ class GrowingFile:
 
         Args:
             rows: Their values by name, sample first.
-            labelled: From the values to their dataset, whose names, attributes and other variables the file takes.
+            labelled: Function from the values to their dataset; the file takes its names, attributes and other
+                variables.
         """
         if self._file is None:
             first = labelled(rows)
             encoding = _encoding(first, self.samples)
-            # The file begins without samples, which are written as they come.
+            # The file is created without samples; they are written block by block.
             first = first.isel(sample=slice(0))
             first.to_netcdf(
                 self._temporary, encoding=encoding, format="NETCDF4", engine="netcdf4", unlimited_dims=["sample"]
@@ -140,7 +140,7 @@ class GrowingFile:
             self._file = netCDF4.Dataset(self._temporary, "r+")
             self._file.set_auto_maskandscale(False)
             for name in encoding:
-                # Room for the chunk that is half filled and the next; by default each variable would take 16 MiB.
+                # Two chunks are cached, the half-filled one and the next; by default each variable would take 16 MiB.
                 variable = self._file[name]
                 size = variable.dtype.itemsize * int(np.prod(variable.chunking()))
                 variable.set_var_chunk_cache(2 * size)
@@ -150,7 +150,7 @@ class GrowingFile:
         self._written += count
 
     def finish(self, rest: xr.Dataset) -> None:
-        """Add variables and attributes that are known at the end, and put the file into its place."""
+        """Add the variables and attributes that are known only at the end, and move the file into its place."""
         self._close()
         rest.to_netcdf(self._temporary, mode="a", format="NETCDF4", engine="netcdf4")
         os.replace(self._temporary, self.path)
@@ -166,10 +166,10 @@ def _temporary(path: Path) -> Path:
 
 
 def _encoding(dataset: xr.Dataset, samples: int) -> dict[str, dict[str, object]]:
-    """Return how the variables along `sample` are laid out in the file: in chunks of samples, some compressed.
+    """Return how the variables along `sample` are stored in the file: in chunks of samples, some of them compressed.
 
-    Measured on the main job: demands shrink by a quarter, at 30 MB/s; inputs and coordinates, which repeat from sample
-    to sample, shrink a hundredfold, at 300 MB/s.
+    As measured on the main job, demands shrink by a quarter, at 30 MB/s; inputs and coordinates, which repeat from
+    sample to sample, shrink a hundredfold, at 300 MB/s.
     """
     found: dict[str, dict[str, object]] = {}
     for name, variable in dataset.variables.items():
@@ -181,7 +181,7 @@ def _encoding(dataset: xr.Dataset, samples: int) -> dict[str, dict[str, object]]
 
 
 def _shrinks(variable: xr.Variable) -> bool:
-    """Return whether the first values are much smaller compressed."""
+    """Return whether the first values of a variable become much smaller by compression."""
     rows = TRIED_BYTES // max(1, variable.dtype.itemsize * int(np.prod(variable.shape[1:])))
     values = np.ascontiguousarray(variable[:rows].values)
     if values.dtype.kind not in "iuf" or not values.nbytes:

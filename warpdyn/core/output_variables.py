@@ -1,18 +1,18 @@
-"""What is kept of a run, as data: each recorder, the variables it fills and how the dataset labels them.
+"""The variables that a run can record: each recorder, the variables it fills, and their labels in the dataset.
 
-Demands are seen at every step, not between; forces and accelerations as the equation of motion has them there.
+Demands are evaluated at every step, not between steps; forces and accelerations are those of the equation of motion.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-# What the attribute `design` of im_level says of stripes; of other designs it says something else.
+# Value of the attribute `design` of im_level for stripes; other designs have another value.
 STRIPED = "stripes"
 
 # Values of the status variable, with their flag_meanings.
 STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")
-# Beyond this many storey heights a drift is a blow-up that has not become infinite yet, not a collapse.
+# A drift beyond this many storey heights is a numerical blow-up that has not become infinite yet, not a collapse.
 LARGEST_DRIFT_RATIO = 1e3
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
 
@@ -25,8 +25,8 @@ class Variable:
         dims: Its dimension beside `sample`: (), ("storey",), ("floor",) or ("dof",).
         units: UDUNITS string.
         long_name: In words.
-        scale: Other variables of the dataset, by which its errors are measured where it is smaller.
-        is_demand: Whether it is a demand, of which errors are estimated.
+        scale: Other variables of the dataset that its error is divided by where they are larger.
+        is_demand: Whether it is a demand, whose error is estimated.
     """
 
     dims: tuple[str, ...]
@@ -88,16 +88,16 @@ RECORDERS: dict[str, dict[str, dict[str, Variable]]] = {
     },
 }
 
-# What an adaptive method tells of each sample beside its demands.
+# Variables that an adaptive method adds for each sample.
 ADAPTIVE = {
     "accepted_steps": Variable((), "1", "integration steps taken"),
     "rejected_steps": Variable((), "1", "integration steps tried and found too long"),
 }
 
-# The recorder that hands the state on from one event of a sequence to the next; it is not in the dataset.
+# The recorder of the final state, from which the next event of a sequence starts; it is not in the dataset.
 STATE = "state"
 
-# What a whole history holds, named as the kernels' History struct names it.
+# Variables of a whole history, named as in the kernels' History struct.
 HISTORY = {
     "displacement": Variable(("dof",), "m", "displacement relative to the base"),
     "velocity": Variable(("dof",), "m s-1", "velocity relative to the base"),
@@ -107,7 +107,7 @@ HISTORY = {
 
 
 def recorded(family: str, recorders: tuple[str, ...], is_adaptive: bool) -> dict[str, Variable]:
-    """Return what some recorders keep of each sample, by name, and what an adaptive method adds to it."""
+    """Return the variables that some recorders fill, by name, with those that an adaptive method adds."""
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
     }

@@ -1,4 +1,4 @@
-"""How far runs are, shown on a terminal: one bar, whether there is one run or several together."""
+"""Progress of runs on a terminal: one bar, also for several runs together."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _shown: ContextVar[tqdm | None] = ContextVar("shown", default=None)
 
 @contextmanager
 def counted_histories(total: int) -> Iterator[tqdm]:
-    """Show a bar of so many histories, or go on with the one that is shown around this.
+    """Show a progress bar of so many histories, or continue the bar of the enclosing call.
 
     Args:
-        total: Histories there will be.
+        total: Number of histories.
     """
     around = _shown.get()
     if around is not None:

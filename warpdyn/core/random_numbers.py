@@ -1,9 +1,9 @@
-"""Random numbers that are looked up, not drawn one after the other: by seed, sample, purpose and counter.
+"""Random numbers that are functions of the seed, the sample, the purpose and a counter, so that order does not matter.
 
 Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns a counter of
 four words into four random words, under a key of two. The key is the seed; the counter holds, from its first word on, a
 counter, the purpose and the sample's index in two words. A sample's numbers so depend on the seed and its own index
-alone, however samples are divided. `device.random_numbers.philox` is the same in kernels; this looks a few up.
+alone, however samples are divided. `warpdyn.device.random_numbers` has the same functions for kernels.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ WORD = 2**32
 
 
 class Purpose(IntEnum):
-    """What a number is for: the numbers of one purpose have nothing to do with those of another.
+    """What a number is for: the numbers of different purposes are independent.
 
-    Where numbers are drawn one after the other, once a run, seed and purpose begin a generator of NumPy's.
+    Numbers that are drawn in order, once a run, come from a generator of NumPy that is seeded by seed and purpose.
     """
 
-    STRUCTURE = 0  # parameters of a drawn structure, of which the index is the structure's
+    STRUCTURE = 0  # parameters of a drawn structure; the index is that of the structure
     CHOICE_OF_MOTION = 1
     GROUND_MOTION = 2
-    POINTS = 3  # of Sobol and Latin hypercube, once a run
+    POINTS = 3  # points of Sobol and Latin hypercube samples, once a run
     CHECKED_SAMPLES = 4  # once a run
     PILOT_SAMPLES = 5  # once a plan
 
 
 def key_of(seed: int) -> int:
-    """Return the 64-bit key of a seed: the seed itself below 2^64, its hash beyond."""
+    """Return the 64-bit key of a seed: the seed itself if it is below 2^64, else its hash."""
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
     if seed < 2**64:
@@ -70,7 +70,7 @@ def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
 
 
 def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
-    """Return two uniform numbers of each counter: odd multiples of 2^-53, so that neither 0 nor 1 is among them.
+    """Return two uniform numbers for each counter: odd multiples of 2^-53, and so neither 0 nor 1.
 
     Args:
         seed: Seed of the run.
@@ -79,7 +79,7 @@ def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike)
         counter: Which numbers, 0 to 2^32 - 1, shape [...].
 
     Returns:
-        Numbers in (0, 1), of the arguments' common shape and a pair of each, shape [..., 2].
+        Numbers in (0, 1): a pair for each element of the arguments' common shape, shape [..., 2].
     """
     counter, key = np.asarray(counter, dtype=np.uint64), key_of(seed)
     sample, word = np.asarray(sample, dtype=np.uint64), np.uint64(WORD)
@@ -91,5 +91,5 @@ def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike)
 
 
 def normals(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
-    """Return two standard normal numbers of each counter, by the inverse of their distribution; as `uniforms`."""
+    """Return two standard normal numbers for each counter, the normal quantiles of `uniforms`."""
     return ndtri(uniforms(seed, sample, purpose, counter))

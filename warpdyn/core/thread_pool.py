@@ -1,4 +1,4 @@
-"""Work on many structures, done in parts that stay in a processor's cache, side by side on its threads."""
+"""Work on many structures in parts that fit in a processor's cache, on several threads."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Result = TypeVar("Result")
 def in_parts(
     work: Callable[[slice], Result], structures: int, threads: int, at_a_time: int = STRUCTURES_AT_A_TIME
 ) -> list[Result]:
-    """Return the results of every part, in order; what the first of them raises is raised.
+    """Return the result of every part, in order; raise the error of the first part that fails.
 
     Args:
-        work: From a part of the structures to its result.
+        work: Function from a part of the structures to its result.
         structures: How many structures there are.
         threads: CPU threads.
         at_a_time: Structures of a part.
