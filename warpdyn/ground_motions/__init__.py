@@ -1,4 +1,4 @@
-"""Ground motions: records and their readers, random motions, intensity measures, spectra, designs."""
+"""Ground motions: readers of records, random motions, intensity measures, response spectra, designs."""
 
 import lazy_loader
 

@@ -16,7 +16,7 @@ from warpdyn.ground_motions.motions import Assignment, GroundMotion, checked_mot
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
-    """Return the measure of every motion, in g where it is an acceleration."""
+    """Return the measure of every motion, in g if it is an acceleration."""
     if not isinstance(measure, IntensityMeasure):
         raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
     return measure.values(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
@@ -38,7 +38,7 @@ class _Labelled:
 
 @dataclass(frozen=True, eq=False)
 class Stripes(_Labelled):
-    """Every structure under every motion, scaled to every level of an intensity measure.
+    """Every structure runs under every motion, scaled to every level of an intensity measure.
 
     Samples are ordered by structure, then motion, then level, so that more structures only add samples at the end.
 
@@ -82,11 +82,11 @@ class Stripes(_Labelled):
 
     @property
     def samples_per_structure(self) -> int:
-        """Motions x levels."""
+        """Number of motions times number of levels."""
         return len(self.motions) * len(self.levels_in_g)
 
     def assign(self, structures: np.ndarray, seed: int) -> Assignment:
-        """Return motions x levels samples for each of these structures, given by their indices."""
+        """Return a sample for every motion and level for each of these structures, given by their indices."""
         levels = len(self.levels_in_g)
         motion = np.repeat(np.arange(len(self.motions), dtype=np.int32), levels)
         im_level = np.tile(self.levels_in_g, len(self.motions))
@@ -98,11 +98,11 @@ class Stripes(_Labelled):
 
 @dataclass(frozen=True, eq=False)
 class Cloud(_Labelled):
-    """Every structure under every motion as recorded.
+    """Every structure runs under every motion as recorded.
 
     Args:
         motions: Ground motions.
-        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
+        measure: The intensity measure that labels the samples, in g if it is an acceleration.
     """
 
     motions: Sequence[GroundMotion]
@@ -114,11 +114,11 @@ class Cloud(_Labelled):
 
     @property
     def samples_per_structure(self) -> int:
-        """As many as there are motions."""
+        """Number of motions."""
         return len(self.motions)
 
     def assign(self, structures: np.ndarray, seed: int) -> Assignment:
-        """Return a sample a motion for each of these structures, given by their indices."""
+        """Return a sample for every motion for each of these structures, given by their indices."""
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
@@ -127,7 +127,7 @@ class Cloud(_Labelled):
 
 @dataclass(frozen=True, eq=False)
 class OneMotionPerStructure(_Labelled):
-    """Every structure under one motion of its own, at a scale of its own.
+    """Every structure runs under one motion of its own, at a scale of its own.
 
     Args:
         motions: Ground motions.
@@ -163,13 +163,13 @@ class OneMotionPerStructure(_Labelled):
     samples_per_structure = 1
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless what is given a sample is given for so many structures."""
+        """Raise a ValueError unless motions and scales that are given are given for so many structures."""
         for name, values in (("motion", self.motion), ("scale", self.scale)):
             if values is not None and np.ndim(values) and np.size(values) != structures:
                 raise ValueError(f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples")
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return one sample for each of these structures, given by their indices; motions are drawn by event."""
+        """Return one sample for each of these structures, given by their indices; each event draws its own motions."""
         index = np.asarray(structures, dtype=np.int32)
         if self.motion is None:
             random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, event)[:, 0]

@@ -1,4 +1,4 @@
-"""Sequences of earthquakes: a mainshock, and aftershocks on the building that it has damaged."""
+"""Sequences of earthquakes: a mainshock, and aftershocks that act on the building it has damaged."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _Placed:
 
 @dataclass(frozen=True, eq=False)
 class EventSequence(_Placed):
-    """Earthquakes one after the other, each on the building as the one before has left it.
+    """Earthquakes one after the other, each on the building as the previous one has left it.
 
     A building keeps its displacements, its velocities and the memory of its storeys from one event to the next. Between
     them it vibrates freely for the scene's `tail`; if that is None, long enough to come to rest. Every history of an
@@ -32,7 +32,7 @@ class EventSequence(_Placed):
 
     Args:
         events: Design of each event by its name, at least two: `{"mainshock": Stripes(...), "aftershock": Cloud(...)}`.
-            Each is Stripes, Cloud or OneMotionPerStructure ground motions, or one GroundMotion.
+            Each design is Stripes, Cloud, OneMotionPerStructure or one GroundMotion.
 
     Raises:
         ValueError, TypeError: If there are fewer than two events, a name is not text, or a design is of another kind.
@@ -75,17 +75,17 @@ class EventSequence(_Placed):
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """Histories of each event that a structure runs through."""
+        """Number of histories of each event that a structure runs through."""
         counts = [design.samples_per_structure for design in self._designs]
         return tuple(math.prod(counts[: event + 1]) for event in range(len(counts)))
 
     @property
     def samples_per_structure(self) -> int:
-        """Histories of the last event."""
+        """Number of histories of the last event."""
         return self.samples_by_event[-1]
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless what is given a structure is given for so many of them."""
+        """Raise a ValueError unless motions and scales that are given are given for so many structures."""
         for name, design in self.events.items():
             if isinstance(design, OneMotionPerStructure):
                 try:

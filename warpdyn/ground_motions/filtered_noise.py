@@ -1,7 +1,7 @@
-"""Ground motion that is random by itself: filtered white noise under an envelope, another for every sample.
+"""Random ground motions: filtered white noise under an envelope, a different one for every sample.
 
-A motion is generated where it is used, sample by sample and node by node, and never stored: the kernels do so, and
-`FilteredNoise.motion` for one sample at a time. It is straight between nodes, as a record is between its samples.
+The kernels generate a motion node by node while they integrate and never store it; `FilteredNoise.motion` generates it
+for one sample. It is linear between nodes, as a record is between its values.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ QUADRATURE = np.polynomial.legendre.leggauss(12)
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """A stationary Gaussian process from node to node: x1 = growth x0 + kick n, of which `output` x is seen.
+    """A stationary Gaussian process from node to node: x1 = growth x0 + kick n, with the acceleration `output` x.
 
     Args:
-        growth: What an interval leaves of the state, shape [state, state].
-        kick: What standard normals n add to it, a triangular factor of their covariance, shape [state, state].
-        start: The same at the first node, a factor of the stationary covariance, shape [state, state].
+        growth: Matrix that takes the state over an interval, shape [state, state].
+        kick: Triangular factor of the covariance that an interval adds, multiplied by standard normals n, shape
+            [state, state].
+        start: Triangular factor of the stationary covariance, for the first node, shape [state, state].
         output: Acceleration by state, shape [state].
     """
 
@@ -38,10 +39,10 @@ class Recursion:
 
 @dataclass(frozen=True)
 class WhiteNoise:
-    """White noise, of which a motion that is straight between nodes has what its interval can hold.
+    """White noise, as far as a motion that is linear between nodes can represent it.
 
-    Nodes are independent and of variance 2 pi intensity / interval: the spectral density is the intensity well below
-    the frequency 1 / interval, and falls off towards it as sinc(frequency interval)^4.
+    Values at nodes are independent, with variance 2 pi intensity / interval. The spectral density equals the intensity
+    well below the frequency 1 / interval, and falls off towards it as sinc(frequency interval)^4.
 
     Args:
         intensity: Two-sided spectral density over circular frequency [m2/s3].
@@ -59,14 +60,14 @@ class WhiteNoise:
         return np.full(np.shape(circular_frequency), float(self.intensity))
 
     def recursion(self, interval: float) -> Recursion:
-        """Return the process from node to node, an interval [s] apart."""
+        """Return the process from node to node, at a given interval [s]."""
         deviation = np.array([[np.sqrt(2 * np.pi * self.intensity / interval)]])
         return Recursion(np.zeros((1, 1)), deviation, deviation, np.ones(1))
 
 
 @dataclass(frozen=True)
 class KanaiTajimi:
-    """White noise that has come through the ground as through an oscillator (Kanai 1957, Tajimi 1960).
+    """White noise filtered by an oscillator that stands for the ground (Kanai 1957, Tajimi 1960).
 
     The motion is the absolute acceleration of u'' + 2 zeta_g w_g u' + w_g^2 u = -noise.
 
@@ -103,7 +104,7 @@ class KanaiTajimi:
 
 @dataclass(frozen=True)
 class CloughPenzien:
-    """Kanai and Tajimi's motion without its slowest part, so that its displacement stays finite.
+    """The Kanai-Tajimi motion without its lowest frequencies, so that its displacement stays finite.
 
     The motion is w'' of w'' + 2 zeta_f w_f w' + w_f^2 w = the acceleration of KanaiTajimi (Clough and Penzien,
     Dynamics of Structures, 2nd ed. 1993, 28-2).
@@ -112,7 +113,7 @@ class CloughPenzien:
         intensity: Two-sided spectral density of the noise over circular frequency [m2/s3].
         ground_frequency: Circular frequency of the ground [rad/s].
         ground_damping_ratio: Damping ratio of the ground.
-        filter_frequency: Circular frequency w_f [rad/s] below which the motion fades.
+        filter_frequency: Circular frequency w_f [rad/s] below which the motion is filtered out.
         filter_damping_ratio: Damping ratio zeta_f of the second filter.
     """
 
@@ -182,10 +183,10 @@ class JenningsEnvelope:
 
 @dataclass(frozen=True)
 class FilteredNoise(OneLoad):
-    """One random base motion a structure: a stationary Gaussian process times an envelope, at rest after its end.
+    """One random base motion for each structure: a stationary Gaussian process times an envelope, zero after its end.
 
-    The numbers behind a sample's motion depend on the seed and the sample's index alone: the same sample has the same
-    motion at any step, with any method and on any device. Free vibration follows the motion as it does a record.
+    A sample's motion depends on the seed and the sample's index alone: it is the same at any step, with any method and
+    on any device. Free vibration follows the motion as it follows a record.
 
     Args:
         spectrum: WhiteNoise, KanaiTajimi or CloughPenzien.
@@ -231,7 +232,7 @@ class FilteredNoise(OneLoad):
         return np.ones_like(time) if self.envelope is None else self.envelope.at(time)
 
     def motion(self, sample: int, seed: int = 0) -> GroundMotion:
-        """Return the base motion of one sample, to look at or to run again.
+        """Return the base motion of one sample, to plot it or to run it again.
 
         Args:
             sample: Index of the sample in the run.
@@ -263,8 +264,8 @@ def _recursion(
     """Return x' = A x + B noise from node to node.
 
     The covariance that an interval adds is the integral of e^{As} B B^T e^{A^T s} times 2 pi intensity. Its factor is
-    found without forming it, by QR, since Cholesky would lose the digits of short intervals: by quadrature over a part
-    of the interval, which is then doubled, factor and all, to the interval and on to the stationary state.
+    computed by QR without forming the covariance, since Cholesky would lose digits in short intervals: by quadrature
+    over a part of the interval; the part is then doubled up to the interval, and on to the stationary state.
     """
     fastest = np.abs(np.linalg.eigvals(matrix)).max() * interval
     halvings = max(0, int(np.ceil(np.log2(fastest))))

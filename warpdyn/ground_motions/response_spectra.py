@@ -13,8 +13,8 @@ from warpdyn.core.netcdf import trace
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.methods.oscillator_increments import LARGEST_NORM, halvings_of, oscillator_increments
 
-# Periods over a record's step. Below, a step turns an oscillator by angles of which rounding leaves little, and takes
-# long to search; above, what bounds a displacement by its free vibration overflows.
+# Bounds of the period over a record's step. Below, an oscillator turns by such large angles in a step that rounding
+# leaves no digits and the search for peaks is slow; above, the bound from its free vibration overflows.
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-5, 1e9
 
 
@@ -28,9 +28,9 @@ def response_spectra(
 ) -> xr.Dataset:
     """Return the response spectra of ground motions.
 
-    The base acceleration is linear between its samples and zero after them. The response to it is exact, and its peak
-    that of continuous time, in the record or in the free vibration after it. What is left is rounding: of an undamped
-    oscillator some 1e-16 of the angle it turns by in the record, of a damped one less.
+    The base acceleration is linear between its values and zero after them. The response to it is exact, and its peak is
+    that of continuous time, during the record or in the free vibration after it. What remains is rounding: some 1e-16
+    of the angle by which an undamped oscillator turns during the record, and less for a damped one.
 
     Source: Nigam and Jennings (1969), "Calculation of response spectra from strong-motion earthquake records".
 
@@ -94,8 +94,8 @@ def spectral_displacements(
     device: str | None = "cpu",
     threads: int | None = None,
 ) -> np.ndarray:
-    """Return the spectral displacement [m] of checked input, shape [motion, damping_ratio, period]."""
-    # The only module that imports warp is imported where it launches: scenes hold measures, and must not.
+    """Return the spectral displacement [m], shape [motion, damping_ratio, period], without checks of the input."""
+    # Imported here, because a scene, which holds intensity measures, must not import warp.
     from warpdyn.kernels.auxiliary.oscillator_peaks import largest_displacements
     from warpdyn.kernels.build import cores
     from warpdyn.kernels.queues import checked_devices
@@ -131,14 +131,15 @@ def spectral_displacements(
 
 
 def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) -> dict[str, np.ndarray]:
-    """Return what the kernel reads of oscillators: what advances and what bounds them, [step, oscillator].
+    """Return what the kernel reads of oscillators: their propagators and bounds of their response, [step, oscillator].
 
-    Suppose the displacement passes its peak P within a step h, and is largest there, m, at an instant of rest. From it
-    on the speed grows by at most A + w^2 m in a unit of time, where A is the larger of the accelerations at the step's
-    ends; back from it, where damping feeds the motion, by at most exp(2 zeta w t) times that. One end is within h / 2,
-    so that m <= the displacement there + k (A + w^2 m) h^2 / 8 with k = exp(zeta w h), and the speeds at both ends add
-    up to k^2 (A + w^2 m) h at most. Nor can it pass P where the amplitude of the free vibration about the static
-    response, and this at one of the ends, do not add up to P.
+    They decide in which steps a peak may lie. Suppose that within a step h the displacement exceeds its peak so far, P,
+    and reaches its largest value m at an instant of rest. After that instant the speed grows by at most A + w^2 m in a
+    unit of time, where A is the larger of the accelerations at the ends of the step; before it, because damping acts
+    backwards in time, by at most exp(2 zeta w t) times that. One end of the step is within h / 2, so that m is at most
+    the displacement there + k (A + w^2 m) h^2 / 8 with k = exp(zeta w h), and the sum of the speeds at both ends is at
+    most k^2 (A + w^2 m) h. Nor can the displacement exceed P if the amplitude of the free vibration about the static
+    response, plus the static response at one of the ends, is less than P.
     """
     frequency = 2 * np.pi / period
     stiffness, damping, h = frequency**2, 2 * damping_ratio * frequency, steps[:, None]
@@ -152,7 +153,7 @@ def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) ->
         )
         increments[step, chosen], response[step, chosen] = (part[:, :, 0] for part in parts)
 
-    growth = np.exp(np.minimum(damping / 2 * h, 100.0))  # beyond that, the bounds are of no use anyway
+    growth = np.exp(np.minimum(damping / 2 * h, 100.0))  # beyond that, the bounds exclude nothing
     bend = growth * h**2 / 8
     share = 1 - bend * stiffness
     is_sharp = share > 0.1
