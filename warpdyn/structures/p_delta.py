@@ -1,8 +1,7 @@
 """P-Delta: the second-order effect of gravity loads on a chain of storeys.
 
-A storey of height h that carries the load W is pushed off its upright position by W / h times its drift, as if a
-spring of negative stiffness -W / h acted beside its own (Chopra, Dynamics of Structures, section 22.1; linear P-Delta
-columns).
+A storey of height h that carries the load W is pushed outward by the force W / h times its drift, as if a spring of
+negative stiffness -W / h acted beside its own (Chopra, Dynamics of Structures, section 22.1; linear P-Delta columns).
 """
 
 from __future__ import annotations
