@@ -1,4 +1,4 @@
-"""Where a method's steps begin to amplify an oscillator: u'' + 2 zeta w u' + w^2 u = 0."""
+"""The step length at which a method begins to amplify an oscillator: u'' + 2 zeta w u' + w^2 u = 0."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from warpdyn.methods.kinds import ExplicitMethod, ImplicitMethod, Method
 
-# Where amplification matrices are looked at, as w h times `limit_scale`. An explicit method of s stages amplifies
-# everything beyond 2 s^2; what has not grown at the last of these steps is taken not to grow at all.
+# Steps at which amplification matrices are evaluated, as w h times `limit_scale`. An explicit method of s stages
+# amplifies everything beyond 2 s^2; a method that does not amplify at the last of these steps is taken as unlimited.
 SCANNED_STEPS = np.geomspace(0.05, 1000, 500)
 ROUNDING = 1e-13  # what of a condition on an amplification matrix may be rounding; about 2e-15 is
 BISECTIONS = 50
@@ -18,7 +18,7 @@ DAMPING_RATIOS_AT_A_TIME = 64
 
 
 def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
-    """Largest w h up to which a method's step does not amplify, times `limit_scale`.
+    """Return the largest w h up to which a method's step does not amplify, times `limit_scale`.
 
     Args:
         method: Row of METHODS.
@@ -36,7 +36,7 @@ def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
 
 
 def limit_scale(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
-    """What limits of w h are multiplied by to vary little: the faster root over w, which holds an explicit method."""
+    """Return the factor that makes limits of w h vary little: the faster root over w, which limits explicit methods."""
     if method.kind == "implicit":
         return np.ones_like(damping_ratio)
     over = np.maximum(damping_ratio, 1.0)
@@ -44,7 +44,7 @@ def limit_scale(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
 
 
 def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np.ndarray) -> np.ndarray:
-    """Largest w h up to which |R(z)| is at most 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)).
+    """Return the largest w h up to which |R(z)| is at most 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)).
 
     Args:
         stability_polynomial: Coefficients r_k of R(z) = sum r_k z^k, of which the first two are 1, shape [power].
@@ -58,7 +58,7 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
     order = next((k - 1 for k, c in enumerate(coefficients) if c != 1 / factorial(k)), stages)
     chebyshev = np.polynomial.chebyshev.chebvander(-damping_ratio, 2 * stages)  # cos(m angle), exact at zeta = 0
     # Coefficients of (|R|^2 - 1) / x in x = w h. Up to the method's order they are those of exp(-2 zeta x), which
-    # spares the cancellation that would hide them at low damping.
+    # avoids the cancellation that would hide them at low damping.
     growth = np.zeros((damping_ratio.size, 2 * stages))
     for power in range(1, 2 * stages + 1):
         if power <= order:
@@ -71,7 +71,7 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
     companion[:, np.arange(1, degree), np.arange(degree - 1)] = 1
     companion[:, :, -1] = -growth[:, :-1] / growth[:, -1:]
     roots = np.linalg.eigvals(companion)
-    # Rounding may split a double root into a complex pair; a candidate too many does no harm, the signs decide.
+    # Rounding may split a double root into a complex pair; an additional candidate does no harm, as the signs decide.
     real = (np.abs(roots.imag) <= 1e-5 * np.abs(roots)) & (roots.real > 0)
     ends = np.sort(np.where(real, roots.real, np.inf), axis=1)
     edge = np.zeros((damping_ratio.size, 1))
@@ -81,13 +81,13 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
         value = np.zeros_like(middle)
         for column in growth.T[::-1]:
             value = value * middle + column[:, None]
-    # Beyond the last root |R| grows, so that some interval is always found.
+    # Beyond the last root |R| grows, so that an interval is always found.
     first = (~(value <= 0)).argmax(axis=1)
     return ends[np.arange(damping_ratio.size), first]
 
 
 def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, ...]:
-    """The coefficients, those of the exponential series exactly so, without zeros at the end."""
+    """Return the coefficients, those of the exponential series without rounding, and without zeros at the end."""
     values = np.trim_zeros(np.array(stability_polynomial), "b")
     exact = [1 / factorial(k) for k in range(values.size)]
     return tuple(np.where(np.isclose(values, exact, rtol=1e-12, atol=0), exact, values).tolist())
@@ -114,9 +114,9 @@ def _scanned_limits(method: ExplicitMethod | ImplicitMethod, damping_ratio: np.n
 def _dips(
     method: ExplicitMethod | ImplicitMethod, conditions: np.ndarray, damping_ratio: np.ndarray
 ) -> list[tuple[int, int, float]]:
-    """Return where a condition is broken between scanned steps only: column, step before, and a step that grows.
+    """Return where a condition is violated only between scanned steps: column, step before it, and an unstable step.
 
-    It is the lowest point of the parabola through three steps of which the middle one is the least, to first order.
+    The unstable step is the minimum of the parabola through three steps of which the middle one is the lowest.
     """
     before, here, after = conditions[:, :-2], conditions[:, 1:-1], conditions[:, 2:]
     low = np.nonzero((here > ROUNDING) & (here <= before) & (here < after))
@@ -132,7 +132,7 @@ def _dips(
 def _conditions(
     method: ExplicitMethod | ImplicitMethod, frequency_step: np.ndarray, damping_ratio: np.ndarray
 ) -> np.ndarray:
-    """What is at least 0 while no eigenvalue of the amplification matrix is beyond the unit circle (Jury 1962).
+    """Return conditions that are at least 0 while all eigenvalues are within the unit circle (Jury 1962).
 
     The first is 0 where an eigenvalue is 1, the second where one is -1, the third where the product of two is 1. Unlike
     the spectral radius they cross 0 at an angle where a double eigenvalue splits.

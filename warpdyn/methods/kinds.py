@@ -1,8 +1,8 @@
-"""What a time integration method is, as checked data; the methods themselves are rows of METHODS.
+"""Kinds of time integration methods, as checked data; the methods themselves are rows of METHODS.
 
-An explicit method is its tableau, for u'' = f(t, u, u'): a Runge-Kutta method, or a Nystroem method with weights of
-its own for displacements. An implicit method is its place in the family of Newmark (1959), Hilber, Hughes and Taylor
-(1977), Chung and Hulbert (1993) and Wilson (1973). The exact propagator has nothing to choose.
+An explicit method is given by its tableau, for u'' = f(t, u, u'): a Runge-Kutta method, or a Nystroem method with its
+own weights for displacements. An implicit method is given by its parameters in the family of Newmark (1959), Hilber,
+Hughes and Taylor (1977), Chung and Hulbert (1993) and Wilson (1973). The exact propagator has no parameters.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import ClassVar, Literal
 import numpy as np
 
 Matrix = tuple[tuple[float, ...], ...]
-# Steps (w h) at which a row's order is checked, and what of an order the next term of the error hides there.
+# Steps (w h) at which a method's order is checked, and the part of an order that the next error term may hide there.
 CHECKED_STEPS, ORDER_HIDDEN = (0.2, 0.1), 0.3
 
 
 def _check_order(method: ExplicitMethod | ImplicitMethod) -> None:
-    """Raise unless the oscillator's growth a step agrees with exp(lambda h) to the stated order, damped or not."""
+    """Raise unless the growth of an oscillator in a step agrees with exp(lambda h) to the stated order."""
     for ratio in (0.0, 0.1):
         errors = []
         for x in CHECKED_STEPS:
@@ -33,18 +33,18 @@ class ExplicitMethod:
     """An explicit Runge-Kutta or Runge-Kutta-Nystroem method.
 
     Args:
-        name: What scenes and datasets call it.
+        name: Name in `simulate` and in datasets.
         order: Order of convergence.
         a: Coefficients of earlier slopes, one row a stage, shape [stage][stage].
         b: Weights of the slopes, shape [stage].
         c: Times of the stages within the step, shape [stage].
-        a_displacement: What earlier accelerations add to a stage's displacement, over h^2, shape [stage][stage]; left
-            out by a Runge-Kutta method, for which it is a a.
-        b_displacement: What the accelerations add to the displacement at the step's end, over h^2, shape [stage]; left
-            out by a Runge-Kutta method, for which it is b a.
+        a_displacement: Coefficients of earlier accelerations in a stage's displacement, over h^2, shape [stage][stage];
+            left out for a Runge-Kutta method, where they are a a.
+        b_displacement: Weights of the accelerations in the displacement at the step's end, over h^2, shape [stage];
+            left out for a Runge-Kutta method, where they are b a.
         error: Weights of the slopes in the embedded error estimate, shape [stage]; a method that has them chooses
             each sample's step by itself.
-        starts_halfway: Whether velocities stand half a step behind displacements, so that the first step counts half.
+        starts_halfway: Whether velocities are half a step behind displacements, so that the first step is half a step.
 
     Raises:
         ValueError: If rows of `a` do not sum to `c`, `b` does not sum to 1, a table is not strictly lower triangular,
@@ -88,7 +88,7 @@ class ExplicitMethod:
     def _check_order_conditions(self) -> None:
         """Raise unless the weights meet the conditions of order up to 4 (Hairer, Norsett and Wanner, II.1 and II.14).
 
-        Those of slopes that depend on the state beyond linearly are a Runge-Kutta method's alone.
+        Conditions of slopes that are nonlinear in the state apply to Runge-Kutta methods alone.
         """
         a, b, c = np.array(self.a), np.array(self.b), np.array(self.c)
         bars = self.displacement_b
@@ -103,12 +103,12 @@ class ExplicitMethod:
 
     @property
     def stages(self) -> int:
-        """Evaluations of the equation of motion a step."""
+        """Evaluations of the equation of motion in a step."""
         return len(self.b)
 
     @property
     def is_nystroem(self) -> bool:
-        """Whether displacements have weights of their own."""
+        """Whether displacements have their own weights."""
         return self.a_displacement is not None
 
     @property
@@ -118,19 +118,20 @@ class ExplicitMethod:
 
     @property
     def displacement_a(self) -> np.ndarray:
-        """What earlier accelerations add to a stage's displacement, over h^2, shape [stage, stage]."""
+        """Coefficients of earlier accelerations in a stage's displacement, over h^2, shape [stage, stage]."""
         return np.array(self.a_displacement) if self.is_nystroem else np.array(self.a) @ np.array(self.a)
 
     @property
     def displacement_b(self) -> np.ndarray:
-        """What the accelerations add to the displacement at the step's end, over h^2, shape [stage]."""
+        """Weights of the accelerations in the displacement at the step's end, over h^2, shape [stage]."""
         return np.array(self.b_displacement) if self.is_nystroem else np.array(self.b) @ np.array(self.a)
 
     @property
     def stability_polynomial(self) -> tuple[float, ...]:
-        """Coefficients r_k of R(z) = sum r_k z^k, the growth a step of y' = (z/h) y.
+        """Coefficients r_k of R(z) = sum r_k z^k, the growth of y' = (z/h) y in a step.
 
-        Of a Nystroem method it is that of what follows velocities, such as a law's memory, not of the oscillator.
+        For a Nystroem method it holds for variables integrated with velocities, such as a law's memory, and not for the
+        oscillator.
         """
         a, slope, coefficients = np.array(self.a), np.ones(self.stages), [1.0]
         for _ in range(self.stages):
@@ -139,7 +140,7 @@ class ExplicitMethod:
         return tuple(coefficients)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return what a step makes of (u, h u') where u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies (u, h u') where u'' + 2 zeta w u' + w^2 u = 0.
 
         Args:
             frequency_step: w h, shape [...].
@@ -168,12 +169,12 @@ class ImplicitMethod:
     """A one-step method that solves the equation of motion for the acceleration at the step's end.
 
     u1 = u + h v + h^2 ((1/2 - beta) a + beta a1) and v1 = v + h ((1 - gamma) a + gamma a1), with the equation of motion
-    met by (1 - mass_lag) a1 + mass_lag a and (1 - force_lag) times all other forces at the end, plus force_lag times
-    those at the start. With an extension theta above 1 it is met at t + theta h by linear extrapolation instead, and
-    the acceleration found there is taken back to t + h.
+    satisfied by (1 - mass_lag) a1 + mass_lag a and (1 - force_lag) times all other forces at the end, plus force_lag
+    times those at the start. With an extension theta above 1 it is satisfied at t + theta h instead, and the
+    acceleration there is interpolated back to t + h.
 
     Args:
-        name: What scenes and datasets call it.
+        name: Name in `simulate` and in datasets.
         order: Order of convergence.
         beta: Newmark's beta; 0 leaves only the damping to be solved for.
         gamma: Newmark's gamma.
@@ -200,7 +201,7 @@ class ImplicitMethod:
         _check_order(self)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return what a step makes of (u, h u', h^2 u'') where u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies (u, h u', h^2 u'') where u'' + 2 zeta w u' + w^2 u = 0.
 
         Args:
             frequency_step: w h, shape [...].
@@ -229,7 +230,7 @@ class ExactMethod:
     """The exact solution of a linear system from one sample of its load to the next.
 
     Args:
-        name: What scenes and datasets call it.
+        name: Name in `simulate` and in datasets.
     """
 
     name: str

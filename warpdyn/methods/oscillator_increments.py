@@ -1,9 +1,9 @@
-"""What advances an oscillator by one step, q'' + damping q' + stiffness q = p, exactly for the loads it is told.
+"""Exact increments of an oscillator q'' + damping q' + stiffness q = p over one step, for linear and harmonic loads.
 
-Every function needed of an oscillator's 2 x 2 matrix is a polynomial of degree 1 in it. In units of the step, with
-w = (omega h)^2 and d = 2 zeta omega h, a constant load leads from rest to (q, q') = (g1, g0), and one that rises
-from 0 to 1 to (g2, g1). They are summed up over a fraction of the step, where series need few terms, and doubled
-until they reach it. No digit is lost to small, equal or imaginary roots.
+Every required function of an oscillator's 2 x 2 matrix is a polynomial of degree 1 in it. In units of the step, with
+w = (omega h)^2 and d = 2 zeta omega h, a constant load leads from rest to (q, q') = (g1, g0), and a load that rises
+from 0 to 1 leads to (g2, g1). Their series are summed over a fraction of the step, where few terms suffice, and the
+fraction is then doubled up to the step. Small, equal or imaginary roots cost no digits.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from math import factorial
 
 import numpy as np
 
-LARGEST_NORM = 0.5  # of (1 + 2 zeta) omega h, up to which a step is summed up as a series
+LARGEST_NORM = 0.5  # largest (1 + 2 zeta) omega h for which the series is summed
 HIGHEST_POWER = 14  # of these series: the first term left out is at most 0.5^15 / 16! = 1e-18
 
 
 def halvings_of(norm: np.ndarray) -> np.ndarray:
-    """Return how often steps are halved until what is summed up has a norm within `LARGEST_NORM`."""
+    """Return how often steps are halved until their norm is within `LARGEST_NORM`."""
     return np.maximum(np.frexp(norm)[1] + 1, 0)
 
 
@@ -31,7 +31,7 @@ def oscillator_increments(
         damping: Twice damping ratio times circular frequency [1/s], shape [case, oscillator].
         h: Step [s], shape [case, 1].
         frequency: Circular frequency of a harmonic load [rad/s]; None for a load that is linear within the step.
-        halvings: Halvings of the step, as `halvings_of` says.
+        halvings: Halvings of the step, from `halvings_of`.
 
     Returns:
         Increments of (q, q') by q and q', shape [case, 2, oscillator, 2]; and by the load at the step's start and end,
@@ -40,7 +40,7 @@ def oscillator_increments(
     w, d = np.ldexp(stiffness * h**2, -2 * halvings), np.ldexp(damping * h, -halvings)
     turn = 1j * np.ldexp((frequency or 0.0) * h, -halvings)
     g1, g2 = np.zeros_like(w), np.zeros_like(w)
-    driven_q, driven_v, share = 0j * w, 0j * w, 0 * turn  # what a load of exp(i angle) leads to
+    driven_q, driven_v, share = 0j * w, 0j * w, 0 * turn  # response to a load exp(i angle)
     for power in range(HIGHEST_POWER, -1, -1):
         g1, g2 = 1 / factorial(power + 2) - w * g2 - d * g1, g1
         if frequency is not None:

@@ -1,4 +1,4 @@
-"""How long a step a method can take before its own oscillation grows."""
+"""Longest steps at which integration methods are stable."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from warpdyn.methods.amplification import limit_scale, oscillator_limits, polyno
 from warpdyn.methods.kinds import ExplicitMethod, Method
 from warpdyn.methods.table import METHODS
 
-# The tabulated limit falls at most this far (relative) from one damping ratio to the next, but at jumps.
+# The tabulated limit falls by at most this much (relative) from one damping ratio to the next, except at jumps.
 TABLE_TOLERANCE = 2e-3
-# Damping ratios below this get no credit for their damping: eigenvalues carry rounding of about 1e-12.
+# Damping ratios below this are taken as 0: eigenvalues carry rounding of about 1e-12.
 LEAST_DAMPING_RATIO = 1e-9
-LEAST_CELL = 1e-12  # width below which cells are not refined; only a jump of the limit asks for less
-TABLE_MARGIN = 1e-5  # what a smooth minimum between two tabulated damping ratios can lie below both
+LEAST_CELL = 1e-12  # width below which cells are not refined; only a jump of the limit would require less
+TABLE_MARGIN = 1e-5  # how far a smooth minimum between two tabulated damping ratios can lie below both
 # Beyond a damping ratio of a million a limit stands still or goes with the ratio's inverse, as `limit_scale` has it.
 LAST_PLACE = 2 - 1e-6
 CELLS = 1000  # of the table, before they are refined
@@ -25,7 +25,7 @@ Table = Callable[[Method], tuple[np.ndarray, np.ndarray]]
 
 
 def stability_limit(method: Method, damping_ratio: float) -> float:
-    """Largest w h up to which a method's step does not amplify u'' + 2 zeta w u' + w^2 u = 0.
+    """Return the largest w h up to which a method's step does not amplify u'' + 2 zeta w u' + w^2 u = 0.
 
     For a Runge-Kutta method it is the first root of |R(z)|^2 = 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)) beyond
     which |R| > 1; with zeta > 1 both roots are real and the faster one governs (Hairer and Wanner, Solving ODEs II,
@@ -36,8 +36,8 @@ def stability_limit(method: Method, damping_ratio: float) -> float:
         damping_ratio: Damping ratio zeta [-], 0 or above.
 
     Returns:
-        The limit of w h [-]; 0 where every step amplifies, infinite where none does. An adaptive method has none: a
-        step that amplifies fails its error estimate and is taken again.
+        The limit of w h [-]; 0 where every step amplifies, infinite where none does. An adaptive method has no limit,
+        because a step that amplifies fails its error estimate and is repeated.
 
     Raises:
         ValueError: If the damping ratio is not finite and 0 or above.
@@ -47,9 +47,9 @@ def stability_limit(method: Method, damping_ratio: float) -> float:
 
 
 def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-    """Longest step without growth for many oscillators, up to 0.21 % below the exact limit and never above it.
+    """Return the longest stable step of many oscillators, up to 0.21 % below the exact limit and never above it.
 
-    The limit is tabulated over the damping ratio once a method; each oscillator takes the lesser of its neighbours.
+    The limit is tabulated once over the damping ratio for each method; an oscillator takes the lower neighbour.
 
     Args:
         method: Row of METHODS.
@@ -67,13 +67,13 @@ def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray
 
 
 def relaxation_limit(method: Method) -> float:
-    """Longest step times rate at which a method does not amplify z' = -rate z, the memory of a storey law.
+    """Return the longest step times rate at which a method does not amplify z' = -rate z, a storey law's memory.
 
     Args:
         method: Row of METHODS. An implicit method carries the memory along the drift by classical Runge-Kutta.
 
     Returns:
-        The limit [-]; infinite where the method watches its error by itself, or carries no memory.
+        The limit [-]; infinite where the method controls its error, or carries no memory.
     """
     if method.kind == "exact" or method.is_adaptive:
         return np.inf
@@ -85,7 +85,7 @@ def relaxation_limit(method: Method) -> float:
 def stable_step_of_eigenvalues(
     method: Method, eigenvalues: np.ndarray, highest_frequency: np.ndarray, damping_rate: np.ndarray
 ) -> np.ndarray:
-    """Longest step at which a method does not amplify a linear system, whatever its damping matrix.
+    """Return the longest step at which a method does not amplify a linear system with any damping matrix.
 
     A Runge-Kutta method amplifies a motion of the system by its eigenvalue alone: its limit is that of `stable_step`.
     Any other method gets the least limit, within 0.5 %, of all oscillators of at most the highest frequency and damping
@@ -95,14 +95,14 @@ def stable_step_of_eigenvalues(
       multiplies a shape x by s, it does so to the oscillator of mass x* M x, damper x* C x and spring x* K x, which is
       one of these: that no motion grows is proved for symmetric matrices, M positive, C and K not negative. For
       Newmark's methods with gamma = 1/2 the limit is exact, since damping drops out where s = -1.
-    - With more stages (velocity_verlet, nystroem4) products of C and K enter. That the oscillators speak for the
-      system is then not proved, unless its damping is classical; no system tried has contradicted it.
+    - With more stages (velocity_verlet, nystroem4) products of C and K enter. It is then not proved that the
+      oscillators bound the system, unless its damping is classical; no system tried has contradicted it.
 
     Args:
         method: Row of METHODS.
         eigenvalues: Eigenvalues of the state matrix [1/s], shape [structure, eigenvalue]; a 0 sets no limit.
         highest_frequency: Highest circular frequency without damping [rad/s], shape [structure].
-        damping_rate: That of `highest_damping_rate` [1/s], shape [structure].
+        damping_rate: Result of `highest_damping_rate` [1/s], shape [structure].
 
     Returns:
         Step [s], shape [structure].
@@ -134,13 +134,13 @@ def stable_step_of_eigenvalues(
 def stable_step_of_yielding(
     method: Method, highest_frequency: np.ndarray, damping_rate: np.ndarray, elastic_step: np.ndarray
 ) -> np.ndarray:
-    """Longest step at which a method does not amplify a structure whose storeys soften but whose dampers do not.
+    """Return the longest stable step of a structure whose storeys soften while its dampers do not.
 
-    While a storey yields, its damping ratio rises without end: the faster root goes from that of the elastic motion to
-    the damping rate itself. A motion of shape x under any tangent stiffness is the oscillator of mass x* M x, damper
+    While a storey yields, its damping ratio rises without bound: the faster root moves from that of the elastic motion
+    to the damping rate itself. A motion of shape x under any tangent stiffness is the oscillator of mass x* M x, damper
     x* C x and spring x* K x; the limit is the least of all oscillators of at most this frequency and damping rate.
-    Methods that amplify all that is undamped (heun, midpoint) would have none: theirs is the elastic limit, or that of
-    the damping rate alone where it is less, which nothing proves between the two.
+    Methods that amplify every undamped motion (heun, midpoint) would have no stable step: they are given the elastic
+    limit, or that of the damping rate alone where it is less, which is not proved in between.
 
     Args:
         method: Row of METHODS.
@@ -161,7 +161,7 @@ def stable_step_of_yielding(
 
 
 def state_eigenvalues(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    """Eigenvalues of [[0, I], [-M^-1 K, -M^-1 C]] for many structures, with any damping matrices.
+    """Return the eigenvalues of [[0, I], [-M^-1 K, -M^-1 C]] for many structures, with any damping matrices.
 
     Args:
         mass: Masses [kg], shape [structure, dof], or mass matrices, shape [structure, dof, dof].
@@ -185,7 +185,7 @@ def state_eigenvalues(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarr
 
 
 def highest_damping_rate(mass: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Largest eigenvalue of M^-1 C for many structures: how fast dampers alone would stop a motion.
+    """Return the largest eigenvalue of M^-1 C for many structures: the rate at which dampers alone stop a motion.
 
     Args:
         mass: Masses [kg], shape [structure, dof], or mass matrices, shape [structure, dof, dof].
@@ -221,7 +221,7 @@ def _over_mass(mass: np.ndarray, name: str, matrix: np.ndarray) -> np.ndarray:
 
 @cache
 def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """Places of damping ratios, refined where the limit is steep, and the limits there times `limit_scale`."""
+    """Return places of damping ratios, refined where the limit is steep, and the limits there times `limit_scale`."""
     place = np.concatenate([[0, LEAST_DAMPING_RATIO], np.linspace(0, LAST_PLACE, CELLS + 1)[1:]])
     limit = oscillator_limits(method, _ratio(place))
     while np.isfinite(limit).all():  # a method has limits at all damping ratios, or at none
@@ -238,14 +238,14 @@ def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def _table(method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """Places of damping ratios, and the least limit in each cell between them, times `limit_scale`."""
+    """Return places of damping ratios, and the least limit in each cell between them, times `limit_scale`."""
     place, limit = _nodes(method)
     return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])
 
 
 @cache
 def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """The same for the least limit of all oscillators of at most this frequency and at most this damping rate."""
+    """Return the same for the least limit of all oscillators of at most this frequency and damping rate."""
     place, limit = _nodes(method)
     ratio = np.maximum(_ratio(place), LEAST_DAMPING_RATIO)
     scale = limit_scale(method, ratio)
@@ -257,7 +257,7 @@ def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.ndarray) -> np.ndarray:
-    """Return the step [s] that a table gives oscillators."""
+    """Return the steps [s] of oscillators from a table."""
     place = np.where(zeta > 1, 2 - 1 / np.maximum(zeta, 1), zeta)
     coarse = np.minimum(CELLS / LAST_PLACE * place, CELLS - 1).astype(np.int32)
     limit = np.array(_of_undivided_cells(table, method)[coarse])
@@ -271,14 +271,14 @@ def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.nda
 
 @cache
 def _of_undivided_cells(table: Table, method: Method) -> np.ndarray:
-    """Return what a table has in cells of equal width, found without a search; NaN where they were refined."""
+    """Return a table's values in cells of equal width, found without a search; NaN in refined cells."""
     grid, cell_limit = table(method)
     edges = np.searchsorted(grid, np.linspace(0, LAST_PLACE, CELLS + 1))
     return np.where(np.diff(edges) > 1, np.nan, cell_limit[edges[:-1]])
 
 
 def _ratio(place: np.ndarray) -> np.ndarray:
-    """Damping ratio at a place of the tables: itself up to 1, from there to 2, at infinity, as far as its inverse."""
+    """Return the damping ratio at a place of the tables: the place up to 1; from 1 to 2 its inverse falls to 0."""
     return np.where(place > 1, 1 / (2 - np.maximum(place, 1)), place)
 
 

@@ -15,7 +15,7 @@ def _dissipative(name: str, force_lag: float, mass_lag: float) -> ImplicitMethod
     return ImplicitMethod(name, 2, (1 + difference) ** 2 / 4, 0.5 + difference, mass_lag, force_lag)
 
 
-# Dormand and Prince 1980; the seventh stage stands at the step's end and serves the error estimate alone.
+# Dormand and Prince 1980; the seventh stage is at the step's end and is used for the error estimate alone.
 _DORMAND_PRINCE_A = (
     (0, 0, 0, 0, 0, 0, 0),
     (1 / 5, 0, 0, 0, 0, 0, 0),
@@ -92,11 +92,11 @@ METHODS: dict[str, Method] = {
 
 
 def fitting_methods(law: str, damping: str = "none") -> tuple[str, ...]:
-    """Return the methods that integrate structures of a storey law and a damping.
+    """Return the methods that can integrate structures of a storey law and a damping.
 
-    The exact one needs a linear law. Lagged central difference does not fit a law whose memory follows the velocity:
-    the force would lag behind the drift, which feeds the motion until yielding bounds it. Damping in proportion to the
-    tangent stiffness jumps where a storey yields: an implicit step may have no balance then.
+    The exact method needs a linear law. Lagged central difference does not fit a law whose memory follows the velocity:
+    its force would lag behind the drift, which supplies energy until yielding bounds the motion. Damping in proportion
+    to the tangent stiffness jumps where a storey yields, so that an implicit step may have no equilibrium.
     """
     unfit = set() if law == "elastic" else {"exact"}
     if set(RATE_LAWS) & set(re.split(r"[|+]", law)):
@@ -107,7 +107,7 @@ def fitting_methods(law: str, damping: str = "none") -> tuple[str, ...]:
 
 
 def check_fits(method: Any, law: str, damping: str = "none") -> None:
-    """Raise an error that lists the methods there are, or that fit a law and a damping, if this is none of them."""
+    """Raise an error unless a method exists and fits a law and a damping; the message lists those that do."""
     one_of("method", method, METHODS)
     fitting = fitting_methods(law, damping)
     if method in fitting:
