@@ -2,5 +2,5 @@
 
 import warp as wp
 
-# A study's terminal is for its results; what warp compiles and caches is told by its log at INFO.
+# Warp prints what it compiles and caches only at log level INFO, so that a terminal shows results.
 wp.config.log_level = wp.LOG_WARNING

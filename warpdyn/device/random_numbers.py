@@ -1,6 +1,6 @@
-"""`warpdyn.core.random_numbers` as kernels call it: numbers looked up by seed, sample, purpose and counter.
+"""The random numbers of `warpdyn.core.random_numbers` for kernels: functions of seed, sample, purpose and counter.
 
-All is in whole numbers and float64, so that every device and every dtype of a kernel sees the same numbers.
+All arithmetic is in whole numbers and float64, so that numbers are the same on every device and for every dtype.
 """
 
 import numpy as np
