@@ -1,1 +1,1 @@
-"""What is integrated: a structure, its excitation, what is random about it, and what is recorded."""
+"""Scenes: a structure, its excitation, the scatter of its parameters, and the recorded demands."""

@@ -197,7 +197,7 @@ SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 def check_scatter(
     structure: ShearBuilding | LinearSystem, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
 ) -> None:
-    """Raise an error that names the entry of a scatter or correlation that does not fit the structure."""
+    """Raise an error that names the first entry of a scatter or correlation that does not fit the structure."""
     for what, given in (("scatter", scatter), ("correlation", correlation)):
         if not isinstance(given, Mapping):
             raise TypeError(f"{what} must map names to values, got {given!r}")
@@ -232,8 +232,8 @@ def correlation_factor(
 ) -> tuple[list[tuple[str, int]], np.ndarray]:
     """Return the random variables as (parameter, storey) and the lower factor L of their correlation matrix L L^T.
 
-    Two parameters have their correlation at the same storey; at different storeys it is times the geometric mean of
-    their storey correlations. A parameter drawn once for the building has it with every storey.
+    Two parameters have their correlation at the same storey; at different storeys it is multiplied by the geometric
+    mean of their storey correlations. A parameter drawn once for the building has its correlation with every storey.
     """
     variables: list[tuple[str, int]] = []
     for name, spread in scatter.items():
@@ -253,7 +253,7 @@ def correlation_factor(
             f"the correlations contradict each other: their matrix has eigenvalue {eigenvalues[0]:.3g}; "
             "lower a correlation between parameters, or raise a storey_correlation"
         )
-    # QR of the symmetric root gives a triangular factor where Cholesky would fail: at correlations of exactly 1.
+    # QR of the symmetric root gives a triangular factor also for correlations of exactly 1, where Cholesky fails.
     factor = np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r").T
     factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
     factor[np.abs(factor) < 1e-14] = 0.0
@@ -283,7 +283,7 @@ def _at(structure: ShearBuilding | LinearSystem, scatter: Scatter, z: np.ndarray
 
 
 def nominal_values(structure: ShearBuilding | LinearSystem) -> Mapping[str, np.ndarray]:
-    """Return what scatter multiplies or replaces, of shape [storey] or []; of a LinearSystem factors on matrices."""
+    """Return the nominal parameters, of shape [storey] or []; for a LinearSystem the factors on its matrices."""
     values = structure.parameters
     return values if structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
 

@@ -1,4 +1,4 @@
-"""A scene: a structure, what shakes it, what is random about it and what to record."""
+"""Scenes: a structure, its excitation, the scatter of its parameters and what is recorded."""
 
 from __future__ import annotations
 
@@ -33,23 +33,23 @@ Excitation = (
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Everything that decides what a run computes, but for how it is integrated.
+    """Everything that decides what a run computes, except how it is integrated.
 
     Args:
         structure: A ShearBuilding or a LinearSystem.
-        excitation: Stripes, Cloud or OneMotionPerStructure ground motions, or an EventSequence of them; FilteredNoise;
-            HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
+        excitation: Stripes, Cloud or OneMotionPerStructure, or an EventSequence of them; FilteredNoise; HarmonicForce,
+            ForceHistory or FreeVibration; or one GroundMotion.
         scatter: How structures differ: parameter name -> RandomFactor, RandomValue, GivenValues, or a number that
             replaces the nominal value.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
         sampling: "monte_carlo", "latin_hypercube" or "sobol".
-        recorders: Recorders to build in; None for all of the structure's: of a ShearBuilding "drift", "time_of_peak",
+        recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
         collapse_drift_ratio: Storey drift ratio beyond which a sample counts as collapsed; None for none.
         tail: Free vibration after the end of a motion, or of each event of an EventSequence [s]; None for long enough
             to read each structure's residual drift.
-        title: What the dataset is called.
+        title: Title of the dataset.
 
     Raises:
         ValueError, TypeError: If a part is unknown or the parts do not fit each other.
@@ -102,7 +102,7 @@ class Scene:
         object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))
 
     def _check_width(self) -> None:
-        """Check that nodal loads and initial states have one value a degree of freedom, or one for all."""
+        """Check that nodal loads and initial states have one value for each degree of freedom, or one for all."""
         dofs = self.structure.dofs
         for kind, name in ((HarmonicForce, "amplitude"), (FreeVibration, "displacement"), (FreeVibration, "velocity")):
             if isinstance(self.excitation, kind):
@@ -122,32 +122,32 @@ class Scene:
 
     @property
     def central_parameters(self) -> dict[str, np.ndarray]:
-        """The scattered parameters at the middle of their distributions, of shape [storey] or []."""
+        """The medians of the scattered parameters, of shape [storey] or []."""
         return central(self.structure, self.scatter)
 
     @property
     def representative_parameters(self) -> dict[str, np.ndarray]:
-        """Values of the scattered parameters that are all alike only where all that can be drawn are."""
+        """Values of the scattered parameters that are equal only where all values that can be drawn are equal."""
         return representative(self.structure, self.scatter)
 
     def to_json(self) -> str:
-        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset."""
+        """Return the scene as JSON, with the shape in place of long arrays; the dataset holds the drawn inputs."""
         return json.dumps(_plain(self), separators=(",", ":"))
 
 
 def structure_to_json(structure: ShearBuilding | LinearSystem) -> str:
-    """Return a structure as JSON, as in that of its scene."""
+    """Return a structure as JSON, as it is in the JSON of a scene."""
     return json.dumps(_plain(structure), separators=(",", ":"))
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON can hold it, recursively."""
+    """Return a value in types that JSON knows, recursively."""
     if isinstance(value, GroundMotion):
         return {"name": value.name, "source": value.source, "step": value.step, "samples": value.acceleration.size}
     if isinstance(value, np.ndarray):
         if value.size > 1024:
             return f"array of shape {value.shape}"
-        # JSON has no NaN, which stands where a storey's law does not take a parameter.
+        # JSON has no NaN, which marks storeys whose law does not take a parameter.
         return np.where(np.isnan(value), None, value).tolist() if value.dtype.kind == "f" else value.tolist()
     if isinstance(value, np.generic):
         return value.item()
