@@ -1,1 +1,1 @@
-"""From demands to answers: fragility curves, damage shares."""
+"""Statistics of demands: fragility curves, damage shares."""

@@ -1,4 +1,4 @@
-"""Damage of a portfolio: the share of its buildings in each damage state, each archetype by limits of its own."""
+"""Damage of a portfolio: the share of its buildings in each damage state, with limits for each archetype."""
 
 from __future__ import annotations
 
@@ -34,23 +34,22 @@ def damage_shares(
 
     Args:
         run: What `simulate_portfolio` returned, with the recorder "drift".
-        limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
+        limits: For each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
             states' names are the same for all.
-        events: The event that each motion is of, shape [motion], as names or whole numbers: where several motions are
-            of one event, such as both components of a record, the worst of them counts. None for every motion by
-            itself.
+        events: The event of each motion, shape [motion], as names or whole numbers: if several motions belong to one
+            event, such as both components of a record, the worst of them counts. None to count every motion by itself.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
         `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`, which are not among
-        the counted: a motion of theirs failed, and no other left them in the last state. The dimension is `motion`
-        instead of `event` where no events are given, and on stripes `stripe` comes after it. Shares of no building are
-        NaN. The attributes are those of the run.
+        the counted: one of their motions failed, and no other left them in the last state. Without `events` the
+        dimension is `motion` instead of `event`; on stripes the dimension `stripe` follows it. Shares among no building
+        are NaN. The attributes are those of the run.
 
     Raises:
         ValueError, TypeError: If the run is not of a portfolio or has no drifts, limits are missing, not positive or do
-            not increase, events are not one a motion, or more than 1 % of the buildings, event by event, failed; where
-            they are more than 1 % of an archetype in an event, a warning names both.
+            not increase, events are not one for each motion, or more than 1 % of the buildings, counted in every event,
+            failed; if more than 1 % of an archetype failed in an event, a warning names both.
     """
     check_dataset("damage_shares", run, advice="give what simulate_portfolio() returned")
     names = archetypes_of(run)
@@ -68,13 +67,13 @@ def damage_shares(
         _, first, unit = np.unique(key, return_index=True, return_inverse=True)
         worst = np.zeros(first.size, dtype=np.int64)
         np.maximum.at(worst, unit, state)
-        # With a motion that failed the worst is known only where another left nothing worse.
+        # If a motion failed, the worst state is known only if another motion left the building in the last state.
         failed = unit[state == FAILED]
         worst[failed[worst[failed] < len(states) - 1]] = FAILED
         state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
 
     shape = (len(names), len(event_names), levels.size, len(states))
-    # Failures are counted behind the last state.
+    # Failures are counted as an additional state after the last one.
     places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
     wide = (*shape[:-1], len(states) + 1)
     cells = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
@@ -130,7 +129,7 @@ def damage_shares(
 
 
 def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]) -> tuple[list[str], np.ndarray]:
-    """Return the damage states, that of no damage first, and the limits, shape [archetype, damage_state - 1]."""
+    """Return the damage states, with no damage first, and the limits, shape [archetype, damage_state - 1]."""
     if not isinstance(limits, Mapping):
         raise TypeError(f"limits must map each archetype to its limits, got {limits!r}")
     unknown = [name for name in limits if name not in names]
@@ -160,13 +159,13 @@ def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]
 
 
 def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:
-    """Raise an error where too many buildings failed; warn where they are many of an archetype in an event.
+    """Raise an error if too many buildings failed; warn if many of an archetype failed in an event.
 
     Args:
         failures: Buildings that failed, shape [archetype, event, stripe].
         counted: Buildings that did not.
         names: Names of the archetypes.
-        events: Names of the events; None for motions by their numbers.
+        events: Names of the events; None if motions are counted by themselves.
     """
     allowed, total = f"{100 * LARGEST_EXCLUDED_FRACTION:g} %", failures + counted
     if failures.sum() > LARGEST_EXCLUDED_FRACTION * total.sum():
@@ -193,7 +192,7 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
 
 
 def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the event of each sample as an index, and the names of the events in the order they are first named."""
+    """Return the event of each sample as an index, and the names of the events in the order of their first use."""
     if "motion_index" not in run.variables:
         raise ValueError("the dataset has no 'motion_index': it is not what simulate_portfolio() returned")
     record, motions = run["motion_index"].values, run.sizes["motion"]
@@ -212,7 +211,7 @@ def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) ->
 
 
 def _states_of_samples(run: xr.Dataset, table: np.ndarray) -> np.ndarray:
-    """Return the damage state of every sample, counted from 0 for none; FAILED where it has none."""
+    """Return the damage state of every sample, 0 for no damage; FAILED if the sample failed."""
     if "peak_storey_drift_ratio" not in run:
         raise ValueError("the run has no 'peak_storey_drift_ratio': leave 'drift' in what is recorded")
     status, archetype = decoded_status(run["status"]), run["archetype_index"].values

@@ -1,4 +1,4 @@
-"""From the demands of a run to the probability of exceedance: stripe fractions, fitted curves, their intervals."""
+"""Fragility curves from the demands of a run: stripe fractions, fitted curves, and their intervals."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ def fragility(
 ) -> xr.Dataset:
     """Fit a lognormal fragility curve to every damage state of a run on stripes, with intervals.
 
-    A sample exceeds a damage state at a storey where its peak drift ratio is above the limit (strictly), and at every
-    storey when it collapsed; the worst storey is the one of largest drift, be it that of isolators or of
-    a tuned mass damper: take `select_storeys` of such a run first. Curves maximise the binomial likelihood
+    A sample exceeds a damage state at a storey if its peak drift ratio there is above the limit (strictly), and at
+    every storey if it collapsed. The worst storey is that of the largest drift, also if it is a storey of isolators or
+    of a tuned mass damper: take `select_storeys` of such a run first. Curves maximise the binomial likelihood
     (Baker 2015, Earthquake Spectra 31(1)). Intervals of curves are percentiles of a bootstrap over records: records
-    are drawn with replacement and bring all their samples along, since these share the motion.
+    are drawn with replacement, each with all its samples, since these share the motion.
 
-    The stripes lie along the dimension `stripe`, since `im_level` lies along `sample` in the run:
+    The result has the dimension `stripe`, because `im_level` lies along `sample` in the run:
     `run.merge(result, combine_attrs="no_conflicts")` keeps both, with the attributes of both, in one dataset.
 
     Args:
@@ -57,8 +57,8 @@ def fragility(
     Returns:
         Fractions by stripe with Clopper-Pearson intervals, medians [g], dispersions [1] and curves with bootstrap
         intervals, for the worst storey and (named `storey_...`) for each storey. A median and a dispersion are NaN
-        where the stripes have no fit (see `fit_lognormal`; `fit_status` says which case), bounds also where fewer than
-        95 % of the replicates have one or there is only one record.
+        if the stripes have no fit (see `fit_lognormal`; `fit_status` gives the case); bounds are also NaN if fewer than
+        95 % of the replicates have a fit or there is only one record.
 
     Raises:
         ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
@@ -150,7 +150,7 @@ def _variable(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: s
 def _with_bounds(
     values: np.ndarray, bounds: Iterable[np.ndarray] | None, meaning: str, confidence: float
 ) -> list[tuple[str, np.ndarray, str]]:
-    """Name suffix, values and wording of an estimate and, where it has them, of its lower and upper bound."""
+    """Return name suffix, values and wording of an estimate and, if it has them, of its bounds."""
     parts = [("", values, meaning)]
     for side, bound in zip(("lower", "upper"), () if bounds is None else bounds, strict=bounds is not None):
         parts.append((f"_{side}", bound, f"{meaning}, {side} bound of the {100 * confidence:g} % interval"))
@@ -160,9 +160,9 @@ def _with_bounds(
 def _replicates(
     counts: StripeCounts, bootstrap: int, seed: int, fit: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Median and dispersion of the curve of each replicate, shape [replicate, storey + 1, damage_state].
+    """Return median and dispersion of the curve of each replicate, shape [replicate, storey + 1, damage_state].
 
-    They are near the fit to all records, from which they are searched.
+    They are near the fit to all records, which the search starts from.
     """
     records = len(counts.valid)
     if records == 1:  # every replicate would be the data again
@@ -178,7 +178,7 @@ def _replicates(
 
 
 def _percentiles(replicates: np.ndarray, trusted: np.ndarray, confidence: float) -> np.ndarray:
-    """Lower and upper bound over the replicates that have a fit, shape [2, ...]; NaN where they are not trusted."""
+    """Return the bounds over the replicates that have a fit, shape [2, ...]; NaN where they are not trusted."""
     bounds = np.full((2, *replicates.shape[1:]), np.nan)
     for row in zip(*np.nonzero(trusted), strict=True):
         values = replicates[(slice(None), *row)]

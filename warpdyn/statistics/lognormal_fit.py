@@ -9,15 +9,15 @@ from scipy.special import betaincinv, log_ndtr, ndtr, ndtri
 FIT_MEANINGS = ("fitted", "no_exceedance", "all_exceeding", "separated", "not_increasing", "no_finite_median")
 FITTED, NO_EXCEEDANCE, ALL_EXCEEDING, SEPARATED, NOT_INCREASING, NO_FINITE_MEDIAN = range(len(FIT_MEANINGS))
 
-_BLOCK = 1 << 14  # rows fitted at a time: bounds the memory of large bootstraps and keeps the work in cache
-_ITERATIONS = 60  # Newton needs 5 to 10; more is only met where the likelihood is flat to rounding
+_BLOCK = 1 << 14  # rows fitted at a time, which bounds the memory of large bootstraps and fits in cache
+_ITERATIONS = 60  # Newton's method needs 5 to 10; more occur only where the likelihood is flat to rounding
 _HALVINGS = 40
 _TOLERANCE = 1e-9  # on the Newton step; convergence is quadratic, so the error left is far below 1e-10
 _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
 def clopper_pearson(exceeding: ArrayLike, total: ArrayLike, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
-    """Exact binomial interval of a probability, from beta quantiles (Clopper and Pearson 1934).
+    """Return the exact binomial interval of a probability, from beta quantiles (Clopper and Pearson 1934).
 
     Args:
         exceeding: Number of exceedances, any shape.
@@ -34,14 +34,14 @@ def clopper_pearson(exceeding: ArrayLike, total: ArrayLike, confidence: float = 
     check_confidence(confidence)
     tail = 0.5 * (1.0 - confidence)
     passing = total - exceeding
-    # The beta quantiles do not exist at the ends; ones stand in there and are not used.
+    # The beta quantiles do not exist at the ends; ones replace their arguments there and are not used.
     lower = betaincinv(np.where(exceeding > 0, exceeding, 1.0), passing + 1.0, tail)
     upper = betaincinv(exceeding + 1.0, np.where(passing > 0, passing, 1.0), 1.0 - tail)
     return np.where(exceeding > 0, lower, 0.0), np.where(passing > 0, upper, 1.0)
 
 
 def probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) -> np.ndarray:
-    """Probability of exceedance by a lognormal fragility curve, 0 at zero intensity.
+    """Return the probability of exceedance by a lognormal fragility curve, 0 at zero intensity.
 
     Args:
         intensity: Intensity measure, in the unit of the median; 0 or above.
@@ -63,7 +63,7 @@ def fit_lognormal(levels: ArrayLike, exceeding: ArrayLike, total: ArrayLike) -> 
     Args:
         levels: Intensity of each stripe, shape [im_level].
         exceeding: Number of exceedances, shape [..., im_level].
-        total: Number of trials, broadcast with `exceeding`; stripes with 0 trials say nothing.
+        total: Number of trials, broadcast with `exceeding`; stripes with 0 trials have no effect.
 
     Returns:
         Median, in the unit of `levels`, and dispersion [1], both of the leading shape.
@@ -81,14 +81,14 @@ def fit_stripes(
     total: ArrayLike,
     start: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit as `fit_lognormal` does and say for each row what became of it.
+    """Fit as `fit_lognormal` does, and return the outcome of the fit for each row.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
         exceeding: Number of exceedances, shape [..., im_level].
         total: Number of trials, broadcast with `exceeding`.
-        start: Median and dispersion to search from, which broadcast to the leading shape; where they are NaN, or None
-            for all, the flat curve. The likelihood has one maximum, which a start nearby finds in fewer steps.
+        start: Median and dispersion that the search starts from, broadcast to the leading shape; where they are NaN,
+            or if it is None, it starts from the flat curve. The likelihood has one maximum; a start nearby saves steps.
 
     Returns:
         Median, dispersion, and the outcome as an index into `FIT_MEANINGS`, all of the leading shape.
@@ -123,11 +123,11 @@ def fit_stripes(
     for begin in range(0, rows.size, _BLOCK):
         block = rows[begin : begin + _BLOCK]
         parameters[block] = _maximise(position, exceeding[block], passing[block], parameters[block])
-        lost = block[np.isnan(parameters[block, 0])]  # from a start too far away; from the flat curve it may be found
+        lost = block[np.isnan(parameters[block, 0])]  # the start was too far away; the flat curve may succeed
         if start is not None and lost.size:
             parameters[lost] = _maximise(position, exceeding[lost], passing[lost], parameters[lost])
     parameters[outcome != FITTED] = np.nan
-    # A slope that is positive by a hair can put the median beyond the floating-point range; that is no fit either.
+    # A slope just above zero can put the median beyond the floating-point range; that is no fit either.
     with np.errstate(all="ignore"):
         median = np.exp(centre - scale * parameters[:, 0] / parameters[:, 1])
         dispersion = scale / parameters[:, 1]
@@ -138,7 +138,7 @@ def fit_stripes(
 
 
 def check_confidence(confidence: float) -> None:
-    """Refuse a confidence that is not between 0 and 1.
+    """Raise an error unless a confidence is between 0 and 1.
 
     Args:
         confidence: Probability that an interval covers.
@@ -167,7 +167,7 @@ def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray,
 
 
 def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) -> np.ndarray:
-    """Tell before fitting whether the likelihood of each row has a finite maximum with a positive slope.
+    """Return whether the likelihood of each row has a finite maximum with a positive slope, before it is fitted.
 
     A finite maximum exists exactly where exceeding and passing trials overlap in level (Albert and Anderson 1984,
     Biometrika 71). The likelihood is concave, so its slope has the sign of its derivative at the best flat curve.
@@ -192,10 +192,10 @@ def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) 
 
 
 def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Newton's method with step halving on the concave probit likelihood, every row at once.
+    """Maximise the concave probit likelihood of all rows at once, by Newton's method with step halving.
 
-    Starts from intercept and slope of the probit, shape [row, 2], or from the flat curve where they are not finite, and
-    returns the same; NaN where it did not converge.
+    The search starts from intercept and slope of the probit, shape [row, 2], or from the flat curve where they are not
+    finite, and returns the same; NaN where it did not converge.
     """
     trials = (exceeding + passing).sum(axis=1)
     flat = np.stack([ndtri(exceeding.sum(axis=1) / trials), np.zeros(len(exceeding))], axis=1)
@@ -212,7 +212,7 @@ def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, 
             step[:, 0] = (c * gradient[:, 0] - b * gradient[:, 1]) / determinant
             step[:, 1] = (a * gradient[:, 1] - b * gradient[:, 0]) / determinant
 
-        # The likelihood is known to rounding only; without the slack the last, tiny steps would be refused.
+        # The likelihood has rounding errors; without this tolerance the last, tiny steps would be refused.
         least = value - 1e-13 * np.abs(value)
         trial = np.arange(active.size)
         for _ in range(_HALVINGS):
@@ -224,7 +224,7 @@ def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, 
             if trial.size == 0:
                 break
             step[trial] *= 0.5
-        step[trial] = np.nan  # no step raises the likelihood: leave the row unconverged
+        step[trial] = np.nan  # no step raises the likelihood: the row stays unconverged
         parameters[active] = current + step
         size = np.abs(step).max(axis=1)
         going_on = ~(size <= _TOLERANCE * (1.0 + np.abs(current).max(axis=1))) & np.isfinite(size)
@@ -239,7 +239,7 @@ def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, 
 def _likelihood(
     score: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Log-likelihood of each row, and its derivative and negated second derivative in each stripe's score."""
+    """Return each row's log-likelihood, and its first and negated second derivatives in each stripe's score."""
     log_above, log_below = log_ndtr(score), log_ndtr(-score)
     log_density = -0.5 * score * score - _LOG_SQRT_2PI
     above, below = np.exp(log_density - log_above), np.exp(log_density - log_below)  # inverse Mills ratios

@@ -10,7 +10,7 @@ import xarray as xr
 
 from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS as _STATUS, STRIPED
 
-LARGEST_EXCLUDED_FRACTION = 0.01  # with more diverged and unstable samples than this nothing is counted
+LARGEST_EXCLUDED_FRACTION = 0.01  # with a larger fraction of failed samples an error is raised
 
 _CHUNK = 1 << 16  # samples counted at a time
 _NEEDS_STRIPES = (
@@ -57,7 +57,7 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
     if not kept.all():
         drift, stripe, record_index, status = drift[kept], stripe[kept], record_index[kept], status[kept]
     collapsed = status == _STATUS.index("collapsed")
-    # Records all of whose samples are kept out are not counted with.
+    # Records whose samples are all excluded are left out.
     has_samples = np.bincount(record_index, minlength=labels.size) > 0
     record_index = (np.cumsum(has_samples) - 1)[record_index]
     records, storeys, states = int(has_samples.sum()), drift.shape[1], limit.size
@@ -65,7 +65,7 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
     valid = np.bincount(cell, minlength=records * levels.size)
 
     if collapsed.any():
-        # A limit that no collapse is known to have passed is counted as passed by all of them.
+        # Every collapse counts as exceeding every limit, also a limit that no drift of theirs is known to exceed.
         least = np.nanmin(drift[collapsed].max(axis=1), initial=np.inf)
         for value in limit[limit > least]:
             warnings.warn(
@@ -74,7 +74,7 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
                 stacklevel=3,
             )
 
-    # One histogram of how many limits each demand passes; the limits increase, so a sum from above gives every state.
+    # A histogram of how many limits each demand exceeds; as limits increase, sums from above give every state.
     shape = (records, levels.size, storeys + 1, states + 1)
     histogram = np.zeros(shape, dtype=np.int64)
     for start in range(0, cell.size, _CHUNK):
@@ -91,7 +91,7 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
 
 
 def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int) -> str:
-    """Say how many samples are kept out and where they are."""
+    """Return an error message with the number of excluded samples and where they are."""
     places = []
     for what, values in (("motion_index", record), ("im_level", level)):
         found, number = np.unique(values, return_counts=True)
@@ -107,9 +107,9 @@ def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, sa
 
 
 def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
-    """Drift ratio, status as an index into `_STATUS`, record and level of every sample.
+    """Return drift ratio, status as an index into `_STATUS`, motion and level of every sample.
 
-    With them the records and, for every sample, which of them it has; and the same of the levels.
+    Then follow the distinct motions and every sample's index into them, and the same for the levels.
     """
     if "im_level" not in dataset:
         raise ValueError(f"the dataset has no 'im_level': {_NEEDS_STRIPES}")
@@ -140,7 +140,7 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
     (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
         raise ValueError(f"all samples are on the stripe of {level[0]} g; a curve needs at least 2 stripes")
-    # Records that share no level are no stripes, though every sample has a level.
+    # Motions that share no level are no stripes, although every sample has a level.
     pairs = np.count_nonzero(np.bincount(record_index * levels.size + stripe, minlength=1))
     if pairs < 2 * levels.size and records.size > 1:
         raise ValueError(f"'im_level' has {levels.size} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
@@ -157,13 +157,13 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
 
 
 def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct values, sorted, and which of them each is; they are few, so that no sort of all is needed."""
+    """Return the distinct values, sorted, and the index of each value among them."""
     distinct = np.unique(values)
     return distinct, np.searchsorted(distinct, values)
 
 
 def decoded_status(status: xr.DataArray) -> np.ndarray:
-    """Read the flags by their meanings, so that a file's own codes decide."""
+    """Return the status by the meanings of the flags, whatever codes a file has for them."""
     meanings = str(status.attrs.get("flag_meanings", "")).split()
     codes = np.atleast_1d(status.attrs.get("flag_values", ()))
     known = {"ok", "collapsed"} <= set(meanings) <= set(_STATUS) and len(set(meanings)) == len(meanings)
