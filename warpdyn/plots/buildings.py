@@ -1,4 +1,4 @@
-"""Figures of buildings themselves; `warpdyn.plots.ensembles` has them too."""
+"""Figures of buildings and their pushover curves."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def building(building: ShearBuilding) -> Figure:
     check_kind("plots.building", "a ShearBuilding", building, ShearBuilding)
     values, storeys = building.parameters, building.storeys
     level = np.append(0.0, np.cumsum(values["height"]))
-    width = 0.6 * max(level[-1], 3 * level[1])  # no narrower than it takes to write beside it
+    width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the text
     figure = new_figure(6.4, 5.6)
     axes = figure.subplots()
-    # Columns as thick as the storey is stiff, slabs as deep as the floor is heavy.
+    # The thickness of columns shows the storey stiffness, the depth of slabs the floor mass.
     thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()
     slab = min(0.012 * level[-1], 0.1 * values["height"].min())
     depth = slab * (0.5 + values["mass"] / values["mass"].max())
@@ -72,19 +72,19 @@ def building(building: ShearBuilding) -> Figure:
 
 
 def _storeys_labelled(storeys: int) -> list[int]:
-    """Return the storeys that are labelled, from 0: all, or about ten at equal distances."""
+    """Return the storeys that are labelled, counted from 0: all, or about ten at equal distances."""
     return list(range(0, storeys, -(-storeys // MOST_LABELS)))
 
 
 def _engineering(value: float, unit: str) -> str:
-    """Return a number with the prefix of its thousands, as in 8.66e8 N/m = 866 MN/m."""
+    """Return a number with an SI prefix, such as 866 MN/m for 8.66e8 N/m."""
     if unit == "g":  # of masses, tonnes say more than megagrams
         return f"{value / 1e6:.4g} t"
     return ticker.EngFormatter(unit=unit, places=None).format_data(float(f"{value:.3g}"))
 
 
 def pushover_curve(dataset: xr.Dataset) -> Figure:
-    """Draw the base shear against the roof displacement, and the drifts over the height along the way.
+    """Draw the base shear against the roof displacement, and drift profiles over the height.
 
     Args:
         dataset: What `pushover` returned.
@@ -108,7 +108,7 @@ def pushover_curve(dataset: xr.Dataset) -> Figure:
     curve.axhline(0, color="0.6", lw=0.6)
     curve.axvline(0, color="0.6", lw=0.6)
     curve.set(xlabel="Roof displacement [mm]", ylabel="Base shear [MN]")
-    # Profiles on the way to the farthest point.
+    # Drift profiles up to the largest roof displacement.
     farthest = int(np.abs(roof).argmax())
     storeys = dataset["storey"].values
     for colour, share in zip(cycle(COLOURS[1:]), (0.25, 0.5, 0.75, 1.0), strict=False):

@@ -72,7 +72,7 @@ def fragility_curves(dataset: xr.Dataset) -> Figure:
 
 
 def _valid(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the samples that are neither diverged nor of an unstable step."""
+    """Return the samples that neither diverged nor had an unstable step."""
     return dataset.isel(sample=np.flatnonzero(dataset["status"].values <= 1))
 
 

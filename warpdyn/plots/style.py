@@ -1,11 +1,11 @@
-"""What figures share."""
+"""Colours and layouts that figures share."""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours: told apart with any colour vision, from the lightest damage state to the heaviest.
+# Okabe and Ito's colours, which are distinct for any colour vision, from the lightest damage state to the heaviest.
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
 
 
