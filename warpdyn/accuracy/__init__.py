@@ -1,1 +1,1 @@
-"""How far off a run is: error estimates, and the pilot that chooses method and step."""
+"""Accuracy of runs: error estimates, and the pilot that chooses method and step."""

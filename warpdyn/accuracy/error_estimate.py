@@ -1,4 +1,4 @@
-"""What a run's step and precision cost it: some samples run again at half the step and in float64."""
+"""Estimates of the errors of a run: some samples are run again at half the step and in float64."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from warpdyn.integration.stability_guard import Reruns, integrate_guarded
 from warpdyn.integration.time_grid import Schedule
 from warpdyn.methods.table import METHODS
 
-FEWEST_SAMPLES = 30  # a 95 % quantile of fewer says little
+FEWEST_SAMPLES = 30  # fewer give no useful 95 % quantile
 # Statistics of the error over the samples, as quantiles.
 STATISTICS = {"median": 0.5, "95 %": 0.95, "worst": 1.0}
-# The second run has this many times the steps. The exact method errs only in what it sees of a peak, which half the
-# step may miss in the same way; an adaptive one has a tighter tolerance, too.
+# The second run has this many times the steps. The exact method errs only because it evaluates peaks at steps, and half
+# the step may miss a peak in the same way; an adaptive method also gets a tighter tolerance.
 FINER, FINER_EXACT, TIGHTER = 2, 8, 1e-2
 
 
 def relative_errors(
     run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray, reruns: Reruns | None = None
 ) -> dict[str, np.ndarray]:
-    """Return the relative error of every demand of some samples, by a run at half the step in float64.
+    """Return the relative error of every demand of some samples, from a run at half the step in float64.
 
     Args:
         run: The run.
-        outputs: Its outputs, of the chosen samples alone, sample last.
+        outputs: Its outputs for the chosen samples alone, sample last.
         chosen: The samples.
         reruns: What those before them had run again; None where there are none.
 
@@ -42,14 +42,14 @@ def relative_errors(
     method = METHODS[run.plan.method]
     finer = FINER_EXACT if method.kind == "exact" else FINER
     reference = integrate_guarded(_refined(run, chosen, finer), chosen, reruns)
-    # What the finer run still errs itself: peaks are seen at steps, so that no method's are of more than order 2.
+    # Correction for the error of the finer run: peaks are evaluated at steps, so that their order is at most 2.
     order = 1 if method.kind == "explicit" and method.order == 1 else 2
     errors = compare(run, outputs, reference, chosen)
     return {name: error / (1 - finer**-order) for name, error in errors.items()}
 
 
 def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
-    """Return a run in float64 with so many times the steps for some samples, and so all events before it."""
+    """Return a run in float64 with so many times the steps for some samples, after the same for all earlier events."""
     schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
     is_adaptive = METHODS[run.plan.method].is_adaptive
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
@@ -82,18 +82,18 @@ def compare(
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
-    """Return the largest size over every axis but the last, that of the samples."""
+    """Return the largest absolute value over every axis but the last, which is that of the samples."""
     return np.abs(values).reshape(-1, values.shape[-1]).max(axis=0)
 
 
 class ErrorEstimate:
-    """Relative errors of the demands of a share of a run's samples (at least 30), gathered block by block.
+    """Relative errors of the demands of a share of a run's samples (at least 30), collected block by block.
 
     Args:
-        samples: Samples of the run.
-        share: Share of them.
+        samples: Number of samples of the run.
+        share: Share of the samples that are checked.
         seed: Seed of their choice.
-        together: Samples that are run again at a time.
+        together: Number of samples that are run again at a time.
     """
 
     def __init__(self, samples: int, share: float, seed: int, together: int) -> None:
@@ -106,7 +106,7 @@ class ErrorEstimate:
         self._errors: list[dict[str, np.ndarray]] = []
 
     def add(self, run: Ensemble, outputs: dict[str, np.ndarray]) -> None:
-        """Take the chosen ones of a block's samples that did not fail.
+        """Add the checked samples of a block that did not fail.
 
         Args:
             run: The block.
@@ -138,7 +138,7 @@ class ErrorEstimate:
         if self._errors and demands:
             errors = [np.concatenate([part[name] for part in self._errors]) for name in demands]
             count = errors[0].size
-            # A sample that fails at half the step counts as one of infinite error.
+            # A sample that fails at half the step counts as a sample of infinite error.
             ordered = np.where(np.isnan(errors), np.inf, errors)
             values = np.quantile(ordered, list(STATISTICS.values()), axis=1, method="higher").T
         attributes = {
@@ -155,7 +155,7 @@ class ErrorEstimate:
 
 
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
-    """Return the samples of several blocks of one run as one, to be integrated where the last of them was."""
+    """Return the samples of several blocks of one run as one ensemble, on the device of the last block."""
     first = parts[0]
     has_rows = bool(first.drawn) or first.before is not None  # else one structure serves all
     counts = [len(part.structures) for part in parts] if has_rows else [0] * len(parts)

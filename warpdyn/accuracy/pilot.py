@@ -1,4 +1,4 @@
-"""What a scene makes the kernel carry and cost, and the cheapest method that keeps a target error."""
+"""The cheapest method that keeps a target error, and what a scene costs in memory and time."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from warpdyn.methods.table import check_fits, fitting_methods
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 
-# The methods that the accuracy study found cheapest for some scene and error, or within its timings' scatter of them,
-# and the cheapest without a stability limit; the others are only tried if asked for.
+# The methods that the accuracy study found cheapest, within the scatter of its timings, for some scene and error, and
+# the cheapest method without a stability limit; other methods are tried only if they are asked for.
 CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
 LEAST_ERROR = 1e-8
-HELD = 0.9  # the part of the target that the pilot's error must stay below: its reference errs a little itself
-# Steps tried, as steps in the first period: half an octave apart.
+HELD = 0.9  # share of the target that the pilot's error must stay below, because its reference has a small error
+# Numbers of steps in the first period that are tried, half an octave apart.
 STEPS_A_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
-REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # what the reference has at this target, and more below
-# A candidate that stability makes take this many times the steps that accuracy asks for is not followed further.
+REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more below it
+# A candidate that needs this many times more steps for stability than for accuracy is given up.
 MOST_HELD = 20.0
-PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # enough to fill the lanes of a few threads, or a GPU
-TIMINGS = 5  # the least counts
+PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # these fill the lanes of a few threads, or a GPU
+TIMINGS = 5  # the shortest counts
 QUANTILE = 0.95
 
 
@@ -48,8 +48,8 @@ class MethodChoice:
         method: Integration method.
         dtype: "float32" or "float64".
         longest_step: Longest integration step [s]; each motion's own is divided into the fewest that are no longer.
-        table: What it was chosen from: over `candidate` the method, dtype, longest step, error and time a sample.
-        carried: What the scene makes the kernel carry with it, by name.
+        table: The candidates: over `candidate` the method, dtype, longest step, error and time per sample.
+        carried: Registers, memory traffic, steps and time that the scene costs with this choice, by name.
     """
 
     method: str
@@ -85,14 +85,14 @@ def plan(
 ) -> MethodChoice:
     """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
 
-    For each method the longest of some steps is found whose error holds, in float32 and, if none does, in float64; then
-    the survivors are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
-    displacement) against a much shorter step in float64, relative to the sample's largest; what is held to the target
-    is the upper 95 % confidence bound of its 95 % quantile over the pilot (of fewer than 59 samples, the worst).
+    For each method the longest of some steps is found that keeps the error, in float32 or, if none does, in float64;
+    then these candidates are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
+    displacement) against a much shorter step in float64, relative to the sample's largest; the upper 95 % confidence
+    bound of its 95 % quantile over the pilot (with fewer than 59 samples, the worst) must be below the target.
 
     Args:
         scene: The scene.
-        target_error: Relative error that 95 % of the samples are to stay below.
+        target_error: Relative error that 95 % of the samples stay below.
         structures: Number of structures in the planned run, for its expected time.
         seed: Seed of the pilot's samples.
         method: The method, if it is already chosen; None to try those that can be the cheapest.
@@ -130,7 +130,7 @@ def plan(
             f"no method keeps the 95 % error of the peak drift below {target_error:g} with up to "
             f"{STEPS_A_PERIOD[-1]:.4g} steps in the first period (tried: {', '.join(methods)}): ask for a larger error"
         )
-    # Every candidate in turn, and again: what slows the machine for a while slows them all.
+    # Candidates are timed in turn, several times, so that a slow phase of the machine affects them all.
     seconds = np.min([[pilot.seconds(row[4]) for row in rows] for _ in range(TIMINGS)], axis=0)
     best = int(seconds.argmin())
     columns = {
@@ -149,7 +149,7 @@ def plan(
 
 
 class _Pilot:
-    """A few samples of a scene, with the peak drifts of a run that is as good as exact."""
+    """A few samples of a scene, with the peak drifts of a reference run at a very short step."""
 
     def __init__(self, scene: Scene, target_error: float, seed: int, device: str, threads: int | None) -> None:
         only = "drift" if scene.structure.family == "chain" else "displacement"
@@ -160,7 +160,7 @@ class _Pilot:
         self.structures = _fixed_structures(scene)
         if self.structures == 0:
             samples_per_structure = scene.excitation.samples_per_structure
-            most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # so that it sees the scatter, too
+            most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # enough structures to sample the scatter
             self.structures = max(-(-wanted // samples_per_structure), most)
         total = self.structures * scene.excitation.samples_per_structure
         generator = np.random.default_rng([seed, Purpose.PILOT_SAMPLES])
@@ -170,7 +170,7 @@ class _Pilot:
         finer = REFERENCE_STEPS_A_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
         method, step = "exact" if law_to_integrate(scene) == "elastic" else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
-        if held > MOST_HELD:  # a mode far too stiff to matter: what it takes part in is seen without it
+        if held > MOST_HELD:  # a mode is so stiff that it does not contribute: a method without stability limit
             reference, _ = self._run("newmark_average", "float64", step / 2)
         self.reference = integrate_guarded(reference, self.chosen)
 
@@ -186,7 +186,7 @@ class _Pilot:
         )
 
     def _run(self, method: str, dtype: str, longest_step: float) -> tuple[Ensemble, float]:
-        """Return the launches, held stable, and how many times as many steps that makes them take."""
+        """Return a stable run, and the ratio of its steps to those asked for."""
         run, vibration = self._prepared(method, dtype, longest_step)
         asked = run.schedule.substeps[self.chosen].mean()
         guard(run, vibration, "substep")
@@ -197,16 +197,16 @@ class _Pilot:
         outputs = integrate_guarded(run, self.chosen)
         [errors] = compare(run, outputs, self.reference, self.chosen).values()
         ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
-        # An order statistic that lies above the quantile in 95 of 100 pilots, whatever the distribution.
+        # An order statistic that lies above the quantile in 95 of 100 pilots, for any distribution.
         return float(ordered[min(int(binom.ppf(0.95, ordered.size, QUANTILE)), ordered.size - 1)])
 
     def longest_step(self, method: str, dtype: str, *, is_settled: bool) -> tuple[float, float, Ensemble] | None:
-        """Return the longest step [s] whose error holds, the error, and the run; None if none does.
+        """Return the longest step [s] that keeps the target, its error, and the run; None if there is none.
 
         Args:
             method: Integration method.
             dtype: Number type.
-            is_settled: Whether there is no other method to take in its place.
+            is_settled: Whether the caller asked for this method.
         """
         low, high, found = 0, len(STEPS_A_PERIOD) - 1, None
         while low <= high:
@@ -229,33 +229,33 @@ class _Pilot:
         return found
 
     def seconds(self, run: Ensemble) -> float:
-        """Return the time a sample takes."""
+        """Return the integration time per sample [s]."""
         started = time.perf_counter()
         run.integrate(self.chosen)
         return (time.perf_counter() - started) / self.chosen.size
 
 
 def check_target_error(target_error: float) -> None:
-    """Raise an error unless a relative error is one that can be kept."""
+    """Raise an error unless a target error is within the range that can be kept."""
     if not LEAST_ERROR <= real_number("target_error", target_error, above=0) < 1:
         raise ValueError(f"target_error must be a relative error from {LEAST_ERROR:g} to below 1, got {target_error}")
 
 
 def _fixed_structures(scene: Scene) -> int:
-    """Return how many structures a scene lists, itself or with its motions; 0 if any number can be drawn."""
+    """Return the number of structures that a scene gives values or motions for; 0 if any number can be drawn."""
     listed = [len(spread.values) for spread in scene.scatter.values() if isinstance(spread, GivenValues)]
     given = (getattr(scene.excitation, name, None) for name in ("motion", "scale"))
     return max(listed + [np.size(values) for values in given if np.size(values) > 1], default=0)
 
 
 def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
-    """Return what a scene makes its kernel hold, move and take, by name.
+    """Return the registers, the memory traffic, the steps and the time that a scene costs, by name.
 
     Args:
         scene: The scene, with what it records.
-        run: The launches of its pilot, which record less.
-        structures: Structures of the run that is planned.
-        seconds_per_sample: Time a sample of the pilot took [s].
+        run: A run of its pilot, which records less.
+        structures: Number of structures in the planned run.
+        seconds_per_sample: Time per sample in the pilot [s].
     """
     width = np.dtype(run.plan.dtype).itemsize
     held = values_held(replace(run.plan, recorders=scene.recorders))
