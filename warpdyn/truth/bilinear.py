@@ -1,4 +1,4 @@
-"""Exact response of shear chains of bilinear storeys: the truth for tests and charts, never for the engine."""
+"""Exact response of shear chains of bilinear storeys: a reference for tests and charts, which the engine never uses."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from scipy.special import comb
 
 from warpdyn.truth.chain import ShearChain, YieldingResponse
 
-# A piece of the motion is at most 1 rad of the highest frequency, and its series ends with this power: what is left out
-# of it is below 2^(21/2) / 21! = 3e-17, since a memory beside a drift makes sqrt 2 of 1.
+# A piece of the motion lasts at most 1 rad of the highest frequency, and its series ends with this power: the remainder
+# is below 2^(21/2) / 21! = 3e-17, because the norm is sqrt(2) with a memory beside a drift.
 DEGREE = 20
 POWERS = np.arange(DEGREE + 1)
 BINOMIAL = comb(POWERS[:, None], POWERS)
-# From a polynomial on [0, 1] to its Bernstein coefficients, whose hull holds it; from these to those of each half.
+# Matrices from a polynomial on [0, 1] to its Bernstein coefficients, which bound it, and from these to each half's.
 BERNSTEIN = BINOMIAL / BINOMIAL[-1]
 FIRST_HALF = BINOMIAL / 2.0 ** POWERS[:, None]
 SECOND_HALF = FIRST_HALF[::-1, ::-1]
@@ -111,7 +111,7 @@ def bilinear_chain_response(
 
 
 def _exponential_series(chain: ShearChain, elastic: np.ndarray, duration: float) -> np.ndarray:
-    """Taylor coefficients of (drift, drift rate, memory) over a duration, from these, the load and its increment."""
+    """Return Taylor coefficients of (drift, drift rate, memory) over a duration, from these and the load."""
     n = chain.storeys
     # Columns of a term, each [3 storey, storey].
     of_drift, of_rate, of_memory = np.split(np.eye(3 * n), 3, axis=1)
@@ -128,7 +128,7 @@ def _exponential_series(chain: ShearChain, elastic: np.ndarray, duration: float)
 
 
 def _first_switch(series: np.ndarray, bounds: tuple[np.ndarray, ...], flow: np.ndarray) -> tuple[float, int | None]:
-    """When in [0, 1] a storey first yields or unloads, and which; (1, None) if none does."""
+    """Return when in [0, 1] a storey first yields or unloads, and which storey; (1, None) if none does."""
     n = flow.size
     (low, high), limit = bounds, 1 + YIELD_SLACK
     elastic = flow == 0
@@ -143,7 +143,7 @@ def _first_switch(series: np.ndarray, bounds: tuple[np.ndarray, ...], flow: np.n
                 margin = -sign * memory
                 margin[0] += limit
                 for instant in _descents(margin):
-                    # Found beyond the slack; by its slope back to yield itself.
+                    # The instant was found beyond the slack; the slope leads back to yield itself.
                     slope = sign * (POWERS[1:] * instant ** POWERS[:-1]) @ memory[1:]
                     back = YIELD_SLACK / slope if slope > 0 else 0.0
                     instants.append(max(0.0, instant - back))
@@ -169,7 +169,7 @@ def _raise_peak(
 
 
 def _descents(series: np.ndarray) -> Iterator[float]:
-    """Instants in [0, 1] at which a polynomial turns negative, in order, 0 included if it starts so."""
+    """Return the instants in [0, 1] at which a polynomial becomes negative, in order, with 0 if it starts negative."""
     coefficients = series[::-1].tolist()
 
     def value(instant: float) -> float:
@@ -184,7 +184,7 @@ def _descents(series: np.ndarray) -> Iterator[float]:
         start, end, hull = parts.pop()
         positive = hull[hull != 0] > 0
         changes = np.count_nonzero(positive[1:] != positive[:-1])
-        if changes > 1 and end - start > 1e-12:  # a touch that has not come apart by then is none
+        if changes > 1 and end - start > 1e-12:  # two roots closer than this are taken as none
             middle = (start + end) / 2
             parts += [(middle, end, SECOND_HALF @ hull), (start, middle, FIRST_HALF @ hull)]
         elif positive.size:

@@ -1,4 +1,4 @@
-"""Response of shear chains of Bouc-Wen storeys near rounding: the truth for tests and charts, never for the engine."""
+"""Response of shear chains of Bouc-Wen storeys to near rounding: a reference for tests, not for the engine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warpdyn.laws import LAWS
 from warpdyn.truth.chain import ShearChain, YieldingResponse
 
 RELATIVE_TOLERANCE = 1e-12
-# As a share of a small drift, and of what goes with it: near 0 a relative tolerance alone asks for too much.
+# Absolute tolerance as a share of a small drift: near 0 a relative tolerance alone is too strict.
 ABSOLUTE_TOLERANCE = 1e-13
 
 
@@ -33,8 +33,8 @@ def bouc_wen_chain_response(
 ) -> YieldingResponse:
     """Response of Bouc-Wen storeys by scipy's eighth-order method at a relative tolerance of 1e-12.
 
-    It goes from corner to corner: of the load, and of the law where a storey's drift rate or z changes sign. These
-    instants are solved for, so that each step is of a smooth system, and each extreme of a drift ends one.
+    It integrates from corner to corner: of the load, and of the law where a storey's drift rate or z changes sign.
+    These instants are solved for, so that each step is of a smooth system and ends at each extreme of a drift.
 
     Args:
         mass: Floor mass [kg], shape [storey].
@@ -78,7 +78,7 @@ def bouc_wen_chain_response(
     shares = scale / chain.yield_drift
     scales = np.concatenate([scale, scale * chain.fastest, shares, recoverable * shares**2])
     tolerances = {"rtol": RELATIVE_TOLERANCE, "atol": ABSOLUTE_TOLERANCE * scales}
-    # Signs of drift rates and memories, held through a step so that it sees a smooth system, and what follows of them.
+    # Signs of drift rates and memories are fixed during a step, so that the system is smooth there.
     signs = np.where(state[n : 3 * n] < 0, -1.0, 1.0)
     weight = (beta * signs[:n] * signs[n:] + gamma) / chain.yield_drift
     stiff = 1 / chain.yield_drift
@@ -114,7 +114,7 @@ def bouc_wen_chain_response(
                     stride = solver.step_size
                 corner = _first_corner(solver, acceleration, before[1], signs)
             time, state = solver.t, solver.y
-            if corner is not None:  # go there from where the last step began
+            if corner is not None:  # repeat the last step up to the corner
                 time, state = before
                 if corner[0] > time:
                     solver = DOP853(slope, time, state, corner[0], first_step=corner[0] - time, **tolerances)
@@ -133,7 +133,7 @@ def bouc_wen_chain_response(
 
 
 def _advance(solver: DOP853, sample: int) -> None:
-    """Go one step of the solver."""
+    """Take one step of the solver."""
     with np.errstate(over="ignore", invalid="ignore"):  # of a trial step far too long, which is refused then
         message = solver.step()
     if solver.status == "failed":
@@ -143,11 +143,11 @@ def _advance(solver: DOP853, sample: int) -> None:
 def _first_corner(
     solver: DOP853, acceleration: Callable[[float, np.ndarray], np.ndarray], before: np.ndarray, signs: np.ndarray
 ) -> tuple[float, np.ndarray] | None:
-    """When in the last step drift rates or memories first leave their sides of 0, and which; None if none does."""
+    """Return when in the last step a drift rate or memory first changes sign, and which; None if none does."""
     n = signs.size // 2
     watched = slice(n, 3 * n)
     may_leave = signs * solver.y[watched] < 0
-    # A drift rate that comes near 0 and goes away again may have been beyond it; a memory turns at a corner only.
+    # A drift rate that approaches 0 and recedes may have crossed it twice; a memory reverses at a corner only.
     coming, going = acceleration(solver.t_old, before), acceleration(solver.t, solver.y)
     may_leave[:n] |= (signs[:n] * coming < 0) & (signs[:n] * going > 0)
     candidates = np.flatnonzero(may_leave)
@@ -155,7 +155,7 @@ def _first_corner(
         return None
     dense, instants = solver.dense_output(), np.linspace(solver.t_old, solver.t, 9)
     values = (signs[:, None] * dense(instants)[watched])[candidates]
-    # Ends as the solver has them, which differ from the interpolant's by rounding.
+    # The solver's values at the ends, which differ from the interpolant's by rounding.
     values[:, 0], values[:, -1] = (signs * before[watched])[candidates], (signs * solver.y[watched])[candidates]
     first = np.inf
     changing: list[int] = []

@@ -1,4 +1,4 @@
-"""Shear chains of yielding storeys as the exact responses see them: in storey drifts and memories."""
+"""Shear chains of yielding storeys in the form that the exact responses use: storey drifts and memories."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ POSITIVE = Parameter("", "", low=0.0, low_open=True)
 
 @dataclass(frozen=True, eq=False)
 class YieldingResponse:
-    """What a chain of yielding storeys did, at the samples of its load.
+    """Response of a chain of yielding storeys, at the samples of its load.
 
     Args:
         displacement: Floor displacement [m], shape [time, storey].
@@ -90,12 +90,12 @@ class ShearChain:
         )
         stiffness_matrix = drifts_of_floors.T @ (stiffness[:, None] * drifts_of_floors)
         root = np.sqrt(mass)
-        # Bound on how fast anything in the chain can move [rad/s]: no tangent is stiffer than the elastic chain.
+        # Upper bound of circular frequencies [rad/s]: no tangent is stiffer than the elastic chain.
         self.fastest = np.sqrt(eigh(stiffness_matrix, np.diag(mass), eigvals_only=True)[-1])
         self.fastest += np.linalg.norm(damping / np.outer(root, root), 2)
 
     def one_a_storey(self, name: str, value: ArrayLike, parameter: Parameter | None = None) -> np.ndarray:
-        """Return a parameter as an array [storey], or raise a ValueError that says what is wrong with it."""
+        """Return a parameter as an array [storey], or raise a ValueError that names the problem."""
         array = finite_numbers(name, value)
         if array.shape not in ((), (self.storeys,)):
             raise ValueError(f"{name} must be one value or one a storey, shape [{self.storeys}], got {array.shape}")

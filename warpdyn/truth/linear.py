@@ -1,4 +1,4 @@
-"""Exact linear responses by matrix exponentials: the truth for tests and charts, never for the engine."""
+"""Exact linear responses by matrix exponentials: a reference for tests and charts, which the engine never uses."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def harmonic_response(
         raise ValueError(f"time must be uniform: time[{uneven.argmax()}] is {uneven.max():.3g} s off steps of {step} s")
     shape, omega, system = _modal_state(mass, damping, stiffness)
     force = shape.T @ amplitude
-    # Sine and cosine are carried at the size of the force, so that the load never sets the norm of the exponent.
+    # Sine and cosine are scaled by the force, so that the load does not determine the norm of the exponent.
     scale = np.linalg.norm(force) / omega[-1] or 1.0
     augmented = np.zeros((2 * dof + 2, 2 * dof + 2))
     augmented[: 2 * dof, : 2 * dof] = system
@@ -123,7 +123,7 @@ def piecewise_linear_response(
 
 
 def _exponential(matrix: np.ndarray) -> np.ndarray:
-    """Matrix exponential to rounding times the norm: a Taylor series squared up from a norm within 1/2.
+    """Return a matrix exponential to rounding times the norm: a Taylor series at a norm within 1/2, then squared.
 
     scipy's expm scales less; it loses two to three digits more on undamped oscillations with a norm of hundreds.
     """
@@ -162,9 +162,10 @@ def _matrices(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> l
 
 
 def _modal_state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Undamped shapes (mass-normalised), frequencies, and the system of the state (w q, q').
+    """Return undamped shapes (mass-normalised), frequencies, and the system of the state (w q, q').
 
-    In this state energy is the squared norm and the system skew-symmetric but for damping: exponentials lose nothing.
+    The squared norm of this state is the energy, and its system is skew-symmetric except for damping, so that
+    exponentials lose no digits.
     """
     try:
         eigenvalue, shape = eigh(stiffness, mass)
@@ -180,7 +181,7 @@ def _modal_state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -
 def _physical(
     state: np.ndarray, matrices: list[np.ndarray], shape: np.ndarray, omega: np.ndarray, load: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Displacement, velocity and, from the equation of motion, acceleration, each [time, dof]."""
+    """Return displacement, velocity and, by the equation of motion, acceleration, each [time, dof]."""
     mass, damping, stiffness = matrices
     dof = len(omega)
     displacement = (state[:, :dof] / omega) @ shape.T
