@@ -1,10 +1,10 @@
-"""What a given accuracy costs: every method on the same ensembles, its error against its time.
+"""Error against computing time of every method on the same ensembles.
 
     python studies/accuracy_speed.py --out results
 
-Work-precision diagrams of five ensembles against references far tighter than anything charted; the errors that the
-engine's `check` estimates beside the true ones; what `plan` chooses beside the best found by exhaustive search; and
-what step and sample size cost a fragility curve. Writes accuracy_speed.nc and four figures.
+Work-precision diagrams of five ensembles, with references far more accurate than any charted point; the errors that
+`checked_share` estimates beside the true errors; the choice of `plan` beside the best found by exhaustive search; and
+the errors of a fragility curve from step and sample size. Writes accuracy_speed.nc and four figures.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Points = Mapping[tuple[str, str, float], Point]
 
 
 def label_points(scenes: Mapping[str, Charted], points: Mapping[str, Points]) -> xr.Dataset:
-    """Return the points of all scenes over scene, method, dtype and step; NaN where there is none."""
+    """Return the points of all scenes over scene, method, dtype and step; NaN where there is no point."""
     axes = (list(scenes), list(METHODS), list(DTYPES), list(STEPS))
     shape = tuple(len(axis) for axis in axes)
     errors = np.full((*shape, len(DEMANDS), len(STATISTICS)), np.nan)
@@ -93,7 +93,7 @@ def label_points(scenes: Mapping[str, Charted], points: Mapping[str, Points]) ->
 
 
 def label_plans(scenes: Mapping[str, Charted], plans: Mapping[str, list[Planned]]) -> xr.Dataset:
-    """Return what plan chose for each scene and target, and the best charted point beside it."""
+    """Return the choice of `plan` for each scene and target, and the best charted point."""
     columns = {
         "plan_method": ("method that plan chose", "1"),
         "plan_dtype": ("number type that plan chose", "1"),
@@ -143,7 +143,7 @@ def build_dataset(scenes: Mapping[str, Charted], settings: Settings) -> xr.Datas
 
 
 def print_report(result: xr.Dataset) -> None:
-    """Print which method wins where, what plan chose, and how far the estimated errors are off."""
+    """Print the fastest methods, the choices of `plan`, and the accuracy of the estimated errors."""
     print(f"\n{'ensemble':<12} {'target':>7}  {'best charted':<52} {'plan':<52} error and time, over target and best")
     for scene in result["scene"].values:
         for target in result["target"].values:

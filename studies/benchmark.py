@@ -1,4 +1,4 @@
-"""How fast warpdyn is on this machine, beside hand-written code and the tools that are installed.
+"""Speed of warpdyn on this machine, beside hand-written code and the tools that are installed.
 
     python studies/benchmark.py --out results [--device cpu] [--quick]
 
@@ -32,7 +32,7 @@ from parts.command_line import save_figures
 
 from warpdyn.core import netcdf
 
-# Columns of the measurements: what they are in words, their units, and what stands where a row has no value.
+# Columns of the measurements: their long names, their units, and the value for rows without one.
 COLUMNS: dict[str, tuple[str, str, Any]] = {
     "part": ("part of the benchmark: kernels, every law, or scaling over samples, threads or gpus", "1", ""),
     "peer": ("who integrates", "1", ""),
@@ -104,7 +104,7 @@ def label_jobs(jobs: list[dict[str, Any]]) -> xr.Dataset:
 
 
 def label_starts(starts: list[dict[str, Any]]) -> xr.Dataset:
-    """Return what starts cost, along `start`."""
+    """Return the times of starts, along `start`."""
     texts = {
         "process": "time of a process that runs one structure of the main job twice",
         "importing": "time of importing warpdyn in it",

@@ -3,7 +3,7 @@
     python studies/isolation.py --out results
 
 The HAZUS C1M high-code building of the main study stands on the ground, on lead-rubber bearings, and with a tuned mass
-damper on its roof; its own damping is in proportion to stiffness in all three, so that none gains by that. They run
+damper on its roof; its own damping is in proportion to stiffness in all three, for a fair comparison. They run
 under the 44 far-field components of FEMA P-695, scaled to the same stripes of Sa at the period that the building has on
 the ground. Damage is that of the building's own five storeys, or a failure of the isolators, which counts as collapse.
 Writes isolation.nc and a figure.
@@ -59,7 +59,7 @@ KEPT = ("peak_storey_drift_ratio", "peak_floor_acceleration", "status")
 
 
 def build_scene(name: str) -> wd.Scene:
-    """Return the scene of one of the buildings; what scatters does so in its isolators and damper too."""
+    """Return the scene of one of the buildings; the scatter also applies to its isolators and its damper."""
     return wd.Scene(
         structure=BUILDINGS[name],
         excitation=wd.Stripes(far_field(), LEVELS_IN_G, wd.SpectralAcceleration(BUILDING.fundamental_period)),
@@ -79,7 +79,7 @@ def curves_of(name: str, structures: int, seed: int, device: str | None) -> tupl
     first = FIRST_STOREY.get(name, 1)
     own = wd.select_storeys(run, first, first + BUILDING.storeys - 1)
     with warnings.catch_warnings():
-        # Isolators may fail while the building above them hardly moves.
+        # Isolators may fail while the drifts of the building above them are small.
         warnings.filterwarnings("ignore", "the limit .* lies above the drift at which samples collapsed")
         curves = wd.fragility(own, DRIFT_LIMITS, seed=seed)
     print(f"\n{name}: {BUILDINGS[name]}")

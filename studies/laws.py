@@ -1,4 +1,4 @@
-"""Every storey law that yields, taken through the same cycles of growing drift: forces, and the energy dissipated.
+"""Forces and dissipated energy of every storey law that yields, in the same cycles of growing drift.
 
     python studies/laws.py --out results
 
@@ -34,7 +34,7 @@ COLUMNS = 5
 
 
 def protocol() -> np.ndarray:
-    """Return the drifts that all storeys are taken through [m], shape [step]."""
+    """Return the drifts that are imposed on all storeys [m], shape [step]."""
     turns = [0.0, *(sign * d for d in DUCTILITIES for _ in range(CYCLES) for sign in (1, -1)), 0.0]
     legs = [np.linspace(a, b, round(abs(b - a) * YIELD_DRIFT / DRIFT_STEP), endpoint=False) for a, b in pairwise(turns)]
     return YIELD_DRIFT * np.append(np.concatenate(legs), turns[-1])

@@ -1,11 +1,11 @@
-"""Where each method fails: growth per step measured from the kernels, beside the theory of one oscillator.
+"""Stability limits of each method: growth per step measured from the kernels, beside the theory of one oscillator.
 
     python studies/stability.py --out results
 
 Maps of growth over w h and damping for every method, the limits measured in them, period and damping errors, RK4 on
-either side of its limit; then what that theory does not tell: stiffness-proportional damping in a tall chain, the limit
-of Bouc-Wen's law, implicit methods on yielding storeys, time added up in float32. Writes stability.nc and 8 figures.
-dormand_prince54 is not among the methods: it chooses its steps by itself, and has no growth per step to speak of.
+either side of its limit; then cases beyond that theory: stiffness-proportional damping in a tall chain, the limit of
+Bouc-Wen's law, implicit methods on yielding storeys, and time summed in float32. Writes stability.nc and 8 figures.
+dormand_prince54 is left out: it chooses its own steps, and so has no growth per step.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def rk4_beside_its_limit(device: str | None) -> dict[str, Variable]:
 
 
 def chains(device: str | None) -> dict[str, Variable]:
-    """Return the longest steps of a chain with four dampings, and how it goes about the one that is a trap."""
+    """Return the longest steps of a chain with four dampings, and the motions near the limit of the misleading one."""
     found = np.array([failures.chain_limits(damping, device) for damping in failures.CHAIN_DAMPINGS])
     trap = failures.CHAIN_DAMPINGS.index("stiffness")
     size = failures.chain_sizes("stiffness", CHAIN_SHARES * found[trap, 1], CHAIN_EVERY, device)
@@ -159,7 +159,7 @@ def chains(device: str | None) -> dict[str, Variable]:
 
 
 def bouc_wen(device: str | None) -> dict[str, Variable]:
-    """Return how far from its bound z of a pushed Bouc-Wen storey stays, and the step from which it does."""
+    """Return the distance of a pushed Bouc-Wen storey's z from its bound, and the step at which it stops settling."""
     x, n = np.meshgrid(PUSH_RATIOS, EXPONENTS)
     z, status = failures.pushed_bouc_wen(x.ravel(), n.ravel(), PUSH_COUNT, device)
     shown, _ = failures.pushed_bouc_wen(SHOWN_RATIOS, np.full(SHOWN_RATIOS.size, SHOWN_EXPONENT), PUSH_COUNT, device)
@@ -197,7 +197,7 @@ def yielding(device: str | None) -> dict[str, Variable]:
 
 
 def clocks(device: str | None) -> dict[str, Variable]:
-    """Return errors of the seed frame in float32 and float64, and those of a clock that adds its steps up."""
+    """Return errors of the seed frame in float32 and float64, and those of time that is summed step by step."""
     found = [failures.frame_errors(step, device) for step in CLOCK_STEPS]
     texts = {
         "float64": "by the kernel in float64",
@@ -238,7 +238,7 @@ def build_dataset(samples: int, device: str | None) -> xr.Dataset:
 
 
 def print_report(result: xr.Dataset) -> None:
-    """Print the limits beside the theory, and what was found where the theory does not reach."""
+    """Print the limits beside the theory, and the results for cases beyond the theory."""
     print(
         f"{'method':<26} {'limit of w h':>12} {'in theory':>10} {'largest difference':>19} {'0.5 % inside':>13} outside"
     )

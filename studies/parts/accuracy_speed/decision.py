@@ -1,4 +1,4 @@
-"""What a step and a sample size cost a fragility curve: discretisation and sampling error apart."""
+"""Errors of a fragility curve from the step and from the sample size, separately."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warpdyn.statistics.lognormal_fit import fit_stripes
 
 LEVELS_IN_G = (0.1, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3, 1.9, 2.8, 4.2)
 STRUCTURES = 32
-# A method without a stability limit, and records read at the step: so steps can be as long as one likes.
+# A method without a stability limit, and records resampled at the step, so that steps can have any length.
 METHOD = "newmark_average"
 STEPS = (0.16, 0.08, 0.04, 0.02, 0.01, 0.005)
 STEP_OF_SAMPLING = 0.01  # at which the designs of fewer structures or records are run
@@ -47,13 +47,13 @@ def fitted(counts: np.ndarray, total: int) -> np.ndarray:
 def sampling_error(exceeding: np.ndarray, structures: int, records: int, seed: int) -> np.ndarray:
     """Return the standard error of the log median and the dispersion, relative, shape [2, state].
 
-    Structures, or records, are drawn anew, with replacement, where fewer or as many are asked for; all of the other
-    are kept: a bootstrap tells what the one costs apart from the other.
+    Either structures or records are drawn with replacement, and all of the others are kept, so that the bootstrap gives
+    the error of each separately.
 
     Args:
         exceeding: As `exceedances` returns it.
-        structures: Structures of a design; 0 to keep those there are.
-        records: Records of a design; 0 to keep those there are.
+        structures: Number of structures in a design; 0 to keep all.
+        records: Number of records in a design; 0 to keep all.
         seed: Seed of the draws.
     """
     generator = np.random.default_rng(seed)

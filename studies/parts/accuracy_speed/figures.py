@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator
 
 from parts.accuracy_speed.promises import FACTOR, agreement
 
-# One colour a family of methods (Okabe and Ito, told apart with any colour vision), one marker a method in it.
+# One colour for each family of methods (Okabe and Ito, distinct for any colour vision), one marker for each method.
 FAMILIES = {
     "exact for linear structures": ("black", {"exact": "*"}),
     "Runge-Kutta, order 4 and 5": (
@@ -40,7 +40,7 @@ SCENE_COLOURS = ("black", "#0072B2", "#D55E00", "#009E73", "#CC79A7")
 
 
 def work_precision(dataset: xr.Dataset) -> Figure:
-    """Draw, for every ensemble, the time a sample over the error of the peak drift.
+    """Draw, for every ensemble, the time per sample over the error of the peak drift.
 
     Args:
         dataset: What studies/accuracy_speed.py writes.
@@ -59,7 +59,7 @@ def work_precision(dataset: xr.Dataset) -> Figure:
 
 
 def residual_drift(dataset: xr.Dataset) -> Figure:
-    """Draw, for the yielding ensembles, the time a sample over the error of the residual drift, and the median errors.
+    """Draw, for yielding ensembles, the time per sample over the error of the residual drift, and the median errors.
 
     Args:
         dataset: What studies/accuracy_speed.py writes.
@@ -154,7 +154,7 @@ def _legend(axis: Axes) -> None:
 
 
 def decision(dataset: xr.Dataset) -> Figure:
-    """Draw what step, structures and records cost a fragility curve, and how far each puts it off.
+    """Draw the errors of a fragility curve from the step, the number of structures and the number of records.
 
     Args:
         dataset: What studies/accuracy_speed.py writes.
@@ -197,7 +197,7 @@ def decision(dataset: xr.Dataset) -> Figure:
 
 
 def promises(dataset: xr.Dataset) -> Figure:
-    """Draw the errors that check estimates over the true ones, and what plan chose over the best there is.
+    """Draw the estimated errors over the true errors, and the choices of `plan` over the best points.
 
     Args:
         dataset: What studies/accuracy_speed.py writes.

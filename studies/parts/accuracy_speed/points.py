@@ -1,4 +1,4 @@
-"""Points of work-precision diagrams: an ensemble run on all terms, its errors against a reference, its times."""
+"""Points of work-precision diagrams: errors against a reference and times of an ensemble by method, dtype and step."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from warpdyn.integration.stability_guard import guard, integrate_guarded
 from warpdyn.kernels.build import load_kernel
 from warpdyn.methods.table import METHODS, fitting_methods
 
-# Every scene is charted over these, from its own first on [s]; an adaptive method has the tolerance below, too.
+# Steps of the charts, from each scene's first step on [s]; an adaptive method also has the tolerance below.
 STEPS = tuple(0.08 / 2**k for k in range(9))
 TOLERANCES = dict(zip(STEPS, 10.0 ** (-0.75 * np.arange(9)), strict=True))
-# Methods charted in float64 beside float32: the others err more than float32 rounds at nearly all of these steps.
+# Methods charted in float64 beside float32; the errors of the others exceed rounding in float32 at nearly all steps.
 IN_FLOAT64 = ("rk4", "central_difference", "newmark_average", "exact")
 DEMANDS = ("peak_storey_drift", "residual_drift_ratio")
 STATISTICS = {"median": 0.5, "95 %": 0.95}
-# Where more of the samples are beyond their stability limit there is no point: what it costs to hold them is told by
-# the points of shorter steps.
+# Where more of the samples are beyond their stability limit there is no point: the points of shorter steps show the
+# cost of stable steps.
 MOST_SUBSTEPPED = 0.5
-# The least of at most so many runs counts; of fewer where these take longer than that [s].
+# The shortest of at most this many runs counts; fewer runs are made if they take longer than this [s].
 TIMED_RUNS, TIMED_FOR = 5, 0.5
 SHARE_CHECKED, FEWEST_CHECKED = 0.1, 30
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What all runs of the study share.
+    """Settings that all runs of the study share.
 
     Args:
-        samples: Samples of an ensemble, at least.
+        samples: Least number of samples in an ensemble.
         device: Warp device; None for the default.
         seed: Seed of every random draw.
     """
@@ -56,9 +56,9 @@ class Point:
 
     Args:
         errors: Relative error of each demand, by statistic, shape [demand, statistic]; NaN where it is not recorded.
-        estimated: The same as the engine's check estimates it, from some samples; NaN where none is made.
-        seconds: Time a sample [s].
-        substepped: Share of the samples that took more steps than asked for, to hold.
+        estimated: The errors that `checked_share` estimates from some samples; NaN where there is no estimate.
+        seconds: Time per sample [s].
+        substepped: Share of the samples that took more steps than asked for, to be stable.
     """
 
     errors: np.ndarray
@@ -68,7 +68,7 @@ class Point:
 
 
 def make_run(charted: Charted, method: str, dtype: str, step: float, settings: Settings) -> tuple[Ensemble, float]:
-    """Return the launches of an ensemble, held stable, and the share of its samples that this gave shorter steps."""
+    """Return a stable run of an ensemble, and the share of its samples that needed shorter steps for it."""
     run, vibration = prepare(
         charted.scene,
         structures=charted.structures(settings.samples),
@@ -91,7 +91,7 @@ def every(run: Ensemble) -> np.ndarray:
 
 
 def reference_of(charted: Charted, settings: Settings) -> dict[str, np.ndarray]:
-    """Return the outputs that errors are measured against."""
+    """Return the reference outputs."""
     method = "exact" if charted.scene.structure.law == "elastic" else "rk4"
     run, _ = make_run(charted, method, "float64", charted.reference_step, settings)
     return integrate_guarded(run, every(run))
@@ -119,7 +119,7 @@ def measure(run: Ensemble, substepped: float, reference: dict[str, np.ndarray], 
     chosen = every(run)
     schedule, started = run.schedule, time.perf_counter()
     outputs = integrate_guarded(run, chosen)
-    # Where samples had to run again, the time of a run that knows their steps is what counts.
+    # If samples had to run again, the time of a run that begins with their final steps counts.
     seconds = [time.perf_counter() - started] if run.schedule is schedule else []
     while len(seconds) < TIMED_RUNS and sum(seconds) < TIMED_FOR:
         seconds.append(timed(run))
@@ -153,7 +153,7 @@ def chart(
             points[method, dtype, step] = measure(run, substepped, reference, is_checked, settings.seed)
             cheapest = min(cheapest, points[method, dtype, step].seconds)
             progress.update()
-        # A curve ends where its next point, of twice the steps, would be too dear.
+        # A curve ends where its next point, of twice the steps, would take too long.
         dear = {
             row
             for row in rows

@@ -1,4 +1,4 @@
-"""Whether the engine keeps its word: what `plan` chooses and what `check` estimates, against the truth of the study."""
+"""Comparison of the choices of `plan` and of the estimated errors with the true errors of the study."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ FACTOR = 2.0  # that estimated errors are to be within
 
 @dataclass(frozen=True)
 class Planned:
-    """What plan chose for a target, and the cheapest charted point that keeps it; "" and NaN where there is none.
+    """The choice of `plan` for a target, and the cheapest charted point that keeps it; "" and NaN if there is none.
 
     Args:
         plan_method: Method of the choice.
         plan_dtype: Its dtype.
         plan_step: Its longest step [s].
         plan_error: Its true 95 % error of the peak drift over the ensemble.
-        plan_seconds_per_sample: Its time a sample [s].
+        plan_seconds_per_sample: Its time per sample [s].
         best_method: Method of the cheapest point.
         best_dtype: Its dtype.
         best_step: Its longest step [s].
         best_error: Its 95 % error.
-        best_seconds_per_sample: Its time a sample, taken beside the choice's [s].
+        best_seconds_per_sample: Its time per sample, measured beside that of the choice [s].
     """
 
     plan_method: str = ""
@@ -53,7 +53,7 @@ def plan_scene(
     points: Mapping[tuple[str, str, float], Point],
     settings: Settings,
 ) -> list[Planned]:
-    """Return what plan chooses for each target."""
+    """Return the choice of `plan` for each target."""
     return [_planned(charted, reference, points, target, settings) for target in TARGETS]
 
 
@@ -65,7 +65,7 @@ def _planned(
     settings: Settings,
 ) -> Planned:
     columns = {}
-    # Another seed: plan must not owe its success to having seen the samples it is judged by.
+    # Another seed, so that `plan` does not see the samples that its choice is tested with.
     try:
         choice = plan(charted.scene, target, seed=settings.seed + 1, device=settings.device)
     except ValueError:  # no candidate reaches the target
@@ -86,7 +86,7 @@ def _planned(
         columns |= dict(zip(("best_method", "best_dtype", "best_step"), key, strict=True))
         columns["best_error"] = float(points[key].errors[0, 1])
         runs["best_seconds_per_sample"] = run
-    # In turn, and again: what slows the machine for a while slows both.
+    # Both are timed in turn, several times, so that a slow phase of the machine affects both.
     seconds = [{name: timed(run) / every(run).size for name, run in runs.items()} for _ in range(TIMED_RUNS)]
     columns |= {name: min(row[name] for row in seconds) for name in runs}
     return Planned(**columns)

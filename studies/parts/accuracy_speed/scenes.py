@@ -1,4 +1,4 @@
-"""The five ensembles of the study accuracy_speed, and what each is charted over."""
+"""The five ensembles of the study accuracy_speed, with the steps of their charts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warpdyn.ground_motions.records import far_field
 
 # Horizontal pairs of the far-field set: five recorded every 0.01 s and three every 0.02 s.
 PAIRS = ("1", "2", "3", "7", "11", "15", "17", "18")
-# The part of a record between these shares of its Arias intensity is kept: what is weak at its ends only takes time.
+# A record is cut to the part between these shares of its Arias intensity, to save time.
 STRONG_PART = (0.01, 0.98)
 FRAME = json.loads((Path(__file__).parents[3] / "data" / "seed_frame.json").read_text())
 
@@ -24,13 +24,13 @@ class Charted:
     """One ensemble of the study.
 
     Args:
-        label: What figures call it.
+        label: Name in figures.
         scene: The scene.
         motions: Samples of each structure.
         first_step: Longest step charted [s].
         reference_step: Step of the reference [s].
         dearest: A curve ends where it costs this many times the cheapest point.
-        known: What `prepare` found of its structures, by their number.
+        known: Drawn structures and their vibration, as `prepare` keeps them, by their number.
     """
 
     label: str
@@ -83,7 +83,7 @@ def _five_storeys(law: str, motions: list[wd.GroundMotion]) -> wd.Scene:
     own = {"elastic": {}, "bilinear": yielding, "bouc_wen": yielding | {"exponent": 2.0}}[law]
     building = wd.ShearBuilding(**linear, law=law, damping="rayleigh", damping_modes=BUILDING.damping_modes, **own)
     scatter = _scatter("mass", "stiffness", "damping_ratio", *(["yield_force"] if own else []))
-    # The elastic building comes to rest where it began: it has no residual drift.
+    # The elastic building has no residual drift.
     record = ("drift", "residual") if own else ("drift",)
     title = f"Five-storey building, {law.replace('_', '-')}"
     return wd.Scene(building, _stripe(building, motions, 0.8), scatter=scatter, recorders=record, title=title)

@@ -1,4 +1,4 @@
-"""What the study benchmark measures, as tables of dicts; and the ensemble that warpdyn and its peers all integrate."""
+"""The cases of the study benchmark, as tables of dicts; and the ensemble that warpdyn and its peers integrate."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ QUICK = FULL | {
     "histories": {"cpu": (1_000,), "cuda": (1_000,)},
 }
 
-# A peer runs the samples that warpdyn runs, or as many of them as its row names.
+# A peer runs the samples that warpdyn runs, or the number of them in its row.
 PEERS: list[dict[str, Any]] = [
     {"peer": "cpp_vectors", "device": "cpu", "laws": ("elastic", "bouc_wen"), "dtypes": BOTH},
     {"peer": "numba_threads", "device": "cpu", "storeys": (1, 5, 20)},
@@ -128,7 +128,7 @@ def law_cases(device: str, size: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def scaling_case(device: str, samples: int, size: dict[str, Any]) -> dict[str, Any]:
-    """Return the case that all scaling is measured on, of so many samples."""
+    """Return the case that scaling is measured on, with so many samples."""
     case = _case(device, "bouc_wen", 5 if 5 in size["storeys"] else size["storeys"][0], "float32", size)
     return case | {"peer": "warpdyn", "recorders": "drift", "samples": samples, "run_samples": samples}
 
@@ -195,9 +195,9 @@ class Ensemble:
 
 
 def draw_ensemble(storeys: int, samples: int, steps: int) -> Ensemble:
-    """Return an ensemble of at least so many samples: the same for the same numbers, whoever asks."""
+    """Return an ensemble of at least so many samples, the same for the same arguments in any process."""
     generator = np.random.default_rng([storeys, samples, steps])
-    # What differs between 256 structures and their levels is enough, and tall structures take long to draw.
+    # 256 different structures and their levels are enough, and tall structures take long to draw.
     structures = min(256 if storeys <= 20 else 64, samples)
 
     def scattered(middle: float, spread: float) -> np.ndarray:

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
 from parts.benchmark.cases import LABELS
 from parts.benchmark.report import beside_peers, measurements
 
-# Okabe and Ito's colours, told apart with any colour vision.
+# Okabe and Ito's colours, distinct for any colour vision.
 BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
     "black",
     "#D55E00",
@@ -148,7 +148,7 @@ def _samples(axis: Axes, table: pd.DataFrame) -> None:
 
 
 def _devices(axis: Axes, result: xr.Dataset) -> None:
-    """Draw how many times as fast several threads, and several GPUs, are as one."""
+    """Draw the speed of several threads, and of several GPUs, over that of one."""
     largest = 1
     for part, column, colour in (("threads", "threads", ORANGE), ("gpus", "gpus", BLUE)):
         table = measurements(result, part)
@@ -197,7 +197,7 @@ def _jobs(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _starts(axis: Axes, result: xr.Dataset) -> None:
-    """Draw what a new process spends until its first run is done."""
+    """Draw the time of a new process until its first run has finished."""
     places = np.arange(result.sizes["start"])[::-1]
     importing, first, second = (result[f"start_{name}"].values for name in ("importing", "first_run", "second_run"))
     left = np.zeros(places.size)

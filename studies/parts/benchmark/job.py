@@ -1,4 +1,4 @@
-"""The main job of studies/p695_fragility.py, from its scene to a file, in the parts that its time goes to."""
+"""Time of the main job of studies/p695_fragility.py, from its scene to a file, by parts."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _run(scene: wd.Scene, structures: int, device: str | list[str], path: Path) 
     kernels = seconds_in_kernels(run)
     sampling, integrating = (run.attrs[f"seconds_{part}"] for part in ("sampling", "integrating"))
     whole, writing = simulated - started, written - fitted
-    # Sampling and packing may go on beside a kernel: then the parts are more than the whole, and some of these nothing.
+    # Sampling and packing may overlap with kernels: the sum of the parts may then exceed the whole.
     parts = {
         "sampling": sampling,
         "kernels": kernels,

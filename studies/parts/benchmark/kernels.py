@@ -1,4 +1,4 @@
-"""warpdyn's side of the study benchmark: its kernels compiled, timed, and asked for the drifts of a few samples."""
+"""warpdyn's part of the study benchmark: its kernels are compiled and timed, and drifts of a few samples compared."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ LARGEST_DIFFERENCE = 0.01  # of a sample's peak drifts: who is further off has n
 
 
 def seconds_in_kernels(run: xr.Dataset) -> float:
-    """Return the time that kernels took in a run [s]; with the packing and the transfers, where it does not tell."""
+    """Return the time in kernels of a run [s]; the integration time, where the run has no time in kernels."""
     return run.attrs.get("seconds_in_kernels", run.attrs["seconds_integrating"])
 
 
 def run_quietly(scene: wd.Scene, **terms: Any) -> xr.Dataset:
-    """Return simulate's dataset; that there is no residual drift to read without a tail is known."""
+    """Return simulate's dataset, without the warning that a short tail gives no residual drift."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "a tail of")
         return wd.simulate(scene, **terms)
@@ -43,7 +43,7 @@ def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) 
     ensemble = draw_ensemble(case["storeys"], case["samples"], case["steps"])
     scene = build_scene(ensemble, case["law"], case["recorders"])
     terms = {
-        "samples": len(ensemble.mass),
+        "structures": len(ensemble.mass),
         "step": STEP / case["substeps"],
         "dtype": case["dtype"],
         "method": case["method"],

@@ -1,4 +1,4 @@
-"""The peers' side of the study benchmark: each in a process of its own, so that none can stop the run."""
+"""The peers' part of the study benchmark: each runs in a process of its own, so that none can stop the study."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[
     """Return a row for every case, measured or not.
 
     Args:
-        cases: The cases. Peers of a CPU, on one core each, and peers of a GPU take their turns side by side.
+        cases: The cases. Peers of a CPU, on one core each, run in parallel to peers of a GPU.
         seconds: How long a peer's process may take before it is stopped [s].
     """
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
@@ -46,12 +46,12 @@ def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[
 
         with ThreadPoolExecutor(len(by_device)) as pool:
             list(pool.map(take_turns, by_device.values()))
-    # The comparison of the drifts integrates on all cores: not while a peer is timed.
+    # The reference drifts are integrated on all cores, and so not while a peer is timed.
     return [_row(*pair) for group, own in groups.items() for pair in zip(own, found[group], strict=True)]
 
 
 def _measure_peer(peer: str, device: str, cases: list[dict[str, Any]], seconds: float) -> list[Found]:
-    """Return what one peer's process leaves of each case."""
+    """Return the results that one peer's process wrote for each case."""
     if device == NO_DEVICE:
         return [{"status": "missing", "note": "it needs a device that this run does not have"}] * len(cases)
     with tempfile.TemporaryDirectory(prefix="benchmark") as name:

@@ -1,4 +1,4 @@
-"""The tables that the study benchmark prints, and what they and its figure are made from."""
+"""The tables that the study benchmark prints, and the rows for them and for its figure."""
 
 from __future__ import annotations
 

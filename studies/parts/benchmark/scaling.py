@@ -1,4 +1,4 @@
-"""How warpdyn's speed grows with samples, CPU threads and GPUs, and what its first start costs, in study benchmark."""
+"""Speed of warpdyn over samples, CPU threads and GPUs, and the time of its first start, for the study benchmark."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def scale_threads(size: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def scale_gpus(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return rows over the number of GPUs, those that a run cannot be given as missing."""
+    """Return rows over the number of GPUs; numbers that cannot be run are marked as missing."""
     gpus = [device for device in devices if device != "cpu"]
     rows = []
     for count in range(1, len(gpus) + 1):
@@ -67,7 +67,7 @@ def _row(case: dict[str, Any], device: list[str] | None = None) -> dict[str, Any
 
 
 def measure_starts(devices: list[str]) -> list[dict[str, Any]]:
-    """Return what the main job's start costs on each kind of device, with an empty kernel cache and after that."""
+    """Return the time of the main job's start on each kind of device, with an empty and with a full kernel cache."""
     rows = []
     for device in {device.split(":")[0]: device for device in reversed(devices)}.values():
         with tempfile.TemporaryDirectory(prefix="kernels") as cache:

@@ -1,4 +1,4 @@
-"""What a process of the main job spends before its kernels run: python -m parts.benchmark.start DEVICE, in studies.
+"""Time of a process of the main job before its kernels run: python -m parts.benchmark.start DEVICE, in studies.
 
 Imports warpdyn, runs one structure of the main job twice, and prints the seconds of each as JSON.
 """

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, told apart with any colour vision: one for each degree of freedom or storey.
+# Okabe and Ito's colours, distinct for any colour vision: one for each degree of freedom or storey.
 COLOURS = ("#0072B2", "#E69F00", "#009E73")
 PUBLISHED, MODAL, NEUTRAL = "#D55E00", "#CC79A7", "0.25"
 

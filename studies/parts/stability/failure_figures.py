@@ -10,7 +10,7 @@ from parts.stability.figures import COLOURS, TITLE, grids, words
 
 
 def chain(dataset: xr.Dataset) -> Figure:
-    """Draw the longest steps of a 20-storey chain with four dampings, and the trap of one of them.
+    """Draw the longest steps of a 20-storey chain with four dampings, and the misleading limit of one of them.
 
     Args:
         dataset: What studies/stability.py writes.
@@ -131,7 +131,7 @@ def yielding(dataset: xr.Dataset) -> Figure:
 
 
 def clock(dataset: xr.Dataset) -> Figure:
-    """Draw the seed frame's error over the step in float32 and float64, and how a clock that adds up goes wrong.
+    """Draw the seed frame's error over the step in float32 and float64, and the error of time that is summed.
 
     Args:
         dataset: What studies/stability.py writes.

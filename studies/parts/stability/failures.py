@@ -1,4 +1,4 @@
-"""Where a limit of one oscillator misleads, for the study `stability`: chains, storey laws, and the clock."""
+"""Cases in which the limit of one oscillator misleads, for the study `stability`: chains, storey laws, summed time."""
 
 from __future__ import annotations
 
@@ -59,11 +59,11 @@ def chain_sizes(damping: str, step: np.ndarray, every: int, device: str | None =
 
 
 def chain_limits(damping: str, device: str | None = None) -> tuple[float, float, float]:
-    """Return the longest step [s] that holds for a chain under RK4: as measured, in theory, and by the guard."""
+    """Return the longest stable step [s] of a chain under RK4: as measured, in theory, and by the stability guard."""
 
     def grows(step: np.ndarray) -> np.ndarray:
         size = chain_sizes(damping, step.ravel(), CHAIN_STEPS // 2, device)
-        # Twice, since displacements and velocities by themselves come and go.
+        # Both are needed, because displacements and velocities vanish in turn.
         return (size[:, 2] > 2 * size[:, 1]).reshape(step.shape)
 
     measured = first_failure(grows, 1, 0.01, 0.04, points=32)[0]
@@ -92,7 +92,7 @@ def pushed_bouc_wen(
     """
     step = 1e-3
     yield_drift = step * exponent / (BOUC_WEN_LIMIT * ratio)
-    # So heavy that the storey's force does not slow it.
+    # The mass is so large that the storey's force does not slow it.
     storey = wd.ShearBuilding([1e12], 1.0, 1.0, law="bouc_wen", yield_force=1.0, hardening_ratio=0.0)
     given = {"yield_force": wd.GivenValues(yield_drift), "exponent": wd.GivenValues(exponent)}
     scene = wd.Scene(storey, wd.FreeVibration(steps * step, velocity=1.0), scatter=given, recorders=("drift",))

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, told apart with any colour vision, and a grey.
+# Okabe and Ito's colours, distinct for any colour vision, and a grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "0.55")
 STYLES = ("-", "--", ":")
 MEASURED, FAINT = "#F0E442", "0.6"
@@ -31,7 +31,7 @@ NAMES = {
 
 
 def words(name: str) -> str:
-    """Return a method's name as a reader knows it."""
+    """Return a method's name as it is written in text."""
     return NAMES.get(name, name.replace("_", " "))
 
 

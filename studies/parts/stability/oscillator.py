@@ -20,7 +20,7 @@ DEPENDENT = 1e-9
 def oscillator_states(
     method: str, frequency_step: np.ndarray, damping_ratio: np.ndarray, steps: int, device: str | None, every: int = 1
 ) -> np.ndarray:
-    """Return what a kernel makes of freely vibrating oscillators, blow-ups included.
+    """Return the states of freely vibrating oscillators from a kernel, blow-ups included.
 
     Args:
         method: Row of METHODS.
@@ -39,14 +39,14 @@ def oscillator_states(
     given = {"stiffness": wd.GivenValues(w**2), "damping_coefficient": wd.GivenValues(2 * damping_ratio * w)}
     load = wd.FreeVibration(float(steps), displacement=1.0, velocity=1.0)
     scene = wd.Scene(oscillator, load, scatter=given, recorders=("drift",))
-    # Below `simulate`: it would blank what lies beyond the limit, which is what is looked at here.
+    # `prepare` instead of `simulate`, which would blank the samples beyond the limit that are needed here.
     run, _ = prepare(scene, structures=w.size, method=method, dtype="float64", device=device, step=1.0)
     _, kept = run.integrate_histories(range(w.size), every, 1.0)
     return np.concatenate([kept["displacement"], kept["velocity"] / w[:, None, None]], axis=2)
 
 
 def multipliers(states: np.ndarray, stride: np.ndarray | int = 1) -> np.ndarray:
-    """Return what a number of steps multiplies motions by, fitted to states by least squares.
+    """Return the factors by which a number of steps multiplies motions, fitted to states by least squares.
 
     The state is (u, v/w) and the next u, for methods that carry an acceleration of their own: three motions at most.
     Each pair of states is scaled to a first one of size 1, so that growth or decay gives none of them more weight.
@@ -59,7 +59,7 @@ def multipliers(states: np.ndarray, stride: np.ndarray | int = 1) -> np.ndarray:
         Eigenvalues of the map from one state to that so many steps on, shape [oscillator, 3]; 0 where there are fewer.
     """
     stride = np.broadcast_to(stride, len(states))
-    # Not from the first state: a method may begin with a step of another kind.
+    # The first state is left out, because a method may begin with a step of another kind.
     place = 1 + stride[:, None] * np.arange((states.shape[1] - 2) // stride.max() + 1)
     u, v = (np.take_along_axis(states[..., i], place, axis=1) for i in (0, 1))
     state = np.stack([u[:, :-1], v[:, :-1], u[:, 1:]], axis=1)
@@ -114,7 +114,7 @@ def measured_limits(method: str, damping_ratio: np.ndarray, device: str | None =
 
 
 def accuracy(method: str, frequency_step: np.ndarray, device: str | None = None) -> dict[str, np.ndarray]:
-    """Return what a method does to the period and the amplitude of undamped oscillators.
+    """Return a method's effect on the period and the amplitude of undamped oscillators.
 
     Args:
         method: Row of METHODS.
@@ -125,7 +125,7 @@ def accuracy(method: str, frequency_step: np.ndarray, device: str | None = None)
         `factor` by which a step multiplies the amplitude, `period_elongation` over the period, `damping_ratio` that
         would decay like it, and `amplitude_kept` in a period, each of shape [oscillator].
     """
-    # A quarter of a circle at a time: rounding then shares out over as many steps.
+    # A quarter of a circle at a time, which spreads rounding over as many steps.
     stride = np.maximum(1, np.round(np.pi / 2 / frequency_step)).astype(int)
     states = oscillator_states(method, frequency_step, np.zeros_like(frequency_step), 6 * int(stride.max()), device)
     found = multipliers(states, stride)
