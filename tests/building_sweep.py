@@ -1,4 +1,4 @@
-"""Thousands of random buildings at a step that breaks a third of them: what the guard promises, counted.
+"""Thousands of random buildings at a step that is unstable for a third of them: outcomes of the stability guard.
 
 python tests/building_sweep.py            10,000 buildings of 1 to 30 storeys (some minutes, most of them compiling)
 """
@@ -64,7 +64,7 @@ def breaking_step(storeys, count, seed, motion):
 
 
 def sweep(storeys, count, seed=0):
-    """Return counts over all buildings: what "substep" and "flag" make of a step that breaks a third of them."""
+    """Return counts of the outcomes of "substep" and "flag" at a step that is unstable for a third of the buildings."""
     time = np.arange(0, 12, 0.01)
     noise = np.random.default_rng(seed).normal(size=time.size) * np.exp(-(((time - 4) / 3) ** 2))
     step = breaking_step(storeys, count, seed, wd.GroundMotion(noise, 0.01))

@@ -1,7 +1,7 @@
 """Laws, methods, loads, dampings and recorders together: the cases of the tests of combinations.
 
-The factors are the engine's own tables, so that a new row of a table is in them. The library covertable chooses cases
-in which all pairs meet that may:
+The factors are the tables of the engine, so that a new row is included. The library covertable chooses cases in which
+all compatible pairs occur:
 
 - Of structures (chains of one, two and five storeys, dense systems of one and three degrees of freedom), laws of few
   values, sources of methods, dampings, kinds of load, number types and what is recorded. The methods of a source, which
@@ -111,7 +111,7 @@ def make_structure(family, dofs, damping, spring):
 
 
 def make_excitation(load, dofs):
-    """Return a load that takes every nonlinear law beyond yield."""
+    """Return a load under which every nonlinear law yields."""
     wave = 1.5 * np.sin(np.arange(30) * 0.4)
     noise = {"duration": 0.58, "interval": 0.02}
     return {
@@ -304,7 +304,7 @@ def sm90_plan(case):
 
 
 def is_rolled(case):
-    """Return whether a case's loops are left rolled, which compiles in a fraction of the time."""
+    """Return whether a case's loops stay rolled, which compiles in a fraction of the time."""
     return case[:2] == ("chain", 2) or case[3] in MANY
 
 

@@ -1,4 +1,4 @@
-"""Buildings whose storeys have several laws, or devices: the rows that SPRINGS is given for them."""
+"""Buildings whose storeys have several laws or devices, and their rows of SPRINGS."""
 
 import numpy as np
 from combination_cases import VALUES

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def readme_commands() -> list[str]:
-    """Return the lines of the README's shell blocks, and the commands it names in its text."""
+    """Return the commands in the README's shell blocks and in its text."""
     text = (ROOT / "README.md").read_text()
     blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
     inline = re.findall(r"`(\S*python studies/[^`]+)`", text)
@@ -26,7 +26,7 @@ def readme_commands() -> list[str]:
 
 
 def run_study(command: str, out: Path) -> subprocess.CompletedProcess[str]:
-    """Run the `python studies/...` part of a command on the CPU with this interpreter, its results under `out`."""
+    """Run the `python studies/...` part of a command on the CPU with this interpreter; results are written to `out`."""
     script = re.search(r"python (studies/\S+\.py) --out (\S+)(.*)$", command)
     arguments = [sys.executable, script[1], "--out", str(out), "--device", "cpu", *script[3].split()]
     environment = os.environ | {"MPLBACKEND": "agg"}
@@ -36,13 +36,13 @@ def run_study(command: str, out: Path) -> subprocess.CompletedProcess[str]:
 
 
 def _limit_memory() -> None:
-    """Let a study's private memory grow to 1.5 GiB and no further: what a small machine has left."""
+    """Limit a study's private memory to 1.5 GiB, which a small machine has."""
     resource.setrlimit(resource.RLIMIT_DATA, (3 * 2**29, 3 * 2**29))
 
 
 @pytest.fixture(scope="session")
 def main_job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """The folder of results and the terminal output of the README's first command."""
+    """Return the folder of results and the terminal output of the README's first command."""
     out = tmp_path_factory.mktemp("main_job")
     done = run_study(readme_commands()[0], out)
     assert done.returncode == 0, done.stderr
@@ -50,7 +50,7 @@ def main_job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 
 
 def _forget_kernels() -> None:
-    """Let every kernel be built anew."""
+    """Clear the caches of kernels, so that every kernel is built again."""
     for name, module in list(sys.modules.items()):
         if name.startswith("warpdyn.kernels."):
             for each, factory in vars(module).items():
@@ -72,8 +72,8 @@ def _without_optimisation() -> Iterator[None]:
 def unoptimised() -> Iterator[None]:
     """Compile a test's kernels without optimisation, in half the time; those of other tests are as shipped.
 
-    For what combines parts and compares runs with each other. A value that is read where it was not set, which an
-    optimiser may happen to put right, shows here.
+    It is for tests that combine parts and compare runs with each other. It also reveals values that are read before
+    they are set, which an optimiser may hide.
     """
     with _without_optimisation():
         yield

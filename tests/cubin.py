@@ -1,4 +1,4 @@
-"""What a compiled GPU kernel takes, read from its cubin: an ELF file whose section .nv.info holds it."""
+"""Registers and local memory of a compiled GPU kernel, read from the section .nv.info of its cubin, an ELF file."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ SIZED = 4  # format of an attribute whose value has a size of its own
 
 @dataclass(frozen=True)
 class Usage:
-    """What one kernel takes.
+    """Registers and local memory of a kernel.
 
     Args:
-        registers: Registers a thread.
-        local: Local memory a thread [bytes]: what found no room in registers, and tables that are indexed.
+        registers: Registers of a thread.
+        local: Local memory of a thread [bytes]: spilled registers, and tables that are indexed.
     """
 
     registers: int
@@ -25,7 +25,7 @@ class Usage:
 
 
 def usage(cubin: Path) -> Usage:
-    """Return what the one kernel of a cubin takes."""
+    """Return registers and local memory of the one kernel in a cubin."""
     data = cubin.read_bytes()
     (first,) = struct.unpack_from("<Q", data, 0x28)
     size, count, names_at = struct.unpack_from("<HHH", data, 0x3A)

@@ -1,4 +1,4 @@
-"""A storey law taken step by step along a path, as a kernel of whole histories takes it."""
+"""Storey laws evaluated step by step along a path, as in a kernel of whole histories."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _steps_kernel(row: str, dtype_name: str) -> wp.Kernel:
 def law_steps(
     building: wd.ShearBuilding, drift: np.ndarray, dtype: str = "float64", row: str | None = None
 ) -> dict[str, np.ndarray]:
-    """Return what the law of a one-storey building says at each step: forces [N] and slopes [N/m], shape [step].
+    """Return the forces [N] and slopes [N/m] of a one-storey building's law at each step, shape [step].
 
     `trial` is the force before the step is accepted, `committed` after; `tangent` is the law's own slope, `behind` and
     `ahead` are those of chords to 1e-7 of the largest drift on either side, from the memory before the step. The row of

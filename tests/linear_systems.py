@@ -1,4 +1,4 @@
-"""Linear structures and loads whose exact responses are known, for the tests of methods that advance them."""
+"""Linear structures and loads whose exact responses are known, for tests of methods."""
 
 import numpy as np
 from matrices import chain_matrix, modal_damping_matrix
@@ -39,7 +39,7 @@ def oscillator(omega, ratio):
 
 
 def simulate(structure, excitation, step, method="exact", dtype="float64", every=1, **scene):
-    """Return a run of one sample with its whole history, and that as displacement, velocity and acceleration."""
+    """Return a run of one sample with its whole history, and its displacement, velocity and acceleration."""
     scene = wd.Scene(structure, excitation, **scene)
     kept = wd.Histories((0,), every)
     run = wd.simulate(scene, step=step, method=method, dtype=dtype, device="cpu", histories=kept)
@@ -48,7 +48,7 @@ def simulate(structure, excitation, step, method="exact", dtype="float64", every
 
 
 def close(values, exact, tolerance, largest=None):
-    """Check values against a scale: the largest of the exact ones, where none is given."""
+    """Compare values with exact ones, relative to a scale, which is the largest exact value by default."""
     np.testing.assert_allclose(values, exact, rtol=0, atol=tolerance * (largest or np.abs(exact).max()))
 
 
@@ -67,7 +67,7 @@ def sampled_load(kind, transform):
 
 
 def exact_with_tail(damping, kind, step):
-    """Exact displacement and velocity under a load that drops to zero at its end, and free vibration after it."""
+    """Return exact displacement and velocity under a load that drops to zero at its end, and in free vibration then."""
     at = np.linspace(0, 2.0, round(2.0 / step) + 1)
     force = np.stack([np.interp(at, INTERVAL * np.arange(41), column) for column in FORCE[kind].T], axis=1)
     start = START if kind == "free" else ()

@@ -1,4 +1,4 @@
-"""Which methods share the source of their kernels, so that the default run need not meet each of them everywhere."""
+"""Methods that share the source of their kernels, of which the default test run needs only one."""
 
 from collections.abc import Iterable
 
@@ -9,7 +9,7 @@ from warpdyn.methods.table import METHODS
 
 
 def source_of(method):
-    """Return what decides on a kernel's source: methods that have it in common differ by constants alone."""
+    """Return the properties that determine a kernel's source; methods with the same ones differ only in constants."""
     row = METHODS[method]
     if row.kind != "explicit":
         return row.kind, getattr(row, "beta", 0) > 0, getattr(row, "force_lag", 0) > 0

@@ -1,4 +1,4 @@
-"""Variances of random motions and of oscillators under them: what they must be, and what the kernels give.
+"""Exact variances of random motions and of oscillators under them, and variances from the kernels.
 
 `python tests/noise_statistics.py 1000000 [device]` prints every variance beside its truth, in standard errors.
 """
@@ -31,7 +31,7 @@ KANAI_TAJIMI_VARIANCE, KANAI_TAJIMI_ACCELERATION = 0.001682483798251, 0.95818575
 
 
 def van_loan(matrix: np.ndarray, covariance: np.ndarray, interval: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return e^{A h} and what noise of a covariance a second adds over h (Van Loan 1978, IEEE TAC 23(3))."""
+    """Return e^{A h} and the covariance that noise adds over h (Van Loan 1978, IEEE TAC 23(3))."""
     n = len(matrix)
     joined = expm(np.block([[-matrix, covariance], [np.zeros((n, n)), matrix.T]]) * interval)
     return joined[n:, n:].T, joined[n:, n:].T @ joined[:n, n:]
@@ -73,7 +73,7 @@ def oscillator_variances(spectrum: wd.WhiteNoise | wd.KanaiTajimi, interval: flo
 
 @functools.cache
 def path_kernel(load: str, dtype: str) -> wp.Kernel:
-    """Return the kernel that writes every interval's motion, as the kernels of structures see it."""
+    """Return the kernel that writes every interval's motion, as the kernels of structures read it."""
     plan = Plan("chain", 1, "elastic", "none", load, ("drift",), "rk4", dtype, LANES, 1)
     noise, types, number = noise_of(plan), structs(dtype), getattr(wp, dtype)
     Processes, Numbers, over_interval = noise.Processes, noise.Numbers, noise.over_interval
@@ -113,8 +113,8 @@ def paths(
 
     Args:
         noise: The motion.
-        samples: Samples, an even number.
-        seed: Seed of all.
+        samples: Number of samples, which is even.
+        seed: Seed of the motions.
         first: Index of the first sample.
         run: Intervals of the run; 0 for those of the motion and one more.
         dtype: Type of the motion's values.

@@ -1,4 +1,4 @@
-"""OpenSees as an oracle: its materials taken along given deformations."""
+"""OpenSees as a reference: its materials along given deformations, and chains under a base motion."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def opensees() -> ModuleType:
 
 
 def material_forces(material: str, parameters: Sequence[float | str], deformation: np.ndarray) -> np.ndarray:
-    """Return the forces of a uniaxial material taken along deformations, each committed.
+    """Return the forces of a uniaxial material along deformations, each of which is committed.
 
     Args:
         material: OpenSees name of the uniaxial material.

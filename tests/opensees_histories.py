@@ -29,7 +29,7 @@ MASS, HEIGHT = 1.0e5, 3.2  # of a floor [kg], of a storey [m]
 
 @dataclass(frozen=True)
 class Compared:
-    """A building and what OpenSees calls its storeys.
+    """A building and the OpenSees material of its storeys.
 
     Args:
         building: The building.
@@ -162,7 +162,7 @@ BUILDINGS: dict[str, Callable[[], Compared]] = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one history came to by both.
+    """Results of one history by both programs.
 
     Args:
         ours: Peak storey drift ratio of each storey, inf where it collapsed.
@@ -191,7 +191,7 @@ class Outcome:
 
 
 def compare(compared: Compared, record: int, level: float, ours: float = OURS, theirs: float = THEIRS) -> Outcome:
-    """Run a building under a far-field record at a level [g], by both, at longest steps [s] of each."""
+    """Run a building under a far-field record at a level [g] with both programs, at longest steps [s] of each."""
     building, period = compared.building, compared.building.fundamental_period
     scene = wd.Scene(
         building,
@@ -227,7 +227,7 @@ def compare(compared: Compared, record: int, level: float, ours: float = OURS, t
 
 
 def main() -> None:
-    """Print a row a history."""
+    """Print a row for each history."""
     print(f"{'building':<32}{'record':>7}{'level':>6}  {'peak':>8} {'OpenSees':>8} {'apart':>8} {'residual apart':>15}")
     for name, make in BUILDINGS.items():
         if name.lower().startswith(tuple(sys.argv[1:] or [""])):

@@ -17,10 +17,10 @@ TERMS = 14  # of the exponential between neighbouring instants, where the next o
 
 
 def largest_displacement(motion: wd.GroundMotion, period: float, damping_ratio: float) -> float:
-    """Return it [m] for a base acceleration that is linear between its samples and zero after them.
+    """Return the largest displacement [m] for a base acceleration linear between its values and zero after them.
 
-    The displacement is exact at 100 instants a period and at every sample. Wherever it might gain enough until the next
-    instant to be the largest, Brent's method finds the top between the neighbouring instants.
+    The displacement is exact at 100 instants in a period and at every value. Where it may grow enough before the next
+    instant to be the largest, Brent's method finds the maximum between the neighbouring instants.
     """
     # With q' = root q + a and q(0) = 0, the displacement is -Im(q) / damped frequency. The first row of the exponential
     # of this matrix maps (q, a, slope of a) to q a time later.
@@ -36,7 +36,7 @@ def largest_displacement(motion: wd.GroundMotion, period: float, damping_ratio: 
     largest_acceleration = root.imag * np.abs(acceleration).max() / frequency**2  # in units of q
 
     def tops(state: np.ndarray, span: float, peak: float) -> float:
-        """Return the largest displacement within a time after each state, if it is larger than what is known."""
+        """Return the largest displacement within a time after each state, if it is larger than the largest so far."""
         count = int(np.ceil(INSTANTS_PER_PERIOD * span / period))
         gap = span / count
         onward = expm(generator * gap)

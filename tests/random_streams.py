@@ -1,4 +1,4 @@
-"""Statistics of many streams of random normals, gathered on the device where they are drawn; no number is stored.
+"""Statistics of many streams of random normals, computed on the device that draws them, without storing a number.
 
 `python tests/random_streams.py 1000000 10000 [device]` prints the p-value of each test.
 """
@@ -71,12 +71,12 @@ def p_values(
     """Return the p-value of each test of `streams` neighbouring streams of `length` standard normals.
 
     Args:
-        streams: Streams.
-        length: Normals in each, even.
-        seed: Seed of all.
+        streams: Number of streams.
+        length: Number of normals in each, which is even.
+        seed: Seed of all streams.
         first: Index of the first stream.
         neighbour: Distance of the stream that each is correlated with.
-        scale: Factor on the normals: another than 1 spoils them.
+        scale: Factor on the normals; the tests must detect any other than 1.
         device: Warp device.
     """
     moments, product, chi_square = (

@@ -1,4 +1,4 @@
-"""The seed frame and its displacements, for the tests that hold different code to them."""
+"""The seed frame and its displacements, for tests that compare different code with them."""
 
 import numpy as np
 

@@ -14,7 +14,7 @@ YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 
 
 def drawn(name: str, parameter: Parameter, rng: np.random.Generator) -> float:
-    """Return a value of a parameter, at its bounds once in a while, and of the order of what it is for."""
+    """Return a value of a parameter of typical size, now and then at one of its bounds."""
     if name == "yield_force":
         return YIELD_FORCE
     if name == "counts_cycles":
@@ -45,7 +45,7 @@ def drawn(name: str, parameter: Parameter, rng: np.random.Generator) -> float:
 
 
 def drawn_building(law: str, count: int, rng: np.random.Generator, **fixed: float) -> wd.ShearBuilding:
-    """Return a building of so many storeys, each with parameters of its own that the law accepts."""
+    """Return a building of so many storeys, each with its own parameters that the law accepts."""
     storeys: list[dict[str, float]] = []
     while len(storeys) < count:
         values = {name: drawn(name, parameter, rng) for name, parameter in LAWS[law].parameters.items()} | fixed
@@ -59,7 +59,7 @@ def drawn_building(law: str, count: int, rng: np.random.Generator, **fixed: floa
 
 
 def random_paths(count: int, turns: int, steps: int, rng: np.random.Generator) -> np.ndarray:
-    """Return drifts [m] that go to and fro, shape [step, storey]: of all sizes, and about a drift that wanders."""
+    """Return reversing drifts [m], shape [step, storey], of all amplitudes and about a drift that varies."""
     sizes = 10 ** rng.uniform(-0.5, 1.2, (turns, count)) * YIELD_DRIFT
     to = sizes * rng.uniform(-1, 1, (turns, count)) + np.cumsum(rng.normal(size=(turns, count)), 0) * YIELD_DRIFT
     to[-1] = 0  # closed

@@ -1,4 +1,4 @@
-"""A storey law's own functions step by step: trial and committed forces, and tangents beside chords."""
+"""Device functions of a storey law step by step: trial and committed forces, tangents and secant slopes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CHORD = 1e-7  # of the path's largest drift
 
 @functools.cache
 def step_kernel(row: str, dtype_name: str) -> wp.Kernel:
-    """Return a kernel that takes a storey along drifts."""
+    """Return a kernel that moves a storey along drifts."""
     spring, dtype = SPRINGS[row], DTYPES[dtype_name]
     C = spring.coefficients
     force_of, advance, tangent_of, recoverable_of = (
@@ -57,7 +57,7 @@ def step_kernel(row: str, dtype_name: str) -> wp.Kernel:
 
 
 def steps(building: wd.ShearBuilding, drift: np.ndarray, dtype: str = "float64") -> xr.Dataset:
-    """Return what the law of a one-storey building says at each step; NaN where its kernel wrote nothing."""
+    """Return the results of a one-storey building's law at each step; NaN where its kernel wrote nothing."""
     parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
     row = LAWS[building.law].spring(parameters)
     coefficients = np.concatenate(np.broadcast_arrays(*LAWS[building.law].coefficients(parameters, row)))[:, 0]

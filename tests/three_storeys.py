@@ -1,4 +1,4 @@
-"""Three unequal storeys and their loads, and implicit methods on them in full matrices, to hold the kernels to."""
+"""Three unequal storeys and their loads, and implicit methods in full matrices as a reference for the kernels."""
 
 from types import SimpleNamespace
 
@@ -87,7 +87,7 @@ def loading(load, step):
 
 
 def march(name, law, damping, loads, step, u, v):
-    """Return the response step by step, in full matrices, the end's acceleration found by scipy."""
+    """Return the response step by step in full matrices, with the acceleration at each step's end from scipy."""
     method, viscous = METHODS[name], DAMPING_MATRIX[damping]
     strength = STRENGTH if law == "bilinear" else np.full(3, np.inf)
     lag, reach, beta, gamma = method.force_lag, method.extension * step, method.beta, method.gamma
