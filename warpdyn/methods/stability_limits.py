@@ -260,7 +260,7 @@ def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.nda
     """Return the steps [s] of oscillators from a table."""
     place = np.where(zeta > 1, 2 - 1 / np.maximum(zeta, 1), zeta)
     coarse = np.minimum(CELLS / LAST_PLACE * place, CELLS - 1).astype(np.int32)
-    limit = np.array(_of_undivided_cells(table, method)[coarse])
+    limit = np.array(_in_undivided_cells(table, method)[coarse])
     divided = np.isnan(limit)
     if divided.any():
         grid, cell_limit = table(method)
@@ -270,7 +270,7 @@ def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.nda
 
 
 @cache
-def _of_undivided_cells(table: Table, method: Method) -> np.ndarray:
+def _in_undivided_cells(table: Table, method: Method) -> np.ndarray:
     """Return a table's values in cells of equal width, found without a search; NaN in refined cells."""
     grid, cell_limit = table(method)
     edges = np.searchsorted(grid, np.linspace(0, LAST_PLACE, CELLS + 1))

@@ -61,7 +61,7 @@ class CalibratedChain:
         ratio = chain.pop("damping_ratio")
         if damping not in ("none", "storey"):
             parameters = {"damping_ratio": ratio} | parameters
-        return cls._of_chain(storeys, chain, law, damping, parameters)
+        return cls._from_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
     def from_capacity(
@@ -114,7 +114,7 @@ class CalibratedChain:
             )
         chain: dict[str, Any] = {**_masses_and_heights(storeys, mass, height)}
         chain |= capacity_chain(displacement, capacity, chain["mass"], chain["height"], curve, distribution)
-        return cls._of_chain(storeys, chain, law, damping, parameters)
+        return cls._from_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
     def from_periods(
@@ -156,10 +156,10 @@ class CalibratedChain:
         if parameters.get("gravity_load") is not None:
             load = _one_a_storey("gravity_load", parameters["gravity_load"], len(chain["mass"]))
             chain["stiffness"] += storey_weight_over_height({"gravity_load": load, "height": chain["height"]})
-        return cls._of_chain(storeys, chain, law, damping, parameters)
+        return cls._from_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
-    def _of_chain(
+    def _from_chain(
         cls,
         storeys: int,
         chain: Mapping[str, ArrayLike],

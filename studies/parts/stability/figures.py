@@ -82,7 +82,7 @@ def limits(dataset: xr.Dataset) -> Figure:
     figure = Figure(figsize=(13, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
     ratio = dataset["limit_damping_ratio"].values
-    for i, names in enumerate(alike(dataset["theoretical_limit"])):
+    for i, names in enumerate(equal_rows(dataset["theoretical_limit"])):
         row, colour = dataset.sel(limited_method=names), COLOURS[i % len(COLOURS)]
         theory, measured = (row[f"{kind}_limit"].values for kind in ("theoretical", "measured"))
         style, label = STYLES[i // len(COLOURS)], ", ".join(map(words, names))
@@ -113,7 +113,7 @@ def accuracy(dataset: xr.Dataset) -> Figure:
     part = dataset["accuracy_frequency_step"].values / (2 * np.pi)
     columns = {left: "numerical_period_elongation", right: "numerical_damping_ratio"}
     both = xr.concat([dataset[name] for name in columns.values()], "column").transpose("method", ...)
-    for i, names in enumerate(alike(both)):
+    for i, names in enumerate(equal_rows(both)):
         how = {"color": COLOURS[i % len(COLOURS)]}
         style, label = (
             STYLES[i // len(COLOURS)],
@@ -176,7 +176,7 @@ def rk4(dataset: xr.Dataset) -> Figure:
 FIGURES = {"growth": growth, "limits": limits, "accuracy": accuracy, "rk4": rk4}
 
 
-def alike(values: xr.DataArray) -> list[list[str]]:
+def equal_rows(values: xr.DataArray) -> list[list[str]]:
     """Return the names along the first dimension whose rows are the same but for rounding, together."""
     groups: dict[int, list[str]] = {}
     rows = values.values
