@@ -152,11 +152,9 @@ def main() -> None:
     portfolio, limits = build_city(arguments.buildings)
     motions = far_field()
     print(f"{portfolio}, {len(motions)} records: {portfolio.buildings * len(motions):,} histories")
-    run = wd.simulate_portfolio(
-        portfolio,
-        wd.Cloud(motions),
-        recorders=("drift",),
-        title="Hazus buildings of a city under the FEMA P-695 far-field record pairs",
+    title = "Hazus buildings of a city under the FEMA P-695 far-field record pairs"
+    run = wd.simulate(
+        wd.Scene(portfolio, wd.Cloud(motions), recorders=("drift",), title=title),
         device=arguments.device,
         seed=arguments.seed,
         keep_inputs=False,

@@ -14,9 +14,9 @@ import numpy as np
 
 import warpdyn as wd
 from warpdyn.core.output_variables import DIVERGED, UNSTABLE_STEP
+from warpdyn.integration.model import dynamics_of
 from warpdyn.integration.run import prepare
 from warpdyn.integration.stability_guard import guard, integrate_guarded
-from warpdyn.integration.vibration import vibration_of
 from warpdyn.kernels import build
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
 from warpdyn.methods.table import METHODS
@@ -59,7 +59,7 @@ def breaking_step(storeys, count, seed, motion):
     limits = []
     for scene in scenes(storeys, count, seed, motion):
         drawn = {name: listed.values for name, listed in scene.scatter.items()}
-        limits.append(vibration_of(scene, drawn, METHODS["rk4"]).stable_step)
+        limits.append(dynamics_of(scene).vibration_of(drawn, METHODS["rk4"]).stable_step)
     return float(np.quantile(np.concatenate(limits), BROKEN))
 
 

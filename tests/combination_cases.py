@@ -29,7 +29,7 @@ from method_sources import by_source, shown, source_of
 
 import warpdyn as wd
 from warpdyn.core.output_variables import RECORDERS
-from warpdyn.integration.propagators import damping_of
+from warpdyn.integration.model import dynamics_of
 from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES, Plan
@@ -312,7 +312,8 @@ def plans_of(case, is_gpu=False):
     """Return the plans a case may have: every recorder, whole histories, one recorder alone."""
     family, dofs, damping, spring, load, method, dtype = case
     if METHODS[method].kind == "exact":
-        damping = damping_of(wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs)))
+        scene = wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs))
+        damping = "general" if dynamics_of(scene).couples_modes else "classical"
     plan = Plan(family, dofs, spring, damping, load, tuple(sorted(RECORDERS[family])), method, dtype)
     plan = build.fitted(plan, is_gpu)
     if is_rolled(case) and not is_gpu:

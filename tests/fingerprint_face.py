@@ -79,16 +79,10 @@ def run_portfolio(
     dtype: str | None = "float64",
     **settings: object,
 ) -> xr.Dataset:
-    return wd.simulate_portfolio(
-        portfolio,
-        excitation,
-        recorders=recorders,
-        checked_share=checked_share,
-        dtype=dtype,
-        threads=1,
-        device=USED["device"],
-        **settings,
-    )
+    of_scene = {key: settings.pop(key) for key in ("collapse_drift_ratio", "tail", "title") if key in settings}
+    scene = wd.Scene(portfolio, excitation, recorders=recorders, **of_scene)
+    run = {"checked_share": checked_share, "dtype": dtype, "threads": 1, "device": USED["device"]}
+    return wd.simulate(scene, **run, **settings)
 
 
 def make_plan(scene: wd.Scene, error: float, structures: int = 1, **settings: object) -> wd.MethodChoice:

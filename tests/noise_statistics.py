@@ -12,7 +12,6 @@ from scipy.linalg import expm
 
 import warpdyn as wd
 from warpdyn.core.random_numbers import key_of
-from warpdyn.integration import packing
 from warpdyn.integration.run import prepare
 from warpdyn.kernels.arguments import brought
 from warpdyn.kernels.noise import noise_of
@@ -122,11 +121,11 @@ def paths(
     """
     scene = wd.Scene(OSCILLATOR, noise)
     timeline = prepare(scene, structures=1, method="rk4", dtype=dtype, device=device)[0].timeline
-    loads = brought("Load", packing.pack_load(scene, timeline), dtype, device)
+    loads = brought("Load", scene.excitation.pack(timeline, scene.structure.dofs), dtype, device)
     shape = (noise.intervals + 1, samples)
     begin, change = (wp.full(shape, np.nan, dtype=getattr(wp, dtype), device=device) for _ in range(2))
     arguments = [loads, key_of(seed), first, run or noise.intervals + 1, begin, change]
-    wp.launch(path_kernel(packing.kernel_load(scene), dtype), dim=samples // LANES, inputs=arguments, device=device)
+    wp.launch(path_kernel(scene.excitation.kernel_load, dtype), dim=samples // LANES, inputs=arguments, device=device)
     return begin.numpy(), change.numpy()
 
 

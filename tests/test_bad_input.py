@@ -303,7 +303,7 @@ WRONG_TYPES = {
         "measure must be",
         "'PGA'",
     ),
-    "structure": (lambda: scene(structure=3.0), "structure must be a ShearBuilding or a LinearSystem, got float"),
+    "structure": (lambda: scene(structure=3.0), "must be a ShearBuilding, a LinearSystem or a Portfolio, got float"),
     "excitation": (lambda: scene(excitation=[WAVE]), "excitation must be", "Stripes", "got list"),
     "motion": (lambda: wd.Cloud([WAVE, 3.0]), "motions[1] is a float", "GroundMotion"),
     "scatter": (
@@ -323,10 +323,6 @@ NO_BUILDING = {
     ),
     "plots.building": (plots.building, "plots.building() takes a ShearBuilding"),
     "plan": (lambda given: wd.plan(given, 0.01), "plan() takes a Scene"),
-    "simulate_portfolio": (
-        lambda given: wd.simulate_portfolio(given, WAVE),
-        "simulate_portfolio() takes a Portfolio",
-    ),
 }
 NO_DATASET = {
     "modal_table": (wd.modal_table, "; give building.modal()"),
@@ -335,13 +331,16 @@ NO_DATASET = {
     "fragility": (lambda given: wd.fragility(given, LIMITS), "; give what simulate() returned"),
     "damage_shares": (
         lambda given: wd.damage_shares(given, {"A": LIMITS}),
-        "; give what simulate_portfolio() returned",
+        "; give what simulate() returned of a portfolio",
     ),
     "select_event": (
         lambda given: wd.select_event(given, "mainshock"),
         "; give what simulate() returned of an EventSequence",
     ),
-    "select_archetype": (lambda given: wd.select_archetype(given, "A"), "; give what simulate_portfolio() returned"),
+    "select_archetype": (
+        lambda given: wd.select_archetype(given, "A"),
+        "; give what simulate() returned of a portfolio",
+    ),
     "select_storeys": (lambda given: wd.select_storeys(given, 1, 2), "; give what simulate() returned"),
     "plots.fragility_curves": (plots.fragility_curves, "; draw run.merge(fragility(run, limits)"),
     "plots.drift_over_height": (plots.drift_over_height, "; draw a run"),

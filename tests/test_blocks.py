@@ -17,6 +17,7 @@ import warpdyn as wd
 from warpdyn.core.thread_pool import in_parts
 from warpdyn.integration import stability_guard as guard
 from warpdyn.integration.run import build_run
+from warpdyn.integration.settings import Execution, Integration
 from warpdyn.kernels import queues as devices
 from warpdyn.running import blocks
 from warpdyn.running.labels import columns_of
@@ -36,11 +37,11 @@ def divided(monkeypatch):
 
     def into(samples, on=("cpu",)):
         monkeypatch.setattr(blocks, "CPU_BLOCK", samples)
-        monkeypatch.setattr("warpdyn.integration.run.checked_devices", lambda device: on)
+        monkeypatch.setattr("warpdyn.integration.settings.checked_devices", lambda device: on)
         return found
 
     original = blocks.divide
-    monkeypatch.setattr(sys.modules["warpdyn.running.simulate"], "divide", divide)
+    monkeypatch.setattr("warpdyn.running.run_scene.divide", divide)
     return into
 
 
@@ -75,17 +76,17 @@ def test_no_division_changes_a_bit(design, dtype, divided):
 @pytest.mark.parametrize("sampling", SAMPLING)
 def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
     scene = make_scene(sampling=sampling)
-    run = build_run(scene, structures=50, method="rk4", dtype="float32", device="cpu", threads=3)
+    run = build_run(scene, 50, Integration(), Execution(device="cpu", threads=3))
 
     def prepared():
-        block, vibration = run.ensemble(np.arange(50), devices.CpuQueue(3))
+        block, vibration = run.events(np.arange(50), devices.CpuQueue(3))[0]
         block.pack()
         arrays = [*block.drawn.values(), *block._packed.structures.values(), *vars(vibration).values()]
         return [np.ascontiguousarray(array).tobytes() for array in arrays]
 
     whole = prepared()
     monkeypatch.setattr(in_parts, "__defaults__", (7,))
-    monkeypatch.setattr("warpdyn.integration.vibration.STRUCTURES_AT_A_TIME", 7)
+    monkeypatch.setattr("warpdyn.integration.dynamics.STRUCTURES_AT_A_TIME", 7)
     assert prepared() == whole
 
 
@@ -232,12 +233,12 @@ def test_devices_by_name(monkeypatch):
 
 
 def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
-    monkeypatch.setattr("warpdyn.integration.run.checked_devices", lambda device: ("cuda:0", "cuda:1"))
+    monkeypatch.setattr("warpdyn.integration.settings.checked_devices", lambda device: ("cuda:0", "cuda:1"))
     monkeypatch.setattr(blocks, "free_memory", lambda device: 2**40)
 
     def sizes(samples, memory=None):
-        run = build_run(make_scene(), structures=samples, method="rk4", dtype="float32")
-        return [6 * len(block) for block in blocks.divide(run, columns_of(run.terms, True), memory)]
+        run = build_run(make_scene(), samples, Integration(), Execution())
+        return [6 * len(block) for block in blocks.divide(run, columns_of(run.model, True), memory)]
 
     assert sizes(100) == [300, 300]
     assert len(sizes(200_000)) == 10  # 1.2 million samples in blocks of at most 2^17, as many on each device

@@ -177,7 +177,7 @@ def run():
     city = wd.Portfolio({"low": wd.Archetype(chain(1), 12, scatter), "high": wd.Archetype(chain(2), 8, scatter)})
     levels = [0.05, 0.1, 0.2, 0.4, 0.8, 1.6]
     stripes = wd.Stripes(MOTIONS, levels, wd.PeakGroundAcceleration())
-    return wd.simulate_portfolio(city, stripes, device="cpu", recorders=("drift",), tail=1.0, seed=3)
+    return wd.simulate(wd.Scene(city, stripes, recorders=("drift",), tail=1.0), device="cpu", seed=3)
 
 
 @pytest.mark.filterwarnings("ignore:.*:UserWarning")  # three records make no intervals

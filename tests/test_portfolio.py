@@ -1,6 +1,5 @@
 """Portfolios: a building's results are those of its archetype by itself, whatever stands beside it."""
 
-import importlib
 import io
 import os
 
@@ -11,12 +10,12 @@ from test_simulate import MOTIONS, make_motion
 from tqdm import tqdm
 
 import warpdyn as wd
+from warpdyn.integration.settings import Integration
 from warpdyn.integration.time_grid import STEPS_PER_PERIOD
 from warpdyn.kernels import queues as devices
-from warpdyn.portfolio.groups import ROUND_STEP, groups_of, scenes_of
+from warpdyn.portfolio.groups import ROUND_STEP, checked_archetypes, groups_of, parameters_of
 from warpdyn.portfolio.labels import _common_attributes
-
-module = importlib.import_module("warpdyn.portfolio.simulate_portfolio")  # whose name is that of its function, too
+from warpdyn.running import run_portfolio as module
 
 STRIPES = wd.Stripes(MOTIONS, [0.1, 0.4], wd.PeakGroundAcceleration())
 DAMPED = {"damping": "rayleigh", "damping_ratio": 0.05}
@@ -53,9 +52,17 @@ SETTINGS = {"tail": 1.0, "collapse_drift_ratio": 0.05}
 CITY = wd.Portfolio(ARCHETYPES)
 
 
+def simulate(portfolio, excitation, **settings):
+    """Run a portfolio, given what its scene and what its run takes together."""
+    of_scene = {
+        key: settings.pop(key) for key in ("motion_index", "tail", "collapse_drift_ratio", "scatter") if key in settings
+    }
+    return wd.simulate(wd.Scene(portfolio, excitation, **of_scene), **settings)
+
+
 @pytest.fixture(scope="module")
 def city():
-    return wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", **SETTINGS)
+    return simulate(CITY, STRIPES, seed=5, device="cpu", **SETTINGS)
 
 
 def rows_of(portfolio, name, each):
@@ -79,7 +86,7 @@ def assert_same(part, alone):
 def test_a_building_is_what_its_archetype_by_itself_makes_of_it(name, city):
     part = city.isel(sample=rows_of(CITY, name, 6))
     archetype = ARCHETYPES[name]
-    values = CITY.parameters(name, seed=5)
+    values = parameters_of(CITY, name, seed=5)
     scatter = {key: wd.GivenValues(value) for key, value in values.items()}
     scene = wd.Scene(archetype.building, STRIPES, scatter, **SETTINGS)
     steps = part["integration_step"].values
@@ -119,17 +126,17 @@ def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
     assert city.attrs["kernel"].count(";") == 4
     runs = []
 
-    def count(scene, **settings):
-        runs.append(settings["structures"])
-        return original(scene, **settings)
+    def count(scene, structures, *settings):
+        runs.append(structures)
+        return original(scene, structures, *settings)
 
-    original = module.simulate
-    monkeypatch.setattr(module, "simulate", count)
+    original = module.run_scene
+    monkeypatch.setattr(module, "run_scene", count)
     kinds = [chain(1), chain(2), chain(3)]
     # 300 archetypes whose strengths differ, and whose periods do within an octave.
     many = {f"{i}": wd.Archetype(replaced(kinds[i % 3], 1 + i / 1000), 2, SCATTER) for i in range(300)}
     short = wd.Cloud([MOTIONS[0]])
-    run = wd.simulate_portfolio(wd.Portfolio(many), short, recorders=("drift",), tail=0.0, device="cpu")
+    run = simulate(wd.Portfolio(many), short, recorders=("drift",), tail=0.0, device="cpu")
     assert run.sizes["sample"] == 600
     assert len(runs) <= 6
     assert sum(runs) == 600
@@ -138,8 +145,9 @@ def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
 def test_whatever_a_building_is_beside_its_parameters_decides_on_its_group():
     # All buildings of a group are built like its first one. Whoever gives ShearBuilding one more attribute must have
     # `groups_of` tell buildings apart by it, and add it here.
+    derived = {"dofs", "inherent_damping"}  # from these
     told_apart = {"storeys", "storey_laws", "devices", "damping", "damping_modes", "damped_storeys"}
-    assert set(vars(chain(2))) == told_apart | {"parameters", "parameter_table", "law", "storey_law"}
+    assert set(vars(chain(2))) == told_apart | {"parameters", "parameter_table", "law", "storey_law", *derived}
     kinds = [chain(3), chain(3, damping_modes=(1, 3)), chain(3, damping="modal"), chain(3, law="bouc_wen"), chain(2)]
     kinds.append(chain(3, law="bouc_wen", exponent=2.0))  # which has a kernel of its own
     kinds += [chain(3, damped_storeys=(1, 3)), chain(3, damped_storeys=(2, 3)), chain(3, gravity_load=1e3)]
@@ -150,8 +158,8 @@ def test_whatever_a_building_is_beside_its_parameters_decides_on_its_group():
     viscous = {"devices": ("viscous_damper",), "damper_coefficient": 2e4}
     kinds += [chain(3, **viscous, velocity_exponent=exponent) for exponent in (1.0, 0.4)]
     city = wd.Portfolio({f"{i}": wd.Archetype(kind) for i, kind in enumerate(kinds)})
-    scenes = scenes_of(city, wd.Scene(kinds[0], MOTIONS[0]))
-    assert len(groups_of(city, scenes, "rk4", 0, is_stepped=True)) == len(kinds)
+    archetypes = checked_archetypes(wd.Scene(city, MOTIONS[0]), "rk4")
+    assert len(groups_of(city, archetypes, Integration(step=0.001), 0)) == len(kinds)
 
 
 def replaced(building, factor):
@@ -165,7 +173,7 @@ def test_steps_are_round_and_at_most_an_archetypes_own(city):
         step = city["integration_step"][rows_of(CITY, name, 6)].values.max()
         assert own / 2 < step <= own
         assert step in (ROUND_STEP / 2, ROUND_STEP / 4)
-    coarse = wd.simulate_portfolio(CITY, MOTIONS[1], step=0.005, tail=1.0, device="cpu")
+    coarse = simulate(CITY, MOTIONS[1], step=0.005, tail=1.0, device="cpu")
     assert (coarse["integration_step"] == 0.005).all()
     assert coarse.attrs["groups"] == 5
 
@@ -173,9 +181,7 @@ def test_steps_are_round_and_at_most_an_archetypes_own(city):
 def test_no_other_building_changes_a_bit(city):
     # Another order, and a part of them: where nothing is drawn, the number of a building does not matter.
     names = ["again", "table", "house", "linear"]
-    part = wd.simulate_portfolio(
-        wd.Portfolio({name: ARCHETYPES[name] for name in names}), STRIPES, device="cpu", seed=1, **SETTINGS
-    )
+    part = simulate(wd.Portfolio({name: ARCHETYPES[name] for name in names}), STRIPES, device="cpu", seed=1, **SETTINGS)
     for name in names:
         first = part.isel(sample=rows_of(wd.Portfolio({key: ARCHETYPES[key] for key in names}), name, 6))
         second = city.isel(sample=rows_of(CITY, name, 6))
@@ -188,46 +194,44 @@ def test_dampers_of_another_kind_beside_it_change_no_bit_of_a_building():
     viscous = {"devices": ("viscous_damper",), "damper_coefficient": 2e4}
     linear, power = (wd.Archetype(chain(2, **viscous, velocity_exponent=exponent)) for exponent in (1.0, 0.4))
     settings = {"recorders": ("drift",), "tail": 0.0, "device": "cpu"}
-    both = wd.simulate_portfolio(wd.Portfolio({"linear": linear, "power": power}), MOTIONS[0], **settings)
+    both = simulate(wd.Portfolio({"linear": linear, "power": power}), MOTIONS[0], **settings)
     for place, archetype in enumerate((linear, power)):
-        alone = wd.simulate_portfolio(wd.Portfolio({"alone": archetype}), MOTIONS[0], **settings)
+        alone = simulate(wd.Portfolio({"alone": archetype}), MOTIONS[0], **settings)
         np.testing.assert_array_equal(both["peak_storey_drift"][place], alone["peak_storey_drift"][0])
 
 
 def test_draws_go_by_seed_and_number_alone():
-    values = CITY.parameters("high", 5)
+    values = parameters_of(CITY, "high", 5)
     assert values["stiffness"].shape == (3, 3)
     assert values["damping_ratio"].shape == (3,)
     # Ten buildings stand before "high"; of one archetype with as many before it they are the same.
     others = wd.Portfolio({"before": wd.Archetype(chain(4), 10, SCATTER), "high": ARCHETYPES["high"]})
     for key, value in values.items():
-        np.testing.assert_array_equal(others.parameters("high", 5)[key], value, err_msg=key)
+        np.testing.assert_array_equal(parameters_of(others, "high", 5)[key], value, err_msg=key)
     fewer = wd.Portfolio({"before": wd.Archetype(chain(4), 9, SCATTER), "high": ARCHETYPES["high"]})
-    np.testing.assert_array_equal(fewer.parameters("high", 5)["mass"][1:], values["mass"][:2])
-    assert not np.array_equal(CITY.parameters("high", 6)["mass"], values["mass"])
+    np.testing.assert_array_equal(parameters_of(fewer, "high", 5)["mass"][1:], values["mass"][:2])
+    assert not np.array_equal(parameters_of(CITY, "high", 6)["mass"], values["mass"])
     # Buildings of two archetypes of one scatter are drawn apart.
     twins = wd.Portfolio({"a": wd.Archetype(chain(1), 4, SCATTER), "b": wd.Archetype(chain(1), 4, SCATTER)})
-    factors = np.concatenate([twins.parameters(name, 0)["mass"][:, 0] for name in "ab"])
+    factors = np.concatenate([parameters_of(twins, name, 0)["mass"][:, 0] for name in "ab"])
     assert np.unique(factors).size == 8
 
 
 def test_each_building_can_have_a_motion_of_its_own():
     motion = np.arange(CITY.buildings) % 3
     scale = np.linspace(0.5, 2, CITY.buildings)
-    run = wd.simulate_portfolio(CITY, wd.OneMotionPerStructure(MOTIONS, motion, scale), device="cpu", seed=5, tail=1.0)
+    run = simulate(CITY, wd.OneMotionPerStructure(MOTIONS, motion, scale), device="cpu", seed=5, tail=1.0)
     np.testing.assert_array_equal(run["motion_index"], motion)
     np.testing.assert_allclose(run["scale_factor_of_motion"], scale)
     name = "high"
     part = run.isel(sample=rows_of(CITY, name, 1))
     own = wd.OneMotionPerStructure(MOTIONS, motion[10:13], scale[10:13])
-    scatter = {key: wd.GivenValues(value) for key, value in CITY.parameters(name, 5).items()}
+    scatter = {key: wd.GivenValues(value) for key, value in parameters_of(CITY, name, 5).items()}
     scene = wd.Scene(ARCHETYPES[name].building, own, scatter, tail=1.0)
     alone = wd.simulate(scene, structures=3, longest_step=part["integration_step"].values.max(), device="cpu")
     assert_same(part, alone)
     # Drawn ones go by the building's number, too.
-    drawn = wd.simulate_portfolio(
-        CITY, wd.OneMotionPerStructure(MOTIONS), recorders=("drift",), device="cpu", seed=5, tail=0.0
-    )
+    drawn = simulate(CITY, wd.OneMotionPerStructure(MOTIONS), recorders=("drift",), device="cpu", seed=5, tail=0.0)
     expected = wd.OneMotionPerStructure(MOTIONS).assign(np.arange(CITY.buildings), 5)
     np.testing.assert_array_equal(drawn["motion_index"], expected.motion)
 
@@ -236,8 +240,8 @@ def test_each_building_can_have_a_motion_of_its_own():
 def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monkeypatch):
     monkeypatch.setattr("warpdyn.portfolio.labels.SAMPLES_AT_A_TIME", 7 * 6)
     settings = {"keep_inputs": keep_inputs, "checked_share": 0.1, "memory": 10**9, **SETTINGS}
-    held = wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", **settings)
-    with wd.simulate_portfolio(CITY, STRIPES, seed=5, device="cpu", path=tmp_path / "run.nc", **settings) as read:
+    held = simulate(CITY, STRIPES, seed=5, device="cpu", **settings)
+    with simulate(CITY, STRIPES, seed=5, device="cpu", path=tmp_path / "run.nc", **settings) as read:
         assert os.listdir(tmp_path) == ["run.nc"]
         assert set(read.variables) == set(held.variables)
         assert set(read.attrs) == set(held.attrs)
@@ -256,17 +260,17 @@ def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monk
 
 
 def test_nothing_is_left_of_an_unfinished_file(tmp_path, monkeypatch):
-    def fail(scene, **settings):
+    def fail(*settings):
         runs.append(1)
         if len(runs) == 3:
             raise KeyboardInterrupt
-        return original(scene, **settings)
+        return original(*settings)
 
-    runs, original = [], module.simulate
-    monkeypatch.setattr(module, "simulate", fail)
+    runs, original = [], module.run_scene
+    monkeypatch.setattr(module, "run_scene", fail)
     (tmp_path / "run.nc").write_text("what stood there")
     with pytest.raises(KeyboardInterrupt):
-        wd.simulate_portfolio(CITY, MOTIONS[0], tail=0.0, recorders=("drift",), device="cpu", path=tmp_path / "run.nc")
+        simulate(CITY, MOTIONS[0], tail=0.0, recorders=("drift",), device="cpu", path=tmp_path / "run.nc")
     assert os.listdir(tmp_path) == ["run.nc"]
     assert (tmp_path / "run.nc").read_text() == "what stood there"
 
@@ -284,7 +288,7 @@ def test_attributes_hold_what_there_is_of_all_groups(city):
 
 def test_a_plan_is_made_for_each_group():
     two = wd.Portfolio({name: ARCHETYPES[name] for name in ("house", "linear")})
-    run = wd.simulate_portfolio(two, MOTIONS[0], recorders=("drift",), tail=0.0, device="cpu", target_error=0.05)
+    run = simulate(two, MOTIONS[0], recorders=("drift",), tail=0.0, device="cpu", target_error=0.05)
     assert run.attrs["target_error"] == 0.05
     assert run.attrs["groups"] == 2
     assert np.isfinite(run["peak_storey_drift"].values).all()
@@ -296,12 +300,12 @@ def test_unstable_steps_are_seen_to_and_say_whose_they_are():
     city = wd.Portfolio({"soft": wd.Archetype(chain(2)), "stiff": wd.Archetype(stiff, 2)})
     settings = {"step": 0.02, "device": "cpu", "tail": 1.0}
     with pytest.warns(UserWarning, match=r"2 buildings of 1 storeys \(archetype 'stiff'\): the step is beyond"):
-        run = wd.simulate_portfolio(city, MOTIONS[0], **settings)
+        run = simulate(city, MOTIONS[0], **settings)
     np.testing.assert_array_equal(run["status"], [0, 0, 0])
     assert run["integration_step"][0] == 0.02
     assert (run["integration_step"][1:] < 0.01).all()
     with pytest.raises(ValueError, match=r"archetype 'stiff'.*sample 0"):
-        wd.simulate_portfolio(city, MOTIONS[0], on_unstable="raise", **settings)
+        simulate(city, MOTIONS[0], on_unstable="raise", **settings)
 
 
 BAD = {
@@ -343,10 +347,10 @@ def refuse(*arguments, **named):
 WILD = {"mass": wd.RandomValue(wd.Normal(0.0, 1.0))}
 BAD_DRAW = wd.Portfolio({"bad": wd.Archetype(chain(1), 9, WILD)})
 RUNS = {
-    "no portfolio": ({"portfolio": chain(1)}, "takes a Portfolio, got ShearBuilding"),
+    "scatter": ({"scatter": {"mass": 1.0}}, "names unknown parameter 'mass'"),
     "excitation": ({"excitation": wd.FreeVibration(1.0)}, "Stripes, Cloud or OneMotionPerStructure, got FreeVibration"),
-    "structures": ({"structures": 3}, "takes no structures: an archetype's `count`"),
-    "histories": ({"histories": wd.Histories([0])}, "takes no histories"),
+    "structures": ({"structures": 3}, "structures are not of a portfolio: an archetype's `count`"),
+    "histories": ({"histories": wd.Histories([0])}, "histories of a portfolio are not kept"),
     "individual": ({"excitation": wd.OneMotionPerStructure(MOTIONS, [0, 1])}, "motion has 2 values for 25 samples"),
     "method": ({"method": "exact"}, "archetype 'low': method 'exact' does not fit storeys of law 'bilinear'"),
     "unknown method": ({"method": "euler"}, "unknown method 'euler'"),
@@ -366,10 +370,7 @@ RUNS = {
     ),
     # Settings are judged before anything is drawn, and are no archetype's fault.
     "step": ({"step": 0.007}, "^step 0.007 s does not divide"),
-    "typo": (
-        {"stpe": 0.01, "portfolio": BAD_DRAW},
-        "takes no setting 'stpe'; it takes checked_share, device, .*step, target_error, threads",
-    ),
+    "typo": ({"stpe": 0.01, "portfolio": BAD_DRAW}, "unexpected keyword argument 'stpe'"),
     "dtype": ({"dtype": "float16", "portfolio": BAD_DRAW}, "^unknown dtype 'float16'"),
     "checked share": ({"checked_share": 2, "portfolio": BAD_DRAW}, "^checked_share must be a share"),
     "target error": ({"target_error": -1.0, "portfolio": BAD_DRAW}, "^target_error must be"),
@@ -386,7 +387,7 @@ def test_bad_runs_are_refused_before_a_kernel(case, monkeypatch):
     monkeypatch.setattr(devices.CpuQueue, "launch", refuse)
     arguments = {"portfolio": CITY, "excitation": STRIPES, "device": "cpu"} | changes
     with pytest.raises((ValueError, TypeError), match=message):
-        wd.simulate_portfolio(**arguments)
+        simulate(**arguments)
 
 
 def test_one_bar_shows_how_far_all_groups_are(monkeypatch):
@@ -398,7 +399,7 @@ def test_one_bar_shows_how_far_all_groups_are(monkeypatch):
 
     monkeypatch.setattr("warpdyn.core.progress.tqdm", make)
     for _ in range(2):
-        wd.simulate_portfolio(CITY, MOTIONS[0], recorders=("drift",), tail=0.0, device="cpu")
+        simulate(CITY, MOTIONS[0], recorders=("drift",), tail=0.0, device="cpu")
     wd.simulate(wd.Scene(chain(1), MOTIONS[0], recorders=("drift",), tail=0.0), device="cpu")
     assert [bar.total for bar in bars] == [25, 25, 1]
 
@@ -406,7 +407,7 @@ def test_one_bar_shows_how_far_all_groups_are(monkeypatch):
 def test_a_thousand_archetypes_are_laid_out_in_seconds():
     city = {f"{i}": wd.Archetype(chain(1 + i % 2, 6e5 * (1 + i / 1e4)), 3, SCATTER) for i in range(1000)}
     motion = make_motion(0.02, 30, 4)
-    run = wd.simulate_portfolio(wd.Portfolio(city), motion, recorders=("drift",), tail=0.0, device="cpu")
+    run = simulate(wd.Portfolio(city), motion, recorders=("drift",), tail=0.0, device="cpu")
     assert run.sizes["sample"] == 3000
     assert run.attrs["groups"] <= 4
     assert len(run.attrs["scene"]) > 100_000  # and is written, all the same
@@ -416,7 +417,7 @@ def test_listed_and_drawn_values_must_fit_each_other():
     tall = wd.ShearBuilding(1e5, 1e7, 3.0, law="bilinear", yield_force=1e5, hardening_ratio=0.1, gravity_load=1e7)
 
     def drawn(**scatter):
-        return wd.Portfolio({"tall": wd.Archetype(tall, scatter=scatter)}).parameters("tall", seed=0)
+        return parameters_of(wd.Portfolio({"tall": wd.Archetype(tall, scatter=scatter)}), "tall", seed=0)
 
     soft, stiff = wd.RandomValue(wd.Uniform(0.5e7, 0.9e7)), wd.RandomValue(wd.Uniform(2e7, 3e7))
     with pytest.raises(ValueError, match=r"tall.*gravity_load adds up to 2\.9e\+07 N.*buckles"):

@@ -40,9 +40,10 @@ def test_every_building_has_its_own_exact_response(tmp_path, to_file):
         name: wd.Archetype(chain(*kinds[name][:2]), scatter={key: wd.GivenValues(row) for key, row in values.items()})
         for name, values in tables.items()
     }
-    settings = {"recorders": ("drift", "energy"), "tail": 0.0, "step": 0.0005, "dtype": "float64", "device": "cpu"}
+    settings = {"step": 0.0005, "dtype": "float64", "device": "cpu"}
     settings |= {"path": tmp_path / "run.nc"} if to_file else {}
-    run = wd.simulate_portfolio(wd.Portfolio(archetypes), wd.Cloud(MOTIONS), **settings)
+    scene = wd.Scene(wd.Portfolio(archetypes), wd.Cloud(MOTIONS), recorders=("drift", "energy"), tail=0.0)
+    run = wd.simulate(scene, **settings)
     assert run.attrs["groups"] == 3
     buildings = [(name, place) for name, (*_, count) in kinds.items() for place in range(count)]
     assert run.sizes["sample"] == len(buildings) * len(MOTIONS)

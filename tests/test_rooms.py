@@ -23,8 +23,8 @@ ROOMS = (
     "scene",
     "integration",
     "accuracy",
-    "running",
     "portfolio",
+    "running",
     "statistics",
     "plots",
 )

@@ -227,7 +227,7 @@ def test_bad_input_is_refused_by_name():
     with pytest.raises(TypeError, match="an EventSequence needs a ShearBuilding"):
         wd.Scene(wd.LinearSystem(np.eye(2), np.eye(2), np.eye(2)), events)
     with pytest.raises(TypeError, match="portfolio must be Stripes, Cloud or OneMotionPerStructure, got EventSequence"):
-        wd.simulate_portfolio(wd.Portfolio({"a": wd.Archetype(building)}), events)
+        wd.Scene(wd.Portfolio({"a": wd.Archetype(building)}), events)
     run = xr.Dataset({"status": ("sample", [0])})
     with pytest.raises(ValueError, match="the dataset has no events"):
         wd.select_event(run, "mainshock")

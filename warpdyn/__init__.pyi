@@ -31,8 +31,6 @@ from .ground_motions.motions import (
     HarmonicForce as HarmonicForce,
 )
 from .ground_motions.response_spectra import response_spectra as response_spectra
-from .portfolio.portfolio import Archetype as Archetype, Portfolio as Portfolio
-from .portfolio.simulate_portfolio import simulate_portfolio as simulate_portfolio
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
@@ -43,6 +41,7 @@ from .running.selections import (
 )
 from .running.simulate import simulate as simulate
 from .scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
+from .scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .scene.scene import Scene as Scene
 from .statistics.damage_shares import damage_shares as damage_shares

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.output_variables import DIVERGED, RECORDERS
+from warpdyn.core.output_variables import DIVERGED
 from warpdyn.core.random_numbers import Purpose
-from warpdyn.ground_motions.motions import Assignment
+from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.integration.ensemble import Ensemble
-from warpdyn.integration.run import LEAST_TOLERANCE, in_float64
+from warpdyn.integration.settings import LEAST_TOLERANCE
 from warpdyn.integration.stability_guard import Reruns, integrate_guarded
 from warpdyn.integration.time_grid import Schedule
-from warpdyn.methods.table import METHODS
 
 FEWEST_SAMPLES = 30  # fewer give no useful 95 % quantile
 # Statistics of the error over the samples, as quantiles.
@@ -39,7 +38,7 @@ def relative_errors(
         By demand, the largest error over its storeys (or degrees of freedom) relative to the largest value, shape
         [sample]; NaN for a sample that failed in either run.
     """
-    method = METHODS[run.plan.method]
+    method = run.model.method
     finer = FINER_EXACT if method.kind == "exact" else FINER
     reference = integrate_guarded(_refined(run, chosen, finer), chosen, reruns)
     # Correction for the error of the finer run: peaks are evaluated at steps, so that their order is at most 2.
@@ -51,9 +50,9 @@ def relative_errors(
 def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
     """Return a run in float64 with so many times the steps for some samples, after the same for all earlier events."""
     schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
-    is_adaptive = METHODS[run.plan.method].is_adaptive
+    is_adaptive = run.model.method.is_adaptive
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
-    refined = run.with_terms(in_float64(run.terms, tolerance, run.queue.device), schedule)
+    refined = run.with_terms(run.model.in_float64(tolerance, run.queue.device), schedule)
     if run.before is not None:
         everything = np.arange(run.before.sample.size)
         refined.resume(integrate_guarded(_refined(run.before, everything, finer), everything))
@@ -69,15 +68,12 @@ def compare(
     if "peak_storey_drift" in reference:
         sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / run.heights[run.row[chosen]].T
     errors = {}
-    for recorder in run.scene.recorders:
-        for name, variable in RECORDERS[run.plan.family][recorder].items():
-            if not variable.is_demand:
-                continue
-            scale = np.max([_largest(sizes[key]) for key in (name, *variable.scale) if key in sizes], axis=0)
-            difference = _largest(outputs[name].astype(np.float64) - reference[name])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                error = np.where(difference == 0, 0.0, difference / scale)
-            errors[name] = np.where(failed, np.nan, error)
+    for name, variable in run.model.demands.items():
+        scale = np.max([_largest(sizes[key]) for key in (name, *variable.scale) if key in sizes], axis=0)
+        difference = _largest(outputs[name].astype(np.float64) - reference[name])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.where(difference == 0, 0.0, difference / scale)
+        errors[name] = np.where(failed, np.nan, error)
     return errors
 
 
@@ -129,10 +125,10 @@ class ErrorEstimate:
         run = joined(blocks)
         self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self._reruns))
 
-    def result(self, family: str, recorders: tuple[str, ...]) -> xr.Dataset:
+    def result(self, demands: Sequence[str]) -> xr.Dataset:
         """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % and worst)."""
         self._run_again()
-        demands = [name for row in recorders for name, v in RECORDERS[family][row].items() if v.is_demand]
+        demands = list(demands)
         values = np.full((len(demands), len(STATISTICS)), np.nan)
         count = 0
         if self._errors and demands:
@@ -161,7 +157,7 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
     counts = [len(part.structures) for part in parts] if has_rows else [0] * len(parts)
     starts = np.cumsum([0, *counts[:-1]], dtype=np.int32)
     whole = Ensemble(
-        first.terms,
+        first.model,
         np.concatenate([part.structures for part in parts]),
         {name: np.concatenate([part.drawn[name] for part in parts]) for name in first.drawn},
         np.concatenate([part.rayleigh for part in parts]) if has_rows else first.rayleigh,

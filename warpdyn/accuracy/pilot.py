@@ -11,14 +11,14 @@ import xarray as xr
 from scipy.stats import binom
 
 from warpdyn.accuracy.error_estimate import compare
-from warpdyn.core.checks import check_kind, one_of, real_number, whole_number
+from warpdyn.core.checks import check_kind, one_of, whole_number
 from warpdyn.core.random_numbers import Purpose
-from warpdyn.ground_motions.event_sequences import EventSequence
-from warpdyn.integration.damping import law_to_integrate
+from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.model import dynamics_of
 from warpdyn.integration.run import Drawn, prepare
+from warpdyn.integration.settings import check_target_error
 from warpdyn.integration.stability_guard import guard, integrate_guarded
-from warpdyn.integration.time_grid import Vibration
 from warpdyn.kernels.plan import values_held
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.methods.table import check_fits, fitting_methods
@@ -28,9 +28,8 @@ from warpdyn.scene.scene import Scene
 # The methods that the accuracy study found cheapest, within the scatter of its timings, for some scene and error, and
 # the cheapest method without a stability limit; other methods are tried only if they are asked for.
 CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
-LEAST_ERROR = 1e-8
-HELD = 0.9  # share of the target that the pilot's error must stay below, because its reference has a small error
-# Numbers of steps in the first period that are tried, half an octave apart.
+HELD = 0.9  # the part of the target that the pilot's error must stay below: its reference errs a little itself
+# Steps tried, as steps in the first period: half an octave apart.
 STEPS_A_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
 REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more below it
 # A candidate that needs this many times more steps for stability than for accuracy is given up.
@@ -105,18 +104,19 @@ def plan(
     """
     check_kind("plan", "a Scene", scene, Scene)
     check_target_error(target_error)
-    if isinstance(scene.excitation, EventSequence):
+    if len(scene.excitation.event_names) > 1:
         raise ValueError(
             "target_error chooses the step by a pilot of one event, and the scene has an EventSequence: plan() its "
             "first event by itself, give simulate() the step, and estimate the errors of all events with checked_share="
         )
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
+    law, damping = dynamics_of(scene).fitting_law, scene.structure.damping
     if method is not None:
-        check_fits(method, law_to_integrate(scene), scene.structure.damping)
+        check_fits(method, law, damping)
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
     pilot = _Pilot(scene, target_error, seed, checked_devices(device)[0], threads)
-    fitting = fitting_methods(law_to_integrate(scene), scene.structure.damping)
+    fitting = fitting_methods(law, damping)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
     for name in methods:
@@ -152,8 +152,8 @@ class _Pilot:
     """A few samples of a scene, with the peak drifts of a reference run at a very short step."""
 
     def __init__(self, scene: Scene, target_error: float, seed: int, device: str, threads: int | None) -> None:
-        only = "drift" if scene.structure.family == "chain" else "displacement"
-        self.scene, self.target_error = replace(scene, recorders=(only,), collapse_drift_ratio=None), target_error
+        only = (scene.structure.demand,)
+        self.scene, self.target_error = replace(scene, recorders=only, collapse_drift_ratio=None), target_error
         self.known: dict[str, Drawn] = {}
         self.settings = {"seed": seed, "device": device, "threads": threads}
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
@@ -165,10 +165,12 @@ class _Pilot:
         total = self.structures * scene.excitation.samples_per_structure
         generator = np.random.default_rng([seed, Purpose.PILOT_SAMPLES])
         self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
-        periods = self._prepared("rk4", "float64", None)[1].period
+        first, vibration = self._prepared("rk4", "float64", None)
+        periods = vibration.period
         self.period = float(np.median(periods))
         finer = REFERENCE_STEPS_A_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
-        method, step = "exact" if law_to_integrate(scene) == "elastic" else "rk4", float(periods.min()) / finer
+        is_linear = first.model.dynamics.fitting_law == "elastic"
+        method, step = "exact" if is_linear else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
         if held > MOST_HELD:  # a mode is so stiff that it does not contribute: a method without stability limit
             reference, _ = self._run("newmark_average", "float64", step / 2)
@@ -222,7 +224,7 @@ class _Pilot:
                 continue
             error = self._error(run)
             if error <= HELD * self.target_error:
-                taken = float((run.timeline.interval / run.timeline.substeps).max())
+                taken = float(run.timeline.steps.max())
                 found, high = (taken, error, run), middle - 1
             else:
                 low = middle + 1
@@ -235,17 +237,10 @@ class _Pilot:
         return (time.perf_counter() - started) / self.chosen.size
 
 
-def check_target_error(target_error: float) -> None:
-    """Raise an error unless a target error is within the range that can be kept."""
-    if not LEAST_ERROR <= real_number("target_error", target_error, above=0) < 1:
-        raise ValueError(f"target_error must be a relative error from {LEAST_ERROR:g} to below 1, got {target_error}")
-
-
 def _fixed_structures(scene: Scene) -> int:
     """Return the number of structures that a scene gives values or motions for; 0 if any number can be drawn."""
     listed = [len(spread.values) for spread in scene.scatter.values() if isinstance(spread, GivenValues)]
-    given = (getattr(scene.excitation, name, None) for name in ("motion", "scale"))
-    return max(listed + [np.size(values) for values in given if np.size(values) > 1], default=0)
+    return max([*listed, scene.excitation.structures_given])
 
 
 def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import real_numbers
 from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
-from warpdyn.ground_motions.motions import Assignment, GroundMotion, checked_motions
+from warpdyn.ground_motions.motions import GroundMotion, checked_motions
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
@@ -30,15 +31,16 @@ def _units(measure: IntensityMeasure) -> str:
     return "g" if _is_acceleration(measure) else measure.units
 
 
-class _Labelled:
-    """What a design works out when it is made, beside its fields."""
+class Design(Excitation):
+    """Which structure runs under which motion, and at what scale."""
 
+    is_design = True
     _intensities: np.ndarray  # of every motion as recorded, by the design's measure
 
 
 @dataclass(frozen=True, eq=False)
-class Stripes(_Labelled):
-    """Every structure runs under every motion, scaled to every level of an intensity measure.
+class Stripes(Design):
+    """Every structure under every motion, scaled to every level of an intensity measure.
 
     Samples are ordered by structure, then motion, then level, so that more structures only add samples at the end.
 
@@ -85,8 +87,8 @@ class Stripes(_Labelled):
         """Number of motions times number of levels."""
         return len(self.motions) * len(self.levels_in_g)
 
-    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
-        """Return a sample for every motion and level for each of these structures, given by their indices."""
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
+        """Return motions x levels samples for each of these structures, given by their indices."""
         levels = len(self.levels_in_g)
         motion = np.repeat(np.arange(len(self.motions), dtype=np.int32), levels)
         im_level = np.tile(self.levels_in_g, len(self.motions))
@@ -97,8 +99,8 @@ class Stripes(_Labelled):
 
 
 @dataclass(frozen=True, eq=False)
-class Cloud(_Labelled):
-    """Every structure runs under every motion as recorded.
+class Cloud(Design):
+    """Every structure under every motion as recorded.
 
     Args:
         motions: Ground motions.
@@ -117,8 +119,8 @@ class Cloud(_Labelled):
         """Number of motions."""
         return len(self.motions)
 
-    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
-        """Return a sample for every motion for each of these structures, given by their indices."""
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
+        """Return a sample a motion for each of these structures, given by their indices."""
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
@@ -126,8 +128,8 @@ class Cloud(_Labelled):
 
 
 @dataclass(frozen=True, eq=False)
-class OneMotionPerStructure(_Labelled):
-    """Every structure runs under one motion of its own, at a scale of its own.
+class OneMotionPerStructure(Design):
+    """Every structure under one motion of its own, at a scale of its own.
 
     Args:
         motions: Ground motions.
@@ -168,6 +170,16 @@ class OneMotionPerStructure(_Labelled):
             if values is not None and np.ndim(values) and np.size(values) != structures:
                 raise ValueError(f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples")
 
+    @property
+    def structures_given(self) -> int:
+        """How many structures have a motion or a scale of their own; 0 if any number may have the one of all."""
+        return max((np.size(v) for v in (self.motion, self.scale) if np.size(v) > 1), default=0)
+
+    def of_structures(self, structures: np.ndarray, seed: int) -> OneMotionPerStructure:
+        """Return the design of some structures of a run, given by their indices: what is drawn goes by these."""
+        own = self.assign(structures, seed)
+        return OneMotionPerStructure(self.motions, own.motion, own.scale, self.measure)
+
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
         """Return one sample for each of these structures, given by their indices; each event draws its own motions."""
         index = np.asarray(structures, dtype=np.int32)
@@ -180,3 +192,8 @@ class OneMotionPerStructure(_Labelled):
         scale = scale[index] if scale.ndim else np.full(index.size, float(scale))
         im_level = scale**self.measure.power * self._intensities[motion]
         return Assignment(index, motion, scale, im_level, self.measure.name, _units(self.measure))
+
+
+def excitation_of(given: object) -> object:
+    """Return what a scene is given as an excitation: of a single motion the design that runs it as recorded."""
+    return Cloud((given,)) if isinstance(given, GroundMotion) else given

@@ -6,18 +6,23 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warpdyn.ground_motions.designs import Cloud, OneMotionPerStructure, Stripes
-from warpdyn.ground_motions.motions import Assignment, GroundMotion
+from warpdyn.ground_motions.designs import excitation_of
+from warpdyn.ground_motions.excitation import Assignment, Excitation
+from warpdyn.ground_motions.motions import GroundMotion
+
+if TYPE_CHECKING:
+    from warpdyn.structures.structure import Structure
 
 
-class _Placed:
+class _Placed(Excitation):
     """What a sequence works out when it is made, beside its fields."""
 
-    motions: tuple[GroundMotion, ...]  # of all events, each once
-    _places: list[np.ndarray]  # of each event's motions among these
+    _designs: tuple[Excitation, ...]  # of the events
+    _places: list[np.ndarray]  # of each event's motions among those of all, each once
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +43,7 @@ class EventSequence(_Placed):
         ValueError, TypeError: If there are fewer than two events, a name is not text, or a design is of another kind.
     """
 
-    events: Mapping[str, Stripes | Cloud | OneMotionPerStructure | GroundMotion]
+    events: Mapping[str, Excitation | GroundMotion]
 
     def __post_init__(self) -> None:
         if not isinstance(self.events, Mapping):
@@ -52,15 +57,15 @@ class EventSequence(_Placed):
         for name, design in self.events.items():
             if not isinstance(name, str) or not name:
                 raise TypeError(f"an event's name must be text, such as 'mainshock', got {name!r}")
-            if isinstance(design, GroundMotion):
-                design = Cloud((design,))
-            if not isinstance(design, Stripes | Cloud | OneMotionPerStructure):
+            excitation = excitation_of(design)
+            if not isinstance(excitation, Excitation) or not excitation.is_design:
                 raise TypeError(
                     f"event {name!r} must be Stripes, Cloud, OneMotionPerStructure or a GroundMotion, "
                     f"got {type(design).__name__}"
                 )
-            designs[name] = design
+            designs[name] = excitation
         object.__setattr__(self, "events", MappingProxyType(designs))
+        object.__setattr__(self, "_designs", tuple(designs.values()))
         # Motions that several events have in common are held once.
         motions = list(dict.fromkeys(motion for design in designs.values() for motion in design.motions))
         place = {motion: index for index, motion in enumerate(motions)}
@@ -69,9 +74,9 @@ class EventSequence(_Placed):
         object.__setattr__(self, "_places", places)
 
     @property
-    def _designs(self) -> tuple[Stripes | Cloud | OneMotionPerStructure, ...]:
-        """The events' designs, a single motion's among them as its Cloud."""
-        return tuple(design for design in self.events.values() if not isinstance(design, GroundMotion))
+    def event_names(self) -> tuple[str, ...]:
+        """Names of the events, in their order."""
+        return tuple(self.events)
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
@@ -85,19 +90,26 @@ class EventSequence(_Placed):
         return self.samples_by_event[-1]
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless motions and scales that are given are given for so many structures."""
-        for name, design in self.events.items():
-            if isinstance(design, OneMotionPerStructure):
-                try:
-                    design.check_structures(structures)
-                except ValueError as error:
-                    raise ValueError(f"event {name!r}: {error}") from None
+        """Raise a ValueError unless what is given a structure is given for so many of them."""
+        for name, design in zip(self.events, self._designs, strict=True):
+            try:
+                design.check_structures(structures)
+            except ValueError as error:
+                raise ValueError(f"event {name!r}: {error}") from None
 
-    def assign(self, event: int, structures: np.ndarray, seed: int) -> Assignment:
+    @property
+    def structures_given(self) -> int:
+        """How many structures an event lists something of; 0 if all of them serve any number."""
+        return max(design.structures_given for design in self._designs)
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a TypeError unless the structure can be left in another state than it was in."""
+        if not structure.can_yield:
+            raise TypeError(
+                "an EventSequence needs a ShearBuilding: a LinearSystem comes out of an earthquake as it went into it"
+            )
+
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
         """Return the samples of an event, given by its number, on each of these structures, which may repeat."""
-        design = self._designs[event]
-        if isinstance(design, OneMotionPerStructure):
-            assignment = design.assign(structures, seed, event)
-        else:
-            assignment = design.assign(structures, seed)
+        assignment = self._designs[event].assign(structures, seed, event)
         return replace(assignment, motion=self._places[event][assignment.motion])

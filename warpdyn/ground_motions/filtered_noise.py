@@ -13,7 +13,8 @@ from scipy.linalg import expm
 
 from warpdyn.core.checks import real_number, whole_number
 from warpdyn.core.random_numbers import Purpose, normals
-from warpdyn.ground_motions.motions import GroundMotion, OneLoad
+from warpdyn.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
+from warpdyn.ground_motions.motions import GroundMotion
 
 MOST_INTERVALS = 2**30  # nodes are counted in 32 bits, with two blocks of random numbers each
 QUADRATURE = np.polynomial.legendre.leggauss(12)
@@ -182,8 +183,8 @@ class JenningsEnvelope:
 
 
 @dataclass(frozen=True)
-class FilteredNoise(OneLoad):
-    """One random base motion for each structure: a stationary Gaussian process times an envelope, zero after its end.
+class FilteredNoise(SingleLoad):
+    """One random base motion a structure: a stationary Gaussian process times an envelope, at rest after its end.
 
     A sample's motion depends on the seed and the sample's index alone: it is the same at any step, with any method and
     on any device. Free vibration follows the motion as it follows a record.
@@ -222,6 +223,22 @@ class FilteredNoise(OneLoad):
             raise ValueError(f"interval {self.interval:g} s divides the duration into more than {MOST_INTERVALS} parts")
 
     @property
+    def kernel_load(self) -> str:
+        """Row of the kernels' LOADS."""
+        return self.spectrum.load
+
+    def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
+        """Return a grid of steps that divide the interval between nodes."""
+        count = substeps_of(self.interval, step, target, THE_NOISE)
+        return Timeline((), np.array([self.interval]), np.array([count]), np.array([self.intervals]))
+
+    def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
+        """Return the process, row by row, and the envelope."""
+        process = self.spectrum.recursion(self.interval)
+        parts = [process.growth, process.kick, process.start, process.output, self.envelope_at_nodes()]
+        return {"noise": np.concatenate([part.ravel() for part in parts])}
+
+    @property
     def intervals(self) -> int:
         """Intervals between nodes."""
         return round(self.duration / self.interval)
@@ -232,12 +249,7 @@ class FilteredNoise(OneLoad):
         return np.ones_like(time) if self.envelope is None else self.envelope.at(time)
 
     def motion(self, sample: int, seed: int = 0) -> GroundMotion:
-        """Return the base motion of one sample, to plot it or to run it again.
-
-        Args:
-            sample: Index of the sample in the run.
-            seed: Seed of the run.
-        """
+        """Return the base motion of one sample of a run, given by its index and the run's seed."""
         sample, seed = whole_number("sample", sample, 0), whole_number("seed", seed, 0)
         process = self.spectrum.recursion(self.interval)
         states = process.output.size

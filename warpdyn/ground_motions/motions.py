@@ -4,12 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_number, real_numbers
+from warpdyn.ground_motions.excitation import (
+    THE_DURATION,
+    Sampled,
+    SingleLoad,
+    Timeline,
+    resampled_columns,
+    substeps_of,
+)
+
+if TYPE_CHECKING:
+    from warpdyn.structures.structure import Structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +66,19 @@ class GroundMotion:
         return self.acceleration
 
     @property
+    def label(self) -> str:
+        """What the dataset calls it."""
+        return self.name
+
+    def resampled(self, step: float) -> GroundMotion:
+        """Return the motion on a grid of another step [s], straight between the new samples."""
+        return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
+
+    def description(self) -> dict[str, object]:
+        """Return what the motion's JSON says: not its samples."""
+        return {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
+
+    @property
     def duration(self) -> float:
         """Time from the first to the last sample [s]."""
         return (self.acceleration.size - 1) * self.step
@@ -78,9 +102,9 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
     return motions
 
 
-def motion_names(motions: Sequence[GroundMotion | ForceHistory]) -> tuple:
+def motion_names(motions: Sequence[Sampled]) -> tuple:
     """Return the variable `motion_name` of datasets."""
-    names = [getattr(motion, "name", "force history") for motion in motions]
+    names = [motion.label for motion in motions]
     return "motion", np.array(names, dtype=str), {"long_name": "name of the motion", "units": "1"}
 
 
@@ -89,62 +113,16 @@ def motion_numbers(count: int) -> tuple:
     return "motion", np.arange(count, dtype=np.int32), {"long_name": "index of the motion", "units": "1"}
 
 
-@dataclass(frozen=True, eq=False)
-class Assignment:
-    """Which structure runs under which motion at which scale, one value for each sample.
+class FormulaLoad(SingleLoad):
+    """A load that is a formula of the time, over a duration that nothing follows."""
 
-    Args:
-        structure: Index of the drawn structure, shape [sample].
-        motion: Index of the motion, shape [sample].
-        scale: Factor on the motion, shape [sample].
-        im_level: Intensity measure of the scaled motion, shape [sample]; None if there is none.
-        measure: Name of that intensity measure.
-        units: Its units: "g" for accelerations, SI for others.
-        is_striped: Whether `im_level` takes the values of a list of stripes.
-        repeats: Number of consecutive samples that have a structure and a motion in common, the same throughout.
-    """
+    duration: float
+    has_tail = False
 
-    structure: np.ndarray
-    motion: np.ndarray
-    scale: np.ndarray
-    im_level: np.ndarray | None = None
-    measure: str = ""
-    units: str = "g"
-    is_striped: bool = False
-    repeats: int = 1
-
-    def select(self, samples: np.ndarray) -> Assignment:
-        """Return the assignment of some of the samples."""
-        level = None if self.im_level is None else self.im_level[samples]
-        return replace(
-            self,
-            structure=self.structure[samples],
-            motion=self.motion[samples],
-            scale=self.scale[samples],
-            im_level=level,
-            repeats=1,
-        )
-
-    @staticmethod
-    def joined(parts: Sequence[Assignment]) -> Assignment:
-        """Return the assignments of several blocks of samples as one."""
-        names = ("structure", "motion", "scale", "im_level")
-        values = {name: [getattr(part, name) for part in parts] for name in names}
-        whole: dict[str, Any] = {
-            name: None if rows[0] is None else np.concatenate(rows) for name, rows in values.items()
-        }
-        return replace(parts[0], **whole, repeats=1)
-
-
-class OneLoad:
-    """A load that acts on every structure once, unscaled."""
-
-    samples_per_structure = 1
-
-    def assign(self, structures: np.ndarray, seed: int) -> Assignment:
-        """Return one sample for each of these structures, given by their indices."""
-        index = np.asarray(structures, dtype=np.int32)
-        return Assignment(index, np.zeros(index.size, dtype=np.int32), np.ones(index.size))
+    def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
+        """Return a grid of steps that divide the duration."""
+        count = substeps_of(self.duration, step, target, THE_DURATION)
+        return Timeline((), np.array([self.duration / count]), np.array([1]), np.array([count]))
 
 
 def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
@@ -155,7 +133,7 @@ def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class HarmonicForce(OneLoad):
+class HarmonicForce(FormulaLoad):
     """Nodal forces F0 sin(w t + phase) on a structure at rest.
 
     Args:
@@ -170,15 +148,39 @@ class HarmonicForce(OneLoad):
     duration: float
     phase: float = 0.0
 
+    kernel_load = "harmonic_force"
+    is_force = True
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "amplitude", _checked_row("amplitude", self.amplitude))
         object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
         for name in ("circular_frequency", "phase"):
             object.__setattr__(self, name, real_number(name, getattr(self, name)))
 
+    @property
+    def forcing_frequency(self) -> float:
+        """Circular frequency of the sine [rad/s]."""
+        return self.circular_frequency
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless there is an amplitude for each degree of freedom."""
+        _check_width("HarmonicForce.amplitude", self.amplitude, structure, serves_all=False)
+
+    def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
+        """Return amplitude, circular frequency and phase."""
+        return {
+            "amplitude": self.amplitude,
+            "circular_frequency": np.array([self.circular_frequency]),
+            "phase": np.array([self.phase]),
+        }
+
+    def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
+        """Return the modes' share of the sine."""
+        return self.amplitude @ shape
+
 
 @dataclass(frozen=True, eq=False)
-class ForceHistory(OneLoad):
+class ForceHistory(SingleLoad):
     """Nodal forces sampled in time on a structure at rest, linear between samples and zero after the last.
 
     Args:
@@ -188,6 +190,10 @@ class ForceHistory(OneLoad):
 
     force: ArrayLike
     step: float
+
+    kernel_load = "force_history"
+    label = "force history"
+    is_force = True
 
     def __post_init__(self) -> None:
         force = finite_numbers("force", self.force)
@@ -201,10 +207,29 @@ class ForceHistory(OneLoad):
         """What is sampled, time first."""
         return np.asarray(self.force)
 
+    @property
+    def motions(self) -> tuple[ForceHistory, ...]:
+        """The history itself."""
+        return (self,)
+
+    def resampled(self, step: float) -> ForceHistory:
+        """Return the forces on a grid of another step [s], straight between the new samples."""
+        return replace(self, force=resampled_columns(self.values, self.step, step), step=step)
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless there is a column for each degree of freedom."""
+        columns = self.force.shape[1]
+        if columns != structure.dofs:
+            raise ValueError(f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom")
+
+    def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
+        """Return the modes' share of a unit force on each degree of freedom."""
+        return shape
+
 
 @dataclass(frozen=True, eq=False)
-class FreeVibration(OneLoad):
-    """No load: the structure vibrates freely from an initial state.
+class FreeVibration(FormulaLoad):
+    """No load: the structure moves on from an initial state.
 
     Args:
         duration: Length of the run [s].
@@ -216,7 +241,37 @@ class FreeVibration(OneLoad):
     displacement: ArrayLike = 0.0
     velocity: ArrayLike = 0.0
 
+    kernel_load = "free_vibration"
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
         object.__setattr__(self, "displacement", _checked_row("displacement", self.displacement))
         object.__setattr__(self, "velocity", _checked_row("velocity", self.velocity))
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless the state is one of the structure, in which it may be at rest."""
+        for name in ("displacement", "velocity"):
+            _check_width(f"FreeVibration.{name}", getattr(self, name), structure, serves_all=True)
+        if np.any(self.displacement) and not structure.forgets:
+            raise ValueError(
+                f"FreeVibration.displacement needs an elastic structure: the force of a {structure.law!r} "
+                "storey at a displacement depends on how it came there; start from a velocity"
+            )
+
+    def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
+        """Return nothing: there is but the initial state."""
+        return {}
+
+    def initial_state(self, dofs: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the state, one value a degree of freedom."""
+        return np.broadcast_to(self.displacement, dofs), np.broadcast_to(self.velocity, dofs)
+
+    def modal_start(self, momentum: np.ndarray) -> np.ndarray:
+        """Return the modes' share of the state."""
+        return np.array([part @ momentum for part in self.initial_state(momentum.shape[1])])
+
+
+def _check_width(name: str, values: np.ndarray, structure: Structure, *, serves_all: bool) -> None:
+    """Raise a ValueError unless there is one value a degree of freedom, or one that serves all."""
+    if values.size != structure.dofs and (values.size != 1 or not serves_all):
+        raise ValueError(f"{name} has {values.size} values for {structure.dofs} degrees of freedom")

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from warpdyn.core.output_variables import HISTORY, STATE, recorded
 from warpdyn.core.random_numbers import key_of
-from warpdyn.ground_motions.motions import Assignment
+from warpdyn.ground_motions.excitation import MOST_STEPS, Assignment
 from warpdyn.integration import packing
-from warpdyn.integration.time_grid import MOST_STEPS, Schedule, Timeline
+from warpdyn.integration.dynamics import Arrays
+from warpdyn.integration.model import Model
+from warpdyn.integration.time_grid import Schedule
 from warpdyn.kernels import arguments, queues as devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import Plan
-from warpdyn.laws.springs import spring_row
-from warpdyn.methods.table import METHODS
-from warpdyn.scene.scene import Scene
 
-Arrays = dict[str, np.ndarray]
 MapFunction = Callable[..., Iterable[object]]  # map, or one that works on several items at a time
 
 
@@ -39,60 +35,11 @@ class Packed(NamedTuple):
     groups: list[tuple[int, int]]
 
 
-@dataclass(frozen=True, eq=False)
-class Terms:
-    """How a scene's samples are integrated, all of them alike.
-
-    Args:
-        scene: The scene.
-        timeline: Time grid of each motion.
-        plan: The kernel's plan.
-        tolerance: Relative error a step that an adaptive method allows itself.
-        seed: Seed of random motions.
-        threads: CPU threads.
-    """
-
-    scene: Scene
-    timeline: Timeline
-    plan: Plan
-    tolerance: float
-    seed: int
-    threads: int
-    _loads: dict[str, object] = field(default_factory=dict, init=False, repr=False)
-
-    @property
-    def shapes(self) -> dict[str, tuple[int, ...]]:
-        """What is recorded of one sample: every dimension beside `sample` is as long as there are dofs."""
-        variables = recorded(self.plan.family, self.plan.recorders, METHODS[self.plan.method].is_adaptive)
-        shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in variables.items()} | {"status": ()}
-        if STATE in self.plan.recorders:
-            values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
-            shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}
-        return shapes
-
-    def for_event(self, resumes: bool) -> Terms:
-        """Return the terms of an event of a sequence, which leaves a state and may go on from one, too."""
-        return replace(self, plan=replace(self.plan, recorders=(*self.plan.recorders, STATE), resumes=resumes))
-
-    @property
-    def kernel_name(self) -> str:
-        """What the kernel computes, in one line."""
-        p = self.plan
-        return f"{p.family} {p.dofs} {p.law} {p.damping} {p.load} {'+'.join(p.recorders)} {p.method} {p.dtype}"
-
-    def loads_on(self, device: str) -> object:
-        """Return the load as a device holds it, brought there once."""
-        if device not in self._loads:
-            packed = packing.pack_load(self.scene, self.timeline)
-            self._loads[device] = arguments.brought("Load", packed, self.plan.dtype, device)
-        return self._loads[device]
-
-
 class Ensemble:
     """Some structures of a run with all their samples.
 
     Args:
-        terms: How they are integrated.
+        model: How they are integrated.
         structures: Indices of the structures in the run, increasing, shape [structure].
         drawn: Their scattered parameters, structure first.
         rayleigh: Their Rayleigh damping, as their vibration tells it.
@@ -106,7 +53,7 @@ class Ensemble:
 
     def __init__(
         self,
-        terms: Terms,
+        model: Model,
         structures: np.ndarray,
         drawn: Arrays,
         rayleigh: np.ndarray,
@@ -119,8 +66,8 @@ class Ensemble:
     ) -> None:
         self.before = before
         self.state: Arrays = {}  # that `before` has left, structure first
-        self.terms, self.queue = terms, queue
-        self.scene, self.timeline, self.plan, self.tolerance = terms.scene, terms.timeline, terms.plan, terms.tolerance
+        self.model, self.queue = model, queue
+        self.scene, self.timeline, self.plan, self.tolerance = model.scene, model.timeline, model.plan, model.tolerance
         self.structures, self.drawn, self.rayleigh = structures, drawn, rayleigh
         self.assignment, self.row = assignment, row
         self.schedule, self.sample = schedule, sample
@@ -133,10 +80,10 @@ class Ensemble:
         return self.drawn.get("height", np.broadcast_to(nominal, (len(self.structures), nominal.size)))
 
     def select(self, samples: np.ndarray) -> Ensemble:
-        """Return some of the samples with their structures, to be integrated on the same terms."""
+        """Return some of the samples with their structures, to be integrated by the same model."""
         structures, row = np.unique(self.row[samples], return_inverse=True)
         part = Ensemble(
-            self.terms,
+            self.model,
             self.structures[structures] if self.drawn or self.before else self.structures,
             {name: values[structures] for name, values in self.drawn.items()},
             self.rayleigh[structures],
@@ -155,10 +102,10 @@ class Ensemble:
         left = {name: values.T for name, values in outputs.items() if name.startswith("final_")}
         self.state = {name.replace("final", "initial"): values for name, values in left.items()}
 
-    def with_terms(self, terms: Terms, schedule: Schedule) -> Ensemble:
-        """Return the same samples on other terms."""
+    def with_terms(self, model: Model, schedule: Schedule) -> Ensemble:
+        """Return the same samples by another model."""
         held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
-        return Ensemble(terms, *held, schedule, self.sample, self.queue, self.before)
+        return Ensemble(model, *held, schedule, self.sample, self.queue, self.before)
 
     def restepped(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
         """Return the schedule with other steps an interval for some samples, which run as long as before.
@@ -196,7 +143,7 @@ class Ensemble:
             rows: Where each recorded variable goes, sample first.
             advance: Called with the number of samples done since its last call, by a device that is waited for.
         """
-        rows = {name: rows[name] for name in self.terms.shapes}
+        rows = {name: rows[name] for name in self.model.shapes}
         output = self.queue.blank(rows, self.plan.dtype)
         history = self.queue.upload("History", {}, self.plan.dtype)
         if self._packed is None:
@@ -212,10 +159,7 @@ class Ensemble:
     def integrate(self, chosen: np.ndarray) -> Arrays:
         """Return every recorded variable of some samples, sample last."""
         part = self.select(chosen)
-        rows = {
-            name: np.empty((chosen.size, *shape), arguments.output_dtype(name, self.plan.dtype))
-            for name, shape in self.terms.shapes.items()
-        }
+        rows = self.model.blank_outputs(chosen.size)
         part.start(rows)
         part.finish(rows)
         return {name: values.T for name, values in rows.items()}
@@ -233,7 +177,7 @@ class Ensemble:
         every_own = every * times_finer
         last = part.schedule.run_intervals * part.schedule.substeps // every_own
         times = int(last.max()) + 1
-        names = list(HISTORY) if self.plan.family == "chain" else [n for n in HISTORY if n != "storey_force"]
+        names = self.model.dynamics.histories
         blank = {name: np.full((last.size, times, self.plan.dofs), np.nan) for name in names}
         history = self.queue.upload("History", blank, self.plan.dtype)
         output = self.queue.blank({"status": np.empty(last.size, np.int8)}, self.plan.dtype)
@@ -256,15 +200,16 @@ class Ensemble:
 
         Where a kernel reads propagators, there is one for each structure and step that meet.
         """
-        if packing.needs_step(self.plan):
+        dynamics = self.model.dynamics
+        if self.model.needs_step:
             steps, of_step = np.unique(self.schedule.step, return_inverse=True)
             pairs, place = np.unique(self.row * steps.size + of_step, return_inverse=True)
-            parameters = packing.parameters_of(self.scene, self.drawn, pairs // steps.size)
+            parameters = dynamics.parameters_of(self.drawn, pairs // steps.size)
             step = steps[pairs % steps.size]
         else:
             everything = np.arange(len(self.structures)) if self.before else slice(None)
-            parameters, place, step = packing.parameters_of(self.scene, self.drawn, everything), self.row, None
-        structures = packing.pack_structures(self.scene, parameters, self.plan, step, self.rayleigh, self.terms.threads)
+            parameters, place, step = dynamics.parameters_of(self.drawn, everything), self.row, None
+        structures = packing.pack_structures(self.model, parameters, step, self.rayleigh, self.model.threads)
         structures |= {name: values.T for name, values in self.state.items()}
         number = self.sample if LOADS[self.plan.load].noise_states else None
         samples, groups = packing.pack_samples(self.schedule, self.assignment, place, columns, number)
@@ -295,12 +240,12 @@ class Ensemble:
                 every=every,
                 collapse_drift_ratio=np.inf if limit is None else limit,
                 tolerance=self.tolerance,
-                key=key_of(self.terms.seed),
+                key=key_of(self.model.seed),
             )
             part, last = samples, first + count
             if len(packed.groups) > 1:
                 part = arguments.part_of(samples, "Samples", packed.samples, plan.dtype, first, last)
             launches.append(devices.Launch(control, part, packed.samples["run_intervals"][first:last] * substeps))
             first = last
-        loads = self.terms.loads_on(self.queue.device)
+        loads = self.model.loads_on(self.queue.device)
         self.queue.launch(plan, launches, [structures, loads, output, history], advance)

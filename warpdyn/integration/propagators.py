@@ -7,74 +7,33 @@ q'' + damping q' + stiffness q = p. Where damping is diagonal too, each mode is 
 from __future__ import annotations
 
 from math import factorial
-from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
 
-from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, HarmonicForce
-from warpdyn.integration.damping import OF_MASS_AND_STIFFNESS, couples_modes, rayleigh_of, storey_dashpots
-from warpdyn.kernels.plan import Plan
+from warpdyn.ground_motions.excitation import Excitation
+from warpdyn.integration.dynamics import Arrays, Dynamics, Modes
 from warpdyn.methods.oscillator_increments import HIGHEST_POWER, halvings_of, oscillator_increments
-from warpdyn.methods.table import METHODS, ImplicitMethod, Method
-from warpdyn.scene.scene import Scene
-from warpdyn.structures.modal import chain_stiffness_matrix
-from warpdyn.structures.p_delta import stiffness_under_gravity
+from warpdyn.methods.table import ImplicitMethod, Method
 
-Arrays = dict[str, np.ndarray]
-DIAGONAL_TOLERANCE = 1e-12  # what rounding leaves beside a diagonal, over its largest entry
 DOUBLES_AT_A_TIME = 2**20  # in one of the matrices of coupled modes
 
 
-class Modes(NamedTuple):
-    """Undamped modes of structures, and what acts on them.
-
-    Args:
-        shape: Displacement (of a chain: storey drift) by mode, shape [structure or 1, dof, mode].
-        stiffness: Squared circular frequencies [rad2/s2], shape [structure, mode].
-        damping: Diagonal, shape [structure, mode], or full matrix, shape [structure, mode, mode] [1/s].
-        mass: Modal mass [kg], the same in all modes, shape [structure].
-        load: Modal load over modal mass, for a unit of base acceleration or for the sine of a harmonic force, shape
-            [structure, mode]; for a unit force on each degree of freedom, shape [structure, dof, mode].
-        start: Initial modal displacement and velocity, shape [2, structure, mode].
-    """
-
-    shape: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
-    mass: np.ndarray
-    load: np.ndarray
-    start: np.ndarray
-
-
-def damping_of(scene: Scene) -> str:
-    """Return "classical" where the undamped modes do not couple, whatever the scatter; else "general".
-
-    Modes of the same frequency that the damping couples count as general; the same propagator, with more to multiply.
-    """
-    if scene.structure.family == "chain":
-        return "general" if couples_modes(scene.structure) else "classical"
-    matrices = scene.structure.parameters
-    shape = eigh(matrices["stiffness"], matrices["mass"])[1]
-    damping = np.abs(shape.T @ matrices["damping"] @ shape)
-    coupling = damping - np.diag(np.diag(damping))
-    return "classical" if coupling.max() <= DIAGONAL_TOLERANCE * damping.max() else "general"
-
-
-def pack_linear(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray) -> Arrays:
+def pack_linear(
+    dynamics: Dynamics, excitation: Excitation, method: Method, parameters: Arrays, step: np.ndarray
+) -> Arrays:
     """Return what the kernel of linear structures reads, pairs of a structure and a step last.
 
     Args:
-        scene: The scene.
+        dynamics: The equation of motion.
+        excitation: What shakes them.
+        method: Integration method.
         parameters: Every parameter of the structures, pair first.
-        plan: The kernel's plan.
         step: Integration step [s], shape [pair].
     """
-    is_chain = plan.family == "chain"
-    modes = _chain_modes(scene, parameters) if is_chain else _dense_modes(scene, parameters, plan)
+    modes = dynamics.modes(parameters, excitation)
     pairs, number = modes.stiffness.shape
-    frequency = scene.excitation.circular_frequency if plan.load == "harmonic_force" else None
-    by_force = plan.load == "force_history"  # then every mode has a load of its own, not a share of the one load
+    frequency = excitation.forcing_frequency
+    by_force = modes.load.ndim == 3  # then every mode has a load of its own, not a share of the one load
     halvings = _halvings(modes, step, frequency or 0.0)
     chosen: list[np.ndarray] = []
     parts: list[tuple[np.ndarray, np.ndarray]] = []
@@ -83,13 +42,10 @@ def pack_linear(scene: Scene, parameters: Arrays, plan: Plan, step: np.ndarray) 
         pairs_of_count = np.flatnonzero(halvings == count)
         for some in np.array_split(pairs_of_count, 1 + pairs_of_count.size * number**2 // DOUBLES_AT_A_TIME):
             chosen.append(some)
-            parts.append(_increments(METHODS[plan.method], modes, some, step[some], frequency, by_force, int(count)))
+            parts.append(_increments(method, modes, some, step[some], frequency, by_force, int(count)))
     order = np.argsort(np.concatenate(chosen))
     propagator, response = (np.concatenate(part)[order] for part in zip(*parts, strict=True))
-    storeys = {}
-    if is_chain:
-        storeys = {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}
-    return storeys | {
+    return dynamics.pack_beside_modes(parameters) | {
         "propagator": propagator.reshape(pairs, -1).T,
         "load_response": response.reshape(pairs, -1).T,
         "mode_shape": modes.shape.reshape(len(modes.shape), -1).T,
@@ -142,67 +98,6 @@ def _increments(
     if isinstance(method, ImplicitMethod):
         return _implicit(method, stiffness, damping, step[:, None, None], loads)
     return _coupled(stiffness, damping, step[:, None, None], loads, frequency, halvings)
-
-
-def _chain_modes(scene: Scene, parameters: Arrays) -> Modes:
-    """Return the modes of shear chains, their shapes as storey drifts, of unit modal mass."""
-    structure, mass, stiffness = scene.structure, parameters["mass"], stiffness_under_gravity(parameters)
-    root = np.sqrt(mass)
-    matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
-    shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
-    drift = np.diff(shape, axis=1, prepend=0.0)
-    # From strain energies, a sum of positive terms, lower frequencies keep digits that the matrix has lost.
-    squared = (stiffness[:, None, :] @ drift**2)[:, 0]
-    if couples_modes(structure):
-        of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
-        dashpots = storey_dashpots(structure, parameters, of_stiffness)
-        dashpots = np.zeros_like(mass) if dashpots is None else dashpots
-        if "viscous_damper" in structure.devices:
-            dashpots = dashpots + parameters["damper_coefficient"]
-        damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
-        of_mode = of_mass[:, None]
-        if structure.damping == "modal":
-            of_mode = 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
-        damping += of_mode[:, :, None] * np.eye(structure.dofs)
-    elif structure.damping in OF_MASS_AND_STIFFNESS:
-        of_mass, of_stiffness = rayleigh_of(structure, parameters, np.sqrt(squared).T)
-        damping = of_mass[:, None] + of_stiffness[:, None] * squared
-    elif structure.damping == "modal":
-        damping = 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
-    else:
-        damping = np.zeros_like(squared)
-    load, start = _loads(scene, shape, mass[:, :, None] * shape, np.ones(structure.dofs))
-    return Modes(drift, squared, damping, np.ones(len(mass)), load, start)
-
-
-def _dense_modes(scene: Scene, parameters: Arrays, plan: Plan) -> Modes:
-    """Return the modes of scaled linear systems: one set of shapes, whose modal mass is the mass's factor."""
-    nominal, mass = scene.structure.parameters, parameters["mass"]
-    squared, shape = eigh(nominal["stiffness"], nominal["mass"])
-    damping = shape.T @ nominal["damping"] @ shape
-    if plan.damping == "classical":
-        damping = np.diag(damping)
-    of_damping = (parameters["damping"] / mass).reshape(-1, *[1] * damping.ndim)
-    of_stiffness = (parameters["stiffness"] / mass)[:, None]
-    load, start = _loads(scene, shape[None], (nominal["mass"] @ shape)[None], scene.structure.influence)
-    if plan.load in ("harmonic_force", "force_history"):
-        load = load / mass.reshape(-1, *[1] * (load.ndim - 1))
-    load = np.broadcast_to(load, (len(mass), *load.shape[1:]))
-    start = np.broadcast_to(start, (2, len(mass), scene.structure.dofs))
-    return Modes(shape[None], of_stiffness * squared, of_damping * damping, mass, load, start)
-
-
-def _loads(scene: Scene, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return modal load and initial state of modes of unit mass; `momentum` is mass times shape."""
-    excitation, start = scene.excitation, np.zeros((2, len(shape), shape.shape[2]))
-    if isinstance(excitation, ForceHistory):
-        return shape, start
-    if isinstance(excitation, HarmonicForce):
-        return excitation.amplitude @ shape, start
-    if isinstance(excitation, FreeVibration):
-        state = [np.broadcast_to(part, shape.shape[1]) for part in (excitation.displacement, excitation.velocity)]
-        start = np.array([part @ momentum for part in state])
-    return -influence @ momentum, start
 
 
 def _coupled(

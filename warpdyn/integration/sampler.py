@@ -18,12 +18,11 @@ from warpdyn.scene.scatter import (
     Scatter,
     combined,
     correlation_factor,
-    nominal_values,
     storeys_with,
     variables_of,
 )
 from warpdyn.structures.p_delta import buckling_problem
-from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
+from warpdyn.structures.structure import Structure
 
 
 class Sampler:
@@ -46,7 +45,7 @@ class Sampler:
 
     def __init__(
         self,
-        structure: ShearBuilding | LinearSystem,
+        structure: Structure,
         scatter: Scatter,
         correlation: Mapping[tuple[str, str], float],
         sampling: str,
@@ -84,7 +83,7 @@ class Sampler:
                 place.
         """
         points = self._points_of(structures)
-        nominal = nominal_values(self.structure)
+        nominal = self.structure.nominal_values
         drawn = {name: np.empty((*nominal[name].shape, structures.size)).T for name in self.scatter}
 
         def fill(part: slice) -> None:
@@ -102,7 +101,7 @@ class Sampler:
 
     def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
         """Raise a ValueError if a value is out of its parameter's bounds, or if values do not fit each other."""
-        axes, nominal = ("structure", "storey"), nominal_values(self.structure)
+        axes, nominal = ("structure", "storey"), self.structure.nominal_values
         for name, values in drawn.items():
             parameter = self.structure.parameter_table[name]
             taken = storeys_with(nominal[name])

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
+from warpdyn.core.messages import tell
 from warpdyn.core.output_variables import DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
+from warpdyn.ground_motions.excitation import MOST_STEPS
+from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
-from warpdyn.integration.time_grid import MOST_STEPS, Vibration
 
-ON_UNSTABLE = ("substep", "raise", "flag")
 # Samples that fail in a run for the sake of their law are run again with twice the steps, so many times, as long as
 # that costs no more than this many runs (or as many samples): where most of a run fails, it needs something else.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED = 10, 4, 10_000
@@ -66,7 +65,7 @@ class Findings:
                 "on_unstable='substep' divides the steps of these samples alone"
             )
 
-    def warn(self, on_unstable: str, stacklevel: int) -> None:
+    def warn(self, on_unstable: str) -> None:
         """Say what was done about steps beyond the limit, what failed all the same, and what lost its energy."""
         messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
@@ -93,7 +92,7 @@ class Findings:
                 f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate"
             )
         for text in messages:
-            warnings.warn(self.event + text, stacklevel=stacklevel + 1)
+            tell(self.event + text)
 
     def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
         """Take what became of a block's samples whose step was stable."""

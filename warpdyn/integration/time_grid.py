@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from warpdyn.core.checks import real_number
-from warpdyn.ground_motions.filtered_noise import FilteredNoise
-from warpdyn.ground_motions.motions import Assignment, ForceHistory, FreeVibration, GroundMotion, HarmonicForce
+from warpdyn.core.messages import tell
+from warpdyn.ground_motions.excitation import MOST_STEPS, Assignment, Timeline
+from warpdyn.integration.dynamics import Vibration
 from warpdyn.scene.scene import Scene
 
 # The default step resolves the first period, and a load's, this finely, and stays this far inside the stability limit.
@@ -21,25 +21,6 @@ SHARE_OF_STABLE_STEP = 0.4
 RESIDUAL_DECAY = 0.01
 LONGEST_DECAY_IN_PERIODS = 20.0
 RESIDUAL_PERIODS = 3.0
-THE_DURATION, THE_NOISE = "the duration", "the interval of the noise"
-MOST_STEPS = 2**30  # steps are counted in 32 bits, with room for a look at the last state
-
-
-@dataclass(frozen=True, eq=False)
-class Timeline:
-    """When each motion is sampled and into how many steps its intervals are divided; one value a motion.
-
-    Args:
-        motions: The sampled histories, as they are integrated; empty where the load is a formula or noise.
-        interval: Time between the motion's samples [s].
-        substeps: Integration steps in one interval.
-        intervals: Intervals between the motion's samples.
-    """
-
-    motions: tuple[GroundMotion | ForceHistory, ...]
-    interval: np.ndarray
-    substeps: np.ndarray
-    intervals: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,70 +65,6 @@ class Schedule:
         return Schedule(self.run_intervals, every, step, residual)
 
 
-@dataclass(frozen=True, eq=False)
-class Vibration:
-    """What the engine must know of each structure's linear vibration; one value a structure.
-
-    Args:
-        period: First period [s].
-        decay: Slowest rate of decay of free vibration [1/s].
-        stable_step: Longest step at which the method is stable [s].
-        rayleigh: Factors of the mass [1/s] and the stiffness [s] in Rayleigh damping, 0 in any other, shape
-            [structure, 2].
-    """
-
-    period: np.ndarray
-    decay: np.ndarray
-    stable_step: np.ndarray
-    rayleigh: np.ndarray
-
-    def select(self, structures: np.ndarray) -> Vibration:
-        """Return that of some of the structures, which may repeat."""
-        return Vibration(*(values[structures] for values in (self.period, self.decay, self.stable_step, self.rayleigh)))
-
-
-def motions_of(scene: Scene) -> tuple[GroundMotion | ForceHistory, ...]:
-    """Return the sampled histories of a scene; empty where its load is a formula or noise."""
-    if isinstance(scene.excitation, ForceHistory):
-        return (scene.excitation,)
-    return tuple(getattr(scene.excitation, "motions", ()))
-
-
-def _divides(step: float, interval: float) -> bool:
-    count = max(1.0, np.round(interval / step))
-    return abs(interval / step - count) <= 1e-6 * count
-
-
-def _substeps(interval: float, step: float | None, target: float, what: str) -> int:
-    """Return into how many steps an interval is divided, by the step asked for or the fewest that reach the target."""
-    if step is None:
-        return max(1, int(np.ceil(interval / target * (1 - 1e-9))))
-    count = max(1.0, np.round(interval / step))
-    if not _divides(step, interval):
-        near = max(1, int(interval / step))
-        holds = f"{interval / near:g} s and {interval / (near + 1):g} s divide it, and step=None chooses"
-        if what in (THE_DURATION, THE_NOISE):
-            raise ValueError(f"step {step:g} s does not divide {what}, {interval:g} s: {holds} one")
-        raise ValueError(
-            f"step {step:g} s does not divide {what}, {interval:g} s: steps that straddle a record's corners lose the "
-            f"method's order; {holds} one for each motion; resample=True cuts the corners and takes the step as it is"
-        )
-    if count > MOST_STEPS:
-        raise ValueError(f"step {step:g} s divides {what} into more than {MOST_STEPS} steps: choose a longer one")
-    return int(count)
-
-
-def _resampled(motion: GroundMotion | ForceHistory, step: float) -> GroundMotion | ForceHistory:
-    """Return a motion on a grid of its own step, straight between the new samples."""
-    old = motion.step * np.arange(len(motion.values))
-    new = step * np.arange(int(np.ceil(old[-1] / step * (1 - 1e-12))) + 1)
-    columns = motion.values.reshape(old.size, -1).T
-    values = np.stack([np.interp(new, old, column, right=0.0) for column in columns], axis=-1)
-    if isinstance(motion, ForceHistory):
-        return replace(motion, force=values, step=step)
-    return replace(motion, acceleration=values[:, 0], step=step)
-
-
 def default_step(central: Vibration) -> float:
     """Return the longest step [s] that resolves the structure in the middle of the scatter."""
     step = float(central.period[0]) / STEPS_PER_PERIOD
@@ -184,47 +101,31 @@ def build_timeline(
         target = real_number("longest_step [s]", longest_step, above=0)
     else:
         target = default_step(central)
+    excitation = scene.excitation
     if resample and step is None:
         raise ValueError("resample needs a step to resample the motions at")
-    if resample and not motions_of(scene):
+    if resample and not excitation.motions:
         raise ValueError("resample needs sampled motions or forces, and this scene has none: leave it out")
-    motions = motions_of(scene)
-    if isinstance(scene.excitation, FilteredNoise):
-        noise = scene.excitation
-        count = _substeps(noise.interval, step, target, THE_NOISE)
-        return Timeline((), np.array([noise.interval]), np.array([count]), np.array([noise.intervals]))
-    if not motions:
-        frequency = abs(getattr(scene.excitation, "circular_frequency", 0.0))
-        if frequency > 0 and longest_step is None:
-            target = min(target, 2 * np.pi / frequency / STEPS_PER_PERIOD)
-        duration = scene.excitation.duration
-        count = _substeps(duration, step, target, THE_DURATION)
-        return Timeline((), np.array([duration / count]), np.array([1]), np.array([count]))
-    if resample:
-        skipped = sum(step > motion.step * (1 + 1e-6) for motion in motions)
+    if excitation.forcing_frequency and longest_step is None:
+        target = min(target, 2 * np.pi / abs(excitation.forcing_frequency) / STEPS_PER_PERIOD)
+    if resample and step is not None:
+        skipped = sum(step > motion.step * (1 + 1e-6) for motion in excitation.motions)
         if skipped:
-            warnings.warn(
-                f"at {step:g} s, {skipped} of {len(motions)} motions are resampled at less than their own rate: what "
-                "they hold between is left out",
-                stacklevel=4,
+            tell(
+                f"at {step:g} s, {skipped} of {len(excitation.motions)} motions are resampled at less than their own "
+                "rate: what they hold between is left out"
             )
-        motions = tuple(motion if _divides(step, motion.step) else _resampled(motion, step) for motion in motions)
-    substeps = []
-    for index, motion in enumerate(motions):
-        name = getattr(motion, "name", "the force history")
-        substeps.append(_substeps(motion.step, step, target, f"the step of motion {index} ({name!r})"))
-    intervals = np.array([len(motion.values) - 1 for motion in motions])
-    return Timeline(motions, np.array([motion.step for motion in motions]), np.array(substeps), intervals)
+    return excitation.timeline(step, target, resample=resample)
 
 
-def warn_of_short_tail(scene: Scene, longest_period: float, stacklevel: int) -> None:
+def warn_of_short_tail(scene: Scene, longest_period: float) -> None:
     """Say so if a scene's tail is too short for a residual drift to be read of its slowest structure."""
-    if scene.tail is None or "residual" not in scene.recorders or not motions_of(scene) or scene.tail >= longest_period:
+    is_read = "residual" in scene.recorders and scene.excitation.motions
+    if scene.tail is None or not is_read or scene.tail >= longest_period:
         return
-    warnings.warn(
+    tell(
         f"a tail of {scene.tail:g} s is shorter than the first period, {longest_period:.3g} s: what is recorded as "
-        "residual drift is none; leave `tail` out, or 'residual' out of `recorders`",
-        stacklevel=stacklevel + 1,
+        "residual drift is none; leave `tail` out, or 'residual' out of `recorders`"
     )
 
 
@@ -254,7 +155,7 @@ def build_schedule(
     period = vibration.period[structure]
     interval, substeps = timeline.interval[motion], timeline.substeps[motion]
     window = RESIDUAL_PERIODS * period
-    if isinstance(scene.excitation, HarmonicForce | FreeVibration):
+    if not scene.excitation.has_tail:
         tail = np.zeros_like(period)
     elif scene.tail is not None:
         tail = np.full_like(period, scene.tail)

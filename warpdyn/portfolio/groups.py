@@ -9,16 +9,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warpdyn.core.checks import one_of
-from warpdyn.ground_motions.designs import Cloud, OneMotionPerStructure, Stripes
-from warpdyn.integration import packing
-from warpdyn.integration.damping import law_to_integrate
+from warpdyn.core.messages import tell
+from warpdyn.integration.dynamics import Dynamics
+from warpdyn.integration.model import central_vibration, dynamics_of, plan_of
+from warpdyn.integration.sampler import Sampler
+from warpdyn.integration.settings import Integration
 from warpdyn.integration.time_grid import default_step
-from warpdyn.integration.vibration import vibration_of
-from warpdyn.methods.table import METHODS, check_fits
-from warpdyn.portfolio.portfolio import Portfolio, named
+from warpdyn.methods.table import METHODS, Method, check_fits
+from warpdyn.scene.portfolio import Portfolio, named
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
+from warpdyn.structures.p_delta import buckling_problem
+from warpdyn.structures.shear_building import ShearBuilding
+from warpdyn.structures.structure import Structure
 
 # Default steps are 10 ms divided by a power of 2: those of most records divide by them, so that rounding down costs
 # little, and buildings of like periods share a launch.
@@ -46,7 +49,7 @@ class Group:
         """Say in errors and warnings which buildings they speak of."""
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
-        who = f"{self.buildings.size} buildings of {self.scene.structure.storeys} storeys (archetype{many} {shown})"
+        who = f"{self.buildings.size} buildings of {self.scene.structure.dofs} storeys (archetype{many} {shown})"
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             try:
@@ -54,37 +57,49 @@ class Group:
             except ValueError as error:
                 raise ValueError(f"{who}: {error}") from error
         for warning in caught:
-            warnings.warn(f"{who}: {warning.message}", warning.category, stacklevel=4)
+            tell(f"{who}: {warning.message}", warning.category)
 
 
-def scenes_of(portfolio: Portfolio, common: Scene) -> dict[str, Scene]:
+def scenes_of(scene: Scene) -> dict[str, Scene]:
     """Return the scene of each archetype by itself.
 
     Args:
-        portfolio: The buildings.
-        common: A scene of any structure with what all archetypes have in common.
+        scene: The scene of a portfolio.
 
     Raises:
         ValueError: If an archetype does not fit; the message names it.
     """
     scenes = {}
-    for name, archetype in portfolio.archetypes.items():
+    for name, archetype in portfolio_of(scene).archetypes.items():
         own = {"structure": archetype.building, "scatter": archetype.scatter, "correlation": archetype.correlation}
         with named(name):
-            scenes[name] = replace(common, **own)
+            scenes[name] = replace(scene, **own)
     return scenes
 
 
-def check_method(scenes: dict[str, Scene], method: str) -> None:
-    """Raise a ValueError that names the archetype if a method is unknown or does not fit it."""
-    one_of("method", method, METHODS)
-    for name, scene in scenes.items():
+def portfolio_of(scene: Scene) -> Portfolio:
+    """Return the portfolio of a scene of many buildings."""
+    assert isinstance(scene.structure, Portfolio)
+    return scene.structure
+
+
+def checked_archetypes(scene: Scene, method: str) -> dict[str, tuple[Scene, Dynamics]]:
+    """Return the scene of each archetype by itself and its equation of motion, which a method fits.
+
+    Raises:
+        ValueError: If an archetype does not fit the scene or the method; the message names it.
+    """
+    found = {}
+    for name, own in scenes_of(scene).items():
+        dynamics = dynamics_of(own)
         with named(name):
-            check_fits(method, law_to_integrate(scene), scene.structure.damping)
+            check_fits(method, dynamics.fitting_law, own.structure.damping)
+        found[name] = own, dynamics
+    return found
 
 
 def groups_of(
-    portfolio: Portfolio, scenes: dict[str, Scene], method: str, seed: int, *, is_stepped: bool
+    portfolio: Portfolio, archetypes: dict[str, tuple[Scene, Dynamics]], integration: Integration, seed: int
 ) -> list[Group]:
     """Return the buildings in as few groups as there are kernels and default steps.
 
@@ -92,48 +107,71 @@ def groups_of(
 
     Args:
         portfolio: The buildings.
-        scenes: The scene of each archetype by itself.
-        method: Integration method, which fits them all.
+        archetypes: What `checked_archetypes` returned of their scene.
+        integration: How all are integrated.
         seed: Seed of every random draw.
-        is_stepped: Whether the caller sees to the step.
 
     Raises:
         ValueError: If a drawn value is out of bounds.
     """
+    method, row = integration.method, METHODS[integration.method]
     members: dict[tuple, list[int]] = {}
-    names, drawn = list(scenes), []
-    for place, (name, scene) in enumerate(scenes.items()):
-        building = scene.structure
-        drawn.append(portfolio.parameters(name, seed))  # before the step: what is wrong is said of what is drawn
-        longest = None if is_stepped else _rounded_step(scene, method)
+    names, drawn = list(archetypes), []
+    for place, (name, (own, dynamics)) in enumerate(archetypes.items()):
+        drawn.append(parameters_of(portfolio, name, seed))  # before the step: what is wrong is said of what is drawn
+        longest = None if integration.is_stepped else _rounded_step(own, dynamics, row)
         # The kernel, which values may decide on, too (a law's exponents, the kind of viscous dampers), and what it is
         # fed by; the type of numbers and the device are common to all.
-        kernel = packing.plan_of(scene, method, "float32", is_gpu=False)
-        kernel = kernel, building.storey_laws, building.devices, tuple(building.parameters)
-        kernel = *kernel, building.damping, building.damping_modes, building.damped_storeys
-        members.setdefault((*kernel, longest), []).append(place)
+        kernel = plan_of(own, dynamics, method, "float32", is_gpu=False)
+        members.setdefault((kernel, *_kind(own.structure), longest), []).append(place)
     groups = []
     for (*_, longest), places in members.items():
         values = [drawn[place] for place in places]
         buildings = np.concatenate([portfolio.first[i] + np.arange(portfolio.counts[i]) for i in places])
         listed = {key: GivenValues(np.concatenate([parameters[key] for parameters in values])) for key in values[0]}
-        one = scenes[names[places[0]]]
-        scene = replace(one, scatter=listed, correlation={}, excitation=_design_of(one.excitation, buildings))
-        groups.append(Group(scene, buildings, longest, tuple(names[place] for place in places)))
+        one = archetypes[names[places[0]]][0]
+        excitation = one.excitation.of_structures(buildings, seed)
+        whole = replace(one, scatter=listed, correlation={}, excitation=excitation)
+        groups.append(Group(whole, buildings, longest, tuple(names[place] for place in places)))
     return groups
 
 
-def _design_of(
-    design: Stripes | Cloud | OneMotionPerStructure, buildings: np.ndarray
-) -> Stripes | Cloud | OneMotionPerStructure:
-    """Return the design of motions of some buildings."""
-    if not isinstance(design, OneMotionPerStructure):
-        return design
-    return OneMotionPerStructure(design.motions, design.motion[buildings], design.scale[buildings], design.measure)
+def _kind(building: Structure) -> tuple:
+    """Return what a building is beside its kernel and the values of its parameters."""
+    assert isinstance(building, ShearBuilding)
+    damping = building.damping, building.damping_modes, building.damped_storeys
+    return building.storey_laws, building.devices, tuple(building.parameters), *damping
 
 
-def _rounded_step(scene: Scene, method: str) -> float:
+def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.ndarray]:
+    """Return every parameter of an archetype's buildings, shape [building, storey] or [building].
+
+    Args:
+        portfolio: The buildings.
+        name: The archetype.
+        seed: Seed of every random draw.
+
+    Raises:
+        ValueError: If a value is out of its parameter's bounds, or values do not fit each other.
+    """
+    archetype, place = portfolio.archetypes[name], list(portfolio.archetypes).index(name)
+    building, count, first = archetype.building, int(portfolio.counts[place]), int(portfolio.first[place])
+    listed = {key: spread for key, spread in archetype.scatter.items() if isinstance(spread, GivenValues)}
+    others = {key: spread for key, spread in archetype.scatter.items() if key not in listed}
+    with named(name):
+        values = Sampler(building, listed, {}, "monte_carlo", count, seed).draw(np.arange(count), is_all=False)
+        if others:
+            sampler = Sampler(building, others, archetype.correlation, "monte_carlo", first + count, seed)
+            values |= sampler.draw(np.arange(first, first + count), is_all=False)
+        nominal = building.parameters.items()
+        values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
+        problem = building.storey_law.problem(values) or buckling_problem(values)
+        if problem:
+            raise ValueError(f"drawn: {problem}")
+    return values
+
+
+def _rounded_step(scene: Scene, dynamics: Dynamics, method: Method) -> float:
     """Return the step that an archetype would take by itself, rounded down."""
-    central = {name: values[None] for name, values in scene.central_parameters.items()}
-    step = default_step(vibration_of(scene, central, METHODS[method]))
+    step = default_step(central_vibration(scene, dynamics, method))
     return ROUND_STEP / 2.0 ** max(0, int(np.ceil(np.log2(ROUND_STEP / step) - 1e-9)))

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.netcdf import GrowingFile, trace
-from warpdyn.portfolio.portfolio import Portfolio
+from warpdyn.scene.portfolio import Portfolio
 
 SAMPLES_AT_A_TIME = 2**17  # that are joined in memory on their way to a file
 
@@ -109,7 +109,6 @@ class Joined:
             for name in list(variables)
             if name in self.coordinates | {"building", "archetype_index"}
         }
-        numbers = np.arange(1, int(self.portfolio.storeys.max()) + 1, dtype=np.int32)
         archetype_table = {
             "storeys_of_archetype": (self.portfolio.storeys.astype(np.int32), "storeys of the archetype"),
             "buildings_of_archetype": (self.portfolio.counts.astype(np.int32), "buildings of the archetype"),
@@ -118,10 +117,9 @@ class Joined:
             variables[name] = xr.Variable(("archetype",), values, {"long_name": text, "units": "1"})
         names = np.array(list(self.portfolio.archetypes), dtype=str)
         coordinates["archetype"] = ("archetype", names, {"long_name": "name of the archetype", "units": "1"})
-        coordinates["storey"] = ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})
-        if "floor" in self.coordinates:
-            coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
-        attributes = trace(str(self.attributes["title"]), "simulate_portfolio")
+        recorders = ("acceleration",) if "floor" in self.coordinates else ()
+        coordinates |= self.portfolio.numbered(recorders)
+        attributes = trace(str(self.attributes["title"]), "simulate")
         return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.attributes["scene"]})
 
 

@@ -31,14 +31,14 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
     Raises:
         ValueError: If the memory is less than a single structure takes.
     """
-    is_gpu = run.devices[0] != "cpu"
+    is_gpu, devices = run.execution.is_gpu, run.execution.devices
     # Those on the devices, those prepared meanwhile, and one that is being collected.
-    under_way = BLOCKS_ON_A_GPU * len(run.devices) + blocks_ahead(run) + 1 if is_gpu else 1
+    under_way = BLOCKS_ON_A_GPU * len(devices) + blocks_ahead(run) + 1 if is_gpu else 1
     host, device = _bytes_a_structure(run, columns)
     if memory is None:
         rooms = [SHARE_OF_FREE_MEMORY * free_memory("cpu") / (under_way * host)]
         if is_gpu:
-            free = min(free_memory(name) for name in run.devices)
+            free = min(free_memory(name) for name in devices)
             rooms.append(SHARE_OF_FREE_MEMORY * free / (BLOCKS_ON_A_GPU * device))
         room = max(1, int(min(rooms)))
     else:
@@ -49,30 +49,30 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
     samples = run.samples
     count = -(-samples // (GPU_BLOCK if is_gpu else CPU_BLOCK))
     if is_gpu:
-        count = max(count, min(BLOCKS_A_GPU * len(run.devices), samples // LEAST_GPU_BLOCK))
+        count = max(count, min(BLOCKS_A_GPU * len(devices), samples // LEAST_GPU_BLOCK))
     count = max(count, -(-run.structures // room))
-    count = min(-(-count // len(run.devices)) * len(run.devices), run.structures)
+    count = min(-(-count // len(devices)) * len(devices), run.structures)
     return np.array_split(np.arange(run.structures), count)
 
 
 def blocks_ahead(run: Run) -> int:
     """Return how many blocks are prepared before a device is free for them."""
-    return 0 if run.devices[0] == "cpu" else len(run.devices)
+    return len(run.execution.devices) if run.execution.is_gpu else 0
 
 
 def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
     """Return what a structure takes with all its samples, on the host and on a device."""
-    terms = run.terms
-    width, real = terms.plan.dofs, np.dtype(terms.plan.dtype).itemsize
-    row = sum(column.dtype.itemsize * int(np.prod(lengths(terms, column))) for column in columns.values())
-    outputs = sum(real * width ** len(shape) for shape in terms.shapes.values())
+    model = run.model
+    width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
+    row = sum(column.dtype.itemsize * int(np.prod(lengths(model, column))) for column in columns.values())
+    outputs = sum(real * width ** len(shape) for shape in model.shapes.values())
     drawn = run.sampler.draw(np.arange(1))
-    parameters = packing.parameters_of(terms.scene, drawn)
-    of_step = terms.timeline.interval / terms.timeline.substeps
-    packed = packing.pack_structures(terms.scene, parameters, terms.plan, of_step[:1], np.zeros((1, 2)))
+    parameters = model.dynamics.parameters_of(drawn)
+    steps = model.timeline.steps
+    packed = packing.pack_structures(model, parameters, steps[:1], np.zeros((1, 2)))
     values = sum(array.size for array in packed.values())
-    if packing.needs_step(terms.plan):  # a structure is packed once for each step
-        values *= np.unique(of_step).size
+    if model.needs_step:  # a structure is packed once for each step
+        values *= np.unique(steps).size
     drawn_values = sum(array.size for array in drawn.values())
     if len(run.samples_by_event) > 1:  # each sample of an event is a structure of the next one
         damaged = run.samples_by_event[-2] // run.structures

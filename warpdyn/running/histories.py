@@ -57,12 +57,16 @@ class KeptHistories:
     def __init__(self, histories: Histories, run: Run, queue: Queue, on_unstable: str) -> None:
         if not isinstance(histories, Histories):
             raise TypeError(f"histories must be Histories(samples, every), got {histories!r}")
+        if len(run.samples_by_event) > 1:
+            raise ValueError(
+                "histories of an EventSequence are not kept: leave them out, or run its first event by itself"
+            )
         for sample in histories.samples:
             if sample >= run.samples:
                 raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {run.samples - 1}")
         self.histories = histories
         asked = np.array(histories.samples)
-        whole, vibration = run.ensemble(np.unique(asked // (run.samples // run.structures)), queue)
+        whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
         guard(whole, vibration, on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
         self.common_step = self.part.common_step(np.arange(asked.size))

@@ -10,18 +10,15 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.netcdf import trace
-from warpdyn.core.output_variables import HISTORY, STATUS_MEANINGS, STRIPED, recorded
+from warpdyn.core.output_variables import HISTORY, STATUS_MEANINGS, STRIPED
 from warpdyn.core.units import IN_G
-from warpdyn.ground_motions.event_sequences import EventSequence
-from warpdyn.ground_motions.motions import Assignment, motion_names, motion_numbers
-from warpdyn.integration.ensemble import Ensemble, MapFunction, Terms
-from warpdyn.integration.time_grid import motions_of
-from warpdyn.kernels.arguments import output_dtype
-from warpdyn.methods.table import METHODS
+from warpdyn.ground_motions.excitation import Assignment
+from warpdyn.ground_motions.motions import motion_names, motion_numbers
+from warpdyn.integration.dynamics import Arrays
+from warpdyn.integration.ensemble import Ensemble, MapFunction
+from warpdyn.integration.model import Model
 from warpdyn.running.selections import select_event
 from warpdyn.scene.scene import Scene
-
-Arrays = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -42,14 +39,15 @@ class Column:
     is_coordinate: bool = False
 
 
-def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
+def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     """Return what a run's dataset holds of each sample, by name."""
-    scene, plan = terms.scene, terms.plan
+    scene, plan = model.scene, model.plan
+    structure, excitation = scene.structure, scene.excitation
     real, integer, double = np.dtype(plan.dtype), np.dtype("int32"), np.dtype("float64")
     columns: dict[str, Column] = {}
-    for name, variable in recorded(plan.family, plan.recorders, METHODS[plan.method].is_adaptive).items():
+    for name, variable in model.variables.items():
         attributes = {"long_name": variable.long_name, "units": variable.units}
-        columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes)
+        columns[name] = Column(variable.dims, model.output_dtype(name), attributes)
     if "peak_storey_drift" in columns:
         attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
         columns["peak_storey_drift_ratio"] = Column(("storey",), real, attributes)
@@ -63,35 +61,39 @@ def columns_of(terms: Terms, keep_inputs: bool) -> dict[str, Column]:
     }
     columns["status"] = Column((), np.dtype("int8"), status)
     for name in scene.scatter if keep_inputs else ():
-        parameter = scene.structure.parameter_table[name]
+        parameter = structure.parameter_table[name]
         attributes = {"long_name": parameter.long_name, "units": parameter.units}
-        is_chain = plan.family == "chain"
-        dims = ("storey",) if is_chain and scene.structure.parameters[name].ndim else ()
-        columns[name if is_chain else f"{name}_factor"] = Column(dims, real, attributes)
+        dims = ("storey",) if structure.is_by_storey(name) else ()
+        columns[structure.input_name(name)] = Column(dims, real, attributes)
     sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
     coordinates = {
         "sample": (integer, sample),
         "structure": (integer, {"long_name": "index of the drawn structure", "units": "1"}),
     }
-    if motions_of(scene):
+    if excitation.motions:
         coordinates["motion_index"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
         scale = {"long_name": "factor on the recorded motion", "units": "1"}
         coordinates["scale_factor_of_motion"] = (double, scale)
-    if isinstance(scene.excitation, EventSequence):
+    levels = levels_of(scene)
+    if len(levels) > 1:
         attributes = {
             "long_name": "intensity measure of the scaled motion",
             "design": "of a sequence: see select_event",
         }
-        units = {scene.excitation.assign(event, [], 0).units for event in range(len(scene.excitation.events))}
+        units = {level.units for level in levels}
         # Where they differ, im_level_units says which is whose.
         coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
-    else:
-        level = scene.excitation.assign([], 0)
-        if level.im_level is not None:
-            coordinates["im_level"] = (double, _of_level(level))
+    elif levels[0].im_level is not None:
+        coordinates["im_level"] = (double, _of_level(levels[0]))
     for name, (dtype, attributes) in coordinates.items():
         columns[name] = Column((), dtype, attributes, is_coordinate=True)
-    return _by_event(scene, columns) if isinstance(scene.excitation, EventSequence) else columns
+    return _by_event(scene, columns) if len(levels) > 1 else columns
+
+
+def levels_of(scene: Scene) -> list[Assignment]:
+    """Return of each event what is said of its samples' intensities, without samples."""
+    none = np.arange(0)
+    return [scene.excitation.assign(none, 0, event) for event in range(len(scene.excitation.event_names))]
 
 
 def _of_level(level: Assignment) -> dict[str, str]:
@@ -110,9 +112,10 @@ def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
     }
 
 
-def lengths(terms: Terms, column: Column) -> tuple[int, ...]:
+def lengths(model: Model, column: Column) -> tuple[int, ...]:
     """Return how long each of a column's dimensions beside `sample` is."""
-    return tuple(len(terms.scene.excitation.events) if dim == "event" else terms.plan.dofs for dim in column.dims)
+    events = len(model.scene.excitation.event_names)
+    return tuple(events if dim == "event" else model.plan.dofs for dim in column.dims)
 
 
 def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) -> None:
@@ -130,8 +133,7 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
         "scale_factor_of_motion": run.assignment.scale,
         "im_level": run.assignment.im_level,
     }
-    suffix = "" if run.plan.family == "chain" else "_factor"
-    of_structure = {name + suffix: values for name, values in run.drawn.items()}
+    of_structure = {run.scene.structure.input_name(name): values for name, values in run.drawn.items()}
 
     def fill(name: str) -> None:
         if name in of_sample:
@@ -168,15 +170,15 @@ def _spread(values: np.ndarray, rows: np.ndarray) -> None:
         done += more
 
 
-def labelled(terms: Terms, columns: dict[str, Column], rows: Arrays) -> xr.Dataset:
+def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Dataset:
     """Return the dataset of a run, or of its first samples.
 
     Args:
-        terms: How it was integrated.
+        model: How it was integrated.
         columns: What it holds of each sample.
         rows: The values, sample first.
     """
-    scene = terms.scene
+    scene = model.scene
     variables = {
         name: xr.Variable(("sample", *column.dims), rows[name], column.attributes) for name, column in columns.items()
     }
@@ -187,28 +189,23 @@ def labelled(terms: Terms, columns: dict[str, Column], rows: Arrays) -> xr.Datas
 
 def _numbered(scene: Scene) -> dict[str, tuple]:
     """Return the coordinates along the dimensions beside `sample`."""
-    numbers = np.arange(1, scene.structure.dofs + 1, dtype=np.int32)
-    if scene.structure.family == "dense":
-        return {"dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})}
-    coordinates = {"storey": ("storey", numbers, {"long_name": "storey, from the ground up", "units": "1"})}
-    if isinstance(scene.excitation, EventSequence):
-        names = np.array(list(scene.excitation.events))
+    coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
+    if len(excitation.event_names) > 1:
+        names = np.array(excitation.event_names)
         coordinates["event"] = ("event", names, {"long_name": "event of the sequence", "units": "1"})
-        levels = [_of_level(scene.excitation.assign(event, [], 0)) for event in range(names.size)]
+        levels = [_of_level(level) for level in levels_of(scene)]
         for key in ("long_name", "units", "design"):
             text = {"long_name": f"{key} of im_level in each event", "units": "1"}
             coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
-        copies = scene.excitation.samples_per_structure // np.array(scene.excitation.samples_by_event)
+        copies = excitation.samples_per_structure // np.array(excitation.samples_by_event)
         text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
         coordinates["samples_per_history"] = ("event", copies.astype(np.int32), text)
-    if "acceleration" in scene.recorders:
-        coordinates["floor"] = ("floor", numbers, {"long_name": "floor above the storey", "units": "1"})
     return coordinates
 
 
 def _motion_table(scene: Scene) -> dict[str, tuple]:
     """Return what is known of each motion, along `motion`."""
-    motions = motions_of(scene)
+    motions = scene.excitation.motions
     if not motions:
         return {}
     steps = np.array([motion.step for motion in motions])

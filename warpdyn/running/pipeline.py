@@ -1,4 +1,4 @@
-"""The course of a run: what happens to each block, and what happens to others meanwhile."""
+"""The course of a run: its blocks are prepared, started, and completed one after the other, event by event."""
 
 from __future__ import annotations
 
@@ -6,111 +6,214 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, nullcontext
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
-from warpdyn.core.output_variables import DIVERGED, UNSTABLE_STEP
+from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
+from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.run import Run
 from warpdyn.integration.stability_guard import Findings, Reruns, blank_failed, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.blocks import blocks_ahead
 from warpdyn.running.histories import KeptHistories
-from warpdyn.running.labels import Arrays, fill_inputs, fill_outcomes
-from warpdyn.running.sinks import InFile, InMemory
+from warpdyn.running.labels import fill_inputs, fill_outcomes
+from warpdyn.running.sinks import Table, blank_rows
 
 MOST_COPYING_THREADS = 8  # more do not copy faster
 
 
+@dataclass
+class Block:
+    """Some structures of a run on their way through its events.
+
+    Args:
+        parts: All samples of each event.
+        unstable: Which of them have a step beyond the stability limit.
+        rows: Where the dataset has its samples.
+        event: Number of the event that is under way.
+        own: Rows of that event's samples.
+        standing: Those of them that are integrated: what failed or collapsed in an event before is not.
+        started: What integrates them.
+        found: What they record, sample first.
+        outputs: What all samples recorded in the event that is done, sample last.
+    """
+
+    parts: list[Ensemble]
+    unstable: list[np.ndarray]
+    rows: Arrays = field(default_factory=dict)
+    event: int = 0
+    own: Arrays = field(default_factory=dict)
+    standing: np.ndarray = field(default_factory=lambda: np.arange(0))
+    started: Ensemble | None = None
+    found: Arrays = field(default_factory=dict)
+    outputs: Arrays = field(default_factory=dict)
+
+    @property
+    def whole(self) -> Ensemble:
+        """All samples of the event that is under way."""
+        return self.parts[self.event]
+
+    @property
+    def samples(self) -> int:
+        """Samples that the dataset has of it."""
+        return self.parts[-1].sample.size
+
+
 class Pipeline:
-    """Every block is drawn, guarded and packed; started; and, once a device is done with it, completed.
+    """Every block is drawn, guarded and packed; its events are started and, once a device is done with one, completed.
 
     The threads of a CPU are all for its kernels, so that one block follows the other. While GPUs work, a thread
-    prepares the next blocks and others fill in what is known, but only this one launches.
+    prepares the next blocks and others fill in what is known, but only this one launches. What has not stood one
+    event is not run in the next.
 
     Args:
         run: The run.
         on_unstable: What is done about steps beyond the stability limit.
-        findings: Where it is kept what there is to tell of the run's stability.
+        findings: Where it is kept what there is to tell of each event's stability.
         table: Where the samples go.
         kept: Samples whose histories are kept.
-        estimate: What is run again to estimate errors.
-        advance: Called with the number of samples done since its last call.
+        estimates: What is run again to estimate the errors of each event; none where they are not asked for.
+        advance: Called with the number of histories done since its last call.
     """
 
     def __init__(
         self,
         run: Run,
         on_unstable: str,
-        findings: Findings,
-        table: InMemory | InFile,
+        findings: list[Findings],
+        table: Table,
         kept: KeptHistories | None,
-        estimate: ErrorEstimate | None,
+        estimates: list[ErrorEstimate],
         advance: Callable[[int], object],
     ) -> None:
         self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
-        self.kept, self.estimate, self.advance = kept, estimate, advance
-        self.reruns = Reruns()
+        self.kept, self.estimates, self.advance = kept, estimates, advance
+        self.reruns = [Reruns() for _ in findings]
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
+        # What the dataset has of each event; where there is but one, all there is.
+        self.several = len(findings) > 1
+        of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
+        self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
 
     def process(self, blocks: list[np.ndarray], queues: list[Queue]) -> None:
         """Take all blocks, given by their structures, through the queues in turn."""
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
-        upcoming = _prepared_ahead(self._prepare, items, blocks_ahead(self.run))
-        is_gpu = self.run.devices[0] != "cpu"
-        under_way: deque[tuple[Ensemble, np.ndarray, Arrays]] = deque()
-        copying = ThreadPoolExecutor(min(self.run.terms.threads, MOST_COPYING_THREADS)) if is_gpu else nullcontext()
-        with closing(upcoming), copying as pool:
-            map_function = pool.map if is_gpu else map
-            for _ in blocks:
-                if len(under_way) == len(queues):
-                    self._finish(*under_way.popleft(), map_function)
-                under_way.append(self._start(upcoming, map_function))
-            while under_way:
-                self._finish(*under_way.popleft(), map_function)
+        is_gpu = self.run.execution.is_gpu
+        under_way: deque[Block] = deque()
+        with ExitStack() as stack:
+            upcoming = stack.enter_context(closing(_prepared_ahead(self._prepare, items, blocks_ahead(self.run))))
+            map_function: MapFunction = map
+            if is_gpu:
+                copying = ThreadPoolExecutor(min(self.run.model.threads, MOST_COPYING_THREADS))
+                map_function = stack.enter_context(copying).map
+            started = 0
+            while started < len(blocks) or under_way:
+                if started < len(blocks) and len(under_way) < len(queues):
+                    under_way.append(self._next(upcoming, map_function))
+                    started += 1
+                    continue
+                block = under_way.popleft()
+                self._finish(block, map_function)
+                if block.event + 1 < len(block.parts):
+                    block.event += 1
+                    self._start(block, map_function)
+                    under_way.append(block)
+                else:
+                    self._complete(block)
 
-    def _prepare(self, item: tuple[np.ndarray, Queue]) -> tuple[Ensemble, np.ndarray]:
-        """Draw a block, guard its steps and pack it; return it and which of its samples are unstable."""
-        block, vibration = self.run.ensemble(*item)
-        unstable = guard(block, vibration, self.on_unstable, self.findings)
-        self.longest_period = max(self.longest_period, float(vibration.period.max()))
-        block.pack()
-        return block, unstable
+    def _prepare(self, item: tuple[np.ndarray, Queue]) -> Block:
+        """Draw a block, guard the steps of all events and pack the first."""
+        parts = self.run.events(*item)
+        unstable = [
+            guard(*part, self.on_unstable, findings) for part, findings in zip(parts, self.findings, strict=True)
+        ]
+        self.longest_period = max(self.longest_period, float(parts[0][1].period.max()))
+        parts[0][0].pack()
+        return Block([ensemble for ensemble, _ in parts], unstable)
 
-    def _start(
-        self, upcoming: Iterator[tuple[Ensemble, np.ndarray]], map_function: MapFunction
-    ) -> tuple[Ensemble, np.ndarray, Arrays]:
-        """Start the next block; return it, which of its samples are unstable, and its rows."""
+    def _next(self, upcoming: Iterator[Block], map_function: MapFunction) -> Block:
+        """Start the first event of the next block."""
         began = time.perf_counter()
-        block, unstable = next(upcoming)
-        rows = self.table.rows_for(block.sample.size)
-        prepared = time.perf_counter()
-        block.start(rows, self.advance)
-        fill_inputs(block, rows, map_function)
-        self.seconds_sampling += prepared - began
-        self.seconds_integrating += time.perf_counter() - prepared
-        return block, unstable, rows
+        block = next(upcoming)
+        block.rows = self.table.rows_for(block.samples)
+        self.seconds_sampling += time.perf_counter() - began
+        self._start(block, map_function)
+        return block
 
-    def _finish(self, block: Ensemble, unstable: np.ndarray, rows: Arrays, map_function: MapFunction) -> None:
-        """Wait for a block, and complete and hand over its rows; blocks come in the order in which they began."""
+    def _start(self, block: Block, map_function: MapFunction) -> None:
+        """Start the event of a block whose turn it is, on what the one before has left."""
         began = time.perf_counter()
-        block.finish(rows, map_function)
-        outputs = {name: rows[name].T for name in self.run.terms.shapes}
-        if self.on_unstable == "substep":
-            self.reruns.settle(block, np.arange(block.sample.size), outputs)
+        whole, block.standing = block.whole, np.arange(block.whole.sample.size)
+        block.own = self._rows_of_event(whole) if self.several else block.rows
+        block.started, block.found = whole, block.own
+        if whole.before is not None:
+            whole.resume(block.outputs)
+            status = block.outputs["status"][whole.row]
+            if (status != OK).any():
+                block.standing = np.flatnonzero(status == OK)
+                block.started = whole.select(block.standing) if block.standing.size else None
+                block.found = whole.model.blank_outputs(block.standing.size)
+                self._mark_fallen(block, status)
+        if block.started is not None:
+            block.started.start(block.found, self.advance)
+        fill_inputs(whole, block.own, map_function)
         self.seconds_integrating += time.perf_counter() - began
-        self.findings.add_outcomes(outputs, ~unstable)
-        outputs["status"][unstable] = UNSTABLE_STEP
+
+    def _rows_of_event(self, whole: Ensemble) -> Arrays:
+        """Return memory for an event's samples: what the dataset has of them, and the state that they leave."""
+        rows = whole.model.blank_outputs(whole.sample.size)
+        return blank_rows(whole.model, self._of_event, whole.sample.size) | rows
+
+    def _mark_fallen(self, block: Block, status: np.ndarray) -> None:
+        """Say of samples that are not run what became of them before, and nothing else."""
+        fallen = status != OK
+        for name in block.whole.model.shapes:
+            values = block.own[name]
+            values[fallen] = np.nan if np.issubdtype(values.dtype, np.floating) else -1
+        block.own["status"][fallen] = status[fallen]
+        self.advance(int(np.count_nonzero(fallen)))
+
+    def _finish(self, block: Block, map_function: MapFunction) -> None:
+        """Wait for an event of a block and complete its rows; blocks come in the order in which they began."""
+        whole, unstable, event = block.whole, block.unstable[block.event], block.event
+        outputs = {name: block.own[name].T for name in whole.model.shapes}
+        stands = np.zeros(whole.sample.size, dtype=bool)
+        stands[block.standing] = True
+        if block.started is not None:
+            began = time.perf_counter()
+            block.started.finish(block.found, map_function)
+            found = {name: block.found[name].T for name in whole.model.shapes}
+            if self.on_unstable == "substep":
+                self.reruns[event].settle(whole, block.standing, found)
+            self.seconds_integrating += time.perf_counter() - began
+            self.findings[event].add_outcomes(found, ~unstable[block.standing])
+            if block.found is not block.own:
+                for name, values in found.items():
+                    outputs[name][..., block.standing] = values
+        outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)
-        fill_outcomes(block, rows)
+        fill_outcomes(whole, block.own)
         if self.kept is not None:
-            self.kept.add(block, outputs["status"])
-        if self.estimate is not None:
-            self.estimate.add(block, outputs)
-        self.table.add(rows)
+            self.kept.add(whole, outputs["status"])
+        if self.estimates:
+            # What was not run has no errors to be estimated.
+            self.estimates[event].add(whole, outputs | {"status": np.where(stands, outputs["status"], DIVERGED)})
+        if self.several:
+            for name in self._of_event:
+                copies = block.samples // whole.sample.size
+                block.rows[name][:, event] = np.repeat(block.own[name], copies, axis=0)
+        block.outputs = outputs
+
+    def _complete(self, block: Block) -> None:
+        """Hand over the rows of a block that has gone through all events."""
+        if self.several:
+            fill_inputs(block.whole, {name: rows for name, rows in block.rows.items() if name not in self._of_event})
+        self.table.add(block.rows)
 
 
 def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Iterator:

@@ -8,11 +8,11 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers
+from warpdyn.core.description import to_json
 from warpdyn.core.netcdf import trace
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.kernels.auxiliary.storey_step import storey_step_kernel
 from warpdyn.laws.springs import spring_row
-from warpdyn.scene.scene import structure_to_json
 from warpdyn.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.structures.p_delta import stiffness_under_gravity, storey_weight_over_height
 from warpdyn.structures.shear_building import ShearBuilding
@@ -232,5 +232,5 @@ def _storey_dataset(
             "step": ("step", np.arange(len(drift), dtype=np.int32), {"units": "1", "long_name": "step of the path"}),
             "storey": ("storey", np.arange(1, drift.shape[1] + 1, dtype=np.int32), storey),
         },
-        attrs=trace(title, function) | {"building": structure_to_json(building)},
+        attrs=trace(title, function) | {"building": to_json(building)},
     )

@@ -48,14 +48,14 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
     """Return the samples of one archetype, with as many storeys as it has, as an ordinary run.
 
     Args:
-        run: What `simulate_portfolio` returned, or some of its samples.
+        run: What `simulate` returned of a portfolio, or some of its samples.
         name: The archetype.
 
     Raises:
         ValueError: If there is no such archetype.
         TypeError: If `run` is no Dataset.
     """
-    check_dataset("select_archetype", run, advice="give what simulate_portfolio() returned")
+    check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio")
     names = archetypes_of(run).tolist()
     if name not in names:
         raise ValueError(f"no archetype {name!r} in the run; it has {', '.join(names)}")
@@ -74,7 +74,7 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     what is recorded of the whole building stay.
 
     Args:
-        run: What `simulate` returned, or `select_archetype`; or `simulate_portfolio`, of buildings all on isolators.
+        run: What `simulate` returned, or `select_archetype`; of a portfolio, of buildings all on isolators.
         first, last: The lowest storey and the highest, counted from 1.
 
     Raises:
@@ -99,5 +99,5 @@ def archetypes_of(run: xr.Dataset) -> np.ndarray:
     needed = ("archetype", "archetype_index", "building", "status")
     missing = [name for name in needed if name not in run.variables]
     if missing:
-        raise ValueError(f"the dataset has no {missing[0]!r}: it is not what simulate_portfolio() returned")
+        raise ValueError(f"the dataset has no {missing[0]!r}: it is not what simulate() returned of a portfolio")
     return run["archetype"].values.astype(str)

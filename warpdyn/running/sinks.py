@@ -3,27 +3,51 @@
 from __future__ import annotations
 
 from types import TracebackType
+from typing import Protocol, Self
 
 import numpy as np
 import xarray as xr
 
 from warpdyn.core.netcdf import GrowingFile
-from warpdyn.integration.ensemble import Terms
+from warpdyn.integration.model import Model
 from warpdyn.running.labels import Arrays, Column, labelled, lengths
+
+
+class Table(Protocol):
+    """What takes the rows of a run's samples, to be entered before the first and left after the last.
+
+    Args:
+        columns: What the dataset holds of each sample.
+    """
+
+    columns: dict[str, Column]
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None: ...
+
+    def rows_for(self, samples: int) -> Arrays:
+        """Return where the next samples go."""
+
+    def add(self, rows: Arrays) -> None:
+        """Take samples whose rows are complete, after all those before them."""
+
+    def finish(self, rest: xr.Dataset) -> xr.Dataset:
+        """Return the dataset, with the variables and attributes that are known at the end."""
 
 
 class InMemory:
     """The whole dataset, each variable allocated once.
 
     Args:
-        terms: How the samples are integrated.
+        model: How the samples are integrated.
         columns: What the dataset holds of each sample.
         samples: Samples there will be.
     """
 
-    def __init__(self, terms: Terms, columns: dict[str, Column], samples: int) -> None:
-        self.terms, self.columns = terms, columns
-        self._rows, self._given = blank_rows(terms, columns, samples), 0
+    def __init__(self, model: Model, columns: dict[str, Column], samples: int) -> None:
+        self.model, self.columns = model, columns
+        self._rows, self._given = blank_rows(model, columns, samples), 0
 
     def __enter__(self) -> InMemory:
         return self
@@ -41,7 +65,7 @@ class InMemory:
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
         """Return the dataset, with the variables and attributes that are known at the end."""
-        dataset = labelled(self.terms, self.columns, self._rows)
+        dataset = labelled(self.model, self.columns, self._rows)
         attributes = dataset.attrs | rest.attrs
         return (dataset.merge(rest) if rest.variables else dataset).assign_attrs(attributes)
 
@@ -50,13 +74,13 @@ class InFile:
     """A netCDF file that grows; a block's rows are let go of once they are written.
 
     Args:
-        terms: How the samples are integrated.
+        model: How the samples are integrated.
         columns: What the dataset holds of each sample.
         file: The file.
     """
 
-    def __init__(self, terms: Terms, columns: dict[str, Column], file: GrowingFile) -> None:
-        self.terms, self.columns, self.file = terms, columns, file
+    def __init__(self, model: Model, columns: dict[str, Column], file: GrowingFile) -> None:
+        self.model, self.columns, self.file = model, columns, file
 
     def __enter__(self) -> InFile:
         self.file.__enter__()
@@ -67,11 +91,11 @@ class InFile:
 
     def rows_for(self, samples: int) -> Arrays:
         """Return where the next samples go."""
-        return blank_rows(self.terms, self.columns, samples)
+        return blank_rows(self.model, self.columns, samples)
 
     def add(self, rows: Arrays) -> None:
         """Take samples whose rows are complete, after all those before them."""
-        self.file.append(rows, lambda first: labelled(self.terms, self.columns, first))
+        self.file.append(rows, lambda first: labelled(self.model, self.columns, first))
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
         """Return the dataset as the file has it, with the variables and attributes that are known at the end."""
@@ -79,6 +103,6 @@ class InFile:
         return xr.open_dataset(self.file.path, engine="netcdf4")
 
 
-def blank_rows(terms: Terms, columns: dict[str, Column], samples: int) -> Arrays:
+def blank_rows(model: Model, columns: dict[str, Column], samples: int) -> Arrays:
     """Return memory for what the dataset holds of some samples."""
-    return {name: np.empty((samples, *lengths(terms, column)), column.dtype) for name, column in columns.items()}
+    return {name: np.empty((samples, *lengths(model, column)), column.dtype) for name, column in columns.items()}

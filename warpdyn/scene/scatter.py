@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number, real_numbers
 from warpdyn.scene.distributions import Distribution
-from warpdyn.structures.shear_building import BUILDING_PARAMETERS, LinearSystem, ShearBuilding
+from warpdyn.structures.structure import Structure
 
 
 class ParameterScatter(ABC):
@@ -27,7 +27,7 @@ class ParameterScatter(ABC):
         return np.arange(count)
 
     @abstractmethod
-    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+    def problem(self, name: str, structure: Structure) -> str | None:
         """Return why it does not fit a parameter of a structure; None if it does."""
 
     @abstractmethod
@@ -54,7 +54,7 @@ class FixedValue(ParameterScatter):
 
     value: float
 
-    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+    def problem(self, name: str, structure: Structure) -> str | None:
         """Return why the number does not fit a parameter of a structure; None if it does."""
         found = structure.parameter_table[name].first_violation(f"scatter[{name!r}]", np.array(float(self.value)), ())
         return found or _unscaled(name, structure)
@@ -94,9 +94,9 @@ class RandomScatter(ParameterScatter):
         """Return how many random variables it has in a structure of so many storeys."""
         return storeys if self.per == "storey" else 1
 
-    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+    def problem(self, name: str, structure: Structure) -> str | None:
         """Return why it does not fit a parameter of a structure; None if it does."""
-        if self.per == "storey" and not _has_storeys(name, structure):
+        if self.per == "storey" and not structure.is_by_storey(name):
             return f"scatter[{name!r}]: {name} has no values by storey; use per='building'"
         return None
 
@@ -123,7 +123,7 @@ class RandomFactor(RandomScatter):
 class RandomValue(RandomScatter):
     """A random value that replaces the nominal value of a parameter; arguments as of RandomScatter."""
 
-    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+    def problem(self, name: str, structure: Structure) -> str | None:
         """Return why it does not fit a parameter of a structure; None if it does."""
         return super().problem(name, structure) or _unscaled(name, structure)
 
@@ -162,13 +162,13 @@ class GivenValues(ParameterScatter):
         """Return the indices of all structures whose values are given."""
         return np.arange(len(self.values))
 
-    def problem(self, name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+    def problem(self, name: str, structure: Structure) -> str | None:
         """Return why the values do not fit a parameter of a structure; None if they do."""
-        by_storey = _has_storeys(name, structure)
+        by_storey = structure.is_by_storey(name)
         if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.dofs):
             wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
-        missing = np.isnan(self.values).any(axis=0) & ~np.isnan(nominal_values(structure)[name])
+        missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
             return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law takes {name}"
         return None
@@ -178,14 +178,9 @@ class GivenValues(ParameterScatter):
         return np.broadcast_to(self.values[structures].T, (*nominal.shape, structures.size))
 
 
-def _has_storeys(name: str, structure: ShearBuilding | LinearSystem) -> bool:
-    """Return whether a parameter has one value for each storey."""
-    return structure.family == "chain" and name not in BUILDING_PARAMETERS
-
-
-def _unscaled(name: str, structure: ShearBuilding | LinearSystem) -> str | None:
+def _unscaled(name: str, structure: Structure) -> str | None:
     """Return why a value cannot replace a matrix; None for a structure whose parameters are not matrices."""
-    if structure.family == "dense":
+    if structure.is_scaled:
         return f"scatter[{name!r}]: a matrix can only be scaled, by a RandomFactor"
     return None
 
@@ -194,10 +189,8 @@ Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues | float]
 SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
 
-def check_scatter(
-    structure: ShearBuilding | LinearSystem, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
-) -> None:
-    """Raise an error that names the first entry of a scatter or correlation that does not fit the structure."""
+def check_scatter(structure: Structure, scatter: Scatter, correlation: Mapping[tuple[str, str], float]) -> None:
+    """Raise an error that names the entry of a scatter or correlation that does not fit the structure."""
     for what, given in (("scatter", scatter), ("correlation", correlation)):
         if not isinstance(given, Mapping):
             raise TypeError(f"{what} must map names to values, got {given!r}")
@@ -228,7 +221,7 @@ def check_scatter(
 
 
 def correlation_factor(
-    structure: ShearBuilding | LinearSystem, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
+    structure: Structure, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
 ) -> tuple[list[tuple[str, int]], np.ndarray]:
     """Return the random variables as (parameter, storey) and the lower factor L of their correlation matrix L L^T.
 
@@ -260,12 +253,12 @@ def correlation_factor(
     return variables, factor
 
 
-def central(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
+def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
     """Return the medians of the scattered parameters, of shape [storey] or []."""
     return {name: np.median(values, axis=0) for name, values in _at(structure, scatter, np.zeros(1)).items()}
 
 
-def representative(structure: ShearBuilding | LinearSystem, scatter: Scatter) -> dict[str, np.ndarray]:
+def representative(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
     """Return values of the scattered parameters that are equal only where all values that can be drawn are equal.
 
     They are the values at two places of each distribution, or all given values, of shape [value, storey] or [value].
@@ -273,19 +266,13 @@ def representative(structure: ShearBuilding | LinearSystem, scatter: Scatter) ->
     return _at(structure, scatter, np.array([0.0, 1.0]))
 
 
-def _at(structure: ShearBuilding | LinearSystem, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
+def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
     """Return the scattered parameters at some standard normal values of their distributions, or all given values."""
-    values, nominal = {}, nominal_values(structure)
+    values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
         normals = np.broadcast_to(z, (variables_of(structure, spread), z.size))
         values[name] = combined(nominal[name], spread, normals, _as_scatter(spread).rows(z.size)).T
     return values
-
-
-def nominal_values(structure: ShearBuilding | LinearSystem) -> Mapping[str, np.ndarray]:
-    """Return the nominal parameters, of shape [storey] or []; for a LinearSystem the factors on its matrices."""
-    values = structure.parameters
-    return values if structure.family == "chain" else dict.fromkeys(values, np.array(1.0))
 
 
 def _as_scatter(spread: ParameterScatter | float) -> ParameterScatter:
@@ -293,7 +280,7 @@ def _as_scatter(spread: ParameterScatter | float) -> ParameterScatter:
     return spread if isinstance(spread, ParameterScatter) else FixedValue(spread)
 
 
-def variables_of(structure: ShearBuilding | LinearSystem, spread: ParameterScatter | float) -> int:
+def variables_of(structure: Structure, spread: ParameterScatter | float) -> int:
     """Return how many random variables a parameter's scatter has."""
     return _as_scatter(spread).variables(structure.dofs)
 

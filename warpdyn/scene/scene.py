@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.description import to_json
 from warpdyn.core.output_variables import RECORDERS
-from warpdyn.ground_motions.designs import Cloud, OneMotionPerStructure, Stripes
-from warpdyn.ground_motions.event_sequences import EventSequence
-from warpdyn.ground_motions.filtered_noise import FilteredNoise
-from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
+from warpdyn.ground_motions.designs import excitation_of
+from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.scene.scatter import SAMPLING, Scatter, central, check_scatter, representative
-from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
-
-Excitation = (
-    Stripes
-    | Cloud
-    | OneMotionPerStructure
-    | EventSequence
-    | FilteredNoise
-    | HarmonicForce
-    | ForceHistory
-    | FreeVibration
-)
+from warpdyn.structures.structure import Structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +22,9 @@ class Scene:
     """Everything that decides what a run computes, except how it is integrated.
 
     Args:
-        structure: A ShearBuilding or a LinearSystem.
-        excitation: Stripes, Cloud or OneMotionPerStructure, or an EventSequence of them; FilteredNoise; HarmonicForce,
-            ForceHistory or FreeVibration; or one GroundMotion.
+        structure: A ShearBuilding or a LinearSystem; or a Portfolio of many buildings, each with a scatter of its own.
+        excitation: Stripes, Cloud or OneMotionPerStructure ground motions, or an EventSequence of them; FilteredNoise;
+            HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
         scatter: How structures differ: parameter name -> RandomFactor, RandomValue, GivenValues, or a number that
             replaces the nominal value.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
@@ -55,31 +41,33 @@ class Scene:
         ValueError, TypeError: If a part is unknown or the parts do not fit each other.
     """
 
-    structure: ShearBuilding | LinearSystem
-    excitation: Excitation | GroundMotion
+    structure: Structure
+    excitation: Excitation
     scatter: Scatter = field(default_factory=dict)
     correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
     sampling: str = "monte_carlo"
-    recorders: tuple[str, ...] | None = None
+    recorders: tuple[str, ...] = None  # type: ignore[assignment]  # a tuple once it is checked
     collapse_drift_ratio: float | None = None
     tail: float | None = None
     title: str = "warpdyn ensemble"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.structure, ShearBuilding | LinearSystem):
-            raise TypeError(f"structure must be a ShearBuilding or a LinearSystem, got {type(self.structure).__name__}")
-        if isinstance(self.excitation, GroundMotion):
-            object.__setattr__(self, "excitation", Cloud((self.excitation,)))
-        if not isinstance(self.excitation, Excitation):
+        if not isinstance(self.structure, Structure):
+            kind = type(self.structure).__name__
+            raise TypeError(f"structure must be a ShearBuilding, a LinearSystem or a Portfolio, got {kind}")
+        excitation = excitation_of(self.excitation)
+        if not isinstance(excitation, Excitation):
             raise TypeError(
                 "excitation must be Stripes, Cloud, OneMotionPerStructure, EventSequence, GroundMotion, FilteredNoise, "
                 f"HarmonicForce, ForceHistory or FreeVibration, got {type(self.excitation).__name__}"
             )
-        if isinstance(self.excitation, EventSequence) and not isinstance(self.structure, ShearBuilding):
+        object.__setattr__(self, "excitation", excitation)
+        if self.structure.is_many and not excitation.is_design:
+            kind = type(excitation).__name__
             raise TypeError(
-                "an EventSequence needs a ShearBuilding: a LinearSystem comes out of an earthquake as it went into it"
+                f"the excitation of a portfolio must be Stripes, Cloud or OneMotionPerStructure, got {kind}"
             )
-        self._check_width()
+        excitation.check_fits(self.structure)
         one_of("sampling", self.sampling, SAMPLING)
         known = RECORDERS[self.structure.family]
         recorders = tuple(known) if self.recorders is None else self.recorders
@@ -101,25 +89,6 @@ class Scene:
         object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))
         object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))
 
-    def _check_width(self) -> None:
-        """Check that nodal loads and initial states have one value for each degree of freedom, or one for all."""
-        dofs = self.structure.dofs
-        for kind, name in ((HarmonicForce, "amplitude"), (FreeVibration, "displacement"), (FreeVibration, "velocity")):
-            if isinstance(self.excitation, kind):
-                size = getattr(self.excitation, name).size
-                if size != dofs and (size != 1 or kind is HarmonicForce):
-                    raise ValueError(f"{kind.__name__}.{name} has {size} values for {dofs} degrees of freedom")
-        displaced = isinstance(self.excitation, FreeVibration) and np.any(self.excitation.displacement)
-        forgets = {*self.structure.storey_laws, *self.structure.devices} <= {"elastic", "viscous_damper"}
-        if displaced and not forgets:
-            raise ValueError(
-                f"FreeVibration.displacement needs an elastic structure: the force of a {self.structure.law!r} "
-                "storey at a displacement depends on how it came there; start from a velocity"
-            )
-        if isinstance(self.excitation, ForceHistory) and self.excitation.force.shape[1] != dofs:
-            columns = self.excitation.force.shape[1]
-            raise ValueError(f"ForceHistory.force has {columns} columns for {dofs} degrees of freedom")
-
     @property
     def central_parameters(self) -> dict[str, np.ndarray]:
         """The medians of the scattered parameters, of shape [storey] or []."""
@@ -130,42 +99,10 @@ class Scene:
         """Values of the scattered parameters that are equal only where all values that can be drawn are equal."""
         return representative(self.structure, self.scatter)
 
+    def description(self) -> dict[str, object]:
+        """Return what the scene's JSON says."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
     def to_json(self) -> str:
-        """Return the scene as JSON, with the shape in place of long arrays; the dataset holds the drawn inputs."""
-        return json.dumps(_plain(self), separators=(",", ":"))
-
-
-def structure_to_json(structure: ShearBuilding | LinearSystem) -> str:
-    """Return a structure as JSON, as it is in the JSON of a scene."""
-    return json.dumps(_plain(structure), separators=(",", ":"))
-
-
-def _plain(value: Any) -> Any:
-    """Return a value in types that JSON knows, recursively."""
-    if isinstance(value, GroundMotion):
-        return {"name": value.name, "source": value.source, "step": value.step, "samples": value.acceleration.size}
-    if isinstance(value, np.ndarray):
-        if value.size > 1024:
-            return f"array of shape {value.shape}"
-        # JSON has no NaN, which marks storeys whose law does not take a parameter.
-        return np.where(np.isnan(value), None, value).tolist() if value.dtype.kind == "f" else value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Mapping):
-        return {key if isinstance(key, str) else " ".join(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, ShearBuilding | LinearSystem):
-        kept = {"law": value.law, "damping": value.damping}
-        if value.family == "chain":
-            storey_settings = {"damping_modes": value.damping_modes, "damped_storeys": value.damped_storeys}
-            kept |= {name: list(storeys) for name, storeys in storey_settings.items() if storeys}
-            if len(value.storey_laws) > 1:
-                kept["storey_laws"] = list(value.storey_laws)
-        else:
-            kept["influence"] = value.influence.tolist()
-        return {"type": type(value).__name__, **kept, **_plain(value.parameters)}
-    if hasattr(value, "__dataclass_fields__"):
-        fields = {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
-        return fields if isinstance(value, Scene) else {"type": type(value).__name__, **fields}
-    return value
+        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset."""
+        return to_json(self)

@@ -33,8 +33,8 @@ def damage_shares(
     run.
 
     Args:
-        run: What `simulate_portfolio` returned, with the recorder "drift".
-        limits: For each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
+        run: What `simulate` returned of a portfolio, with the recorder "drift".
+        limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
             states' names are the same for all.
         events: The event of each motion, shape [motion], as names or whole numbers: if several motions belong to one
             event, such as both components of a record, the worst of them counts. None to count every motion by itself.
@@ -51,7 +51,7 @@ def damage_shares(
             not increase, events are not one for each motion, or more than 1 % of the buildings, counted in every event,
             failed; if more than 1 % of an archetype failed in an event, a warning names both.
     """
-    check_dataset("damage_shares", run, advice="give what simulate_portfolio() returned")
+    check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
     names = archetypes_of(run)
     states, table = _checked_limits(names, limits)
     record, event_names = _events_of(run, events)
@@ -194,7 +194,7 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
 def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the event of each sample as an index, and the names of the events in the order of their first use."""
     if "motion_index" not in run.variables:
-        raise ValueError("the dataset has no 'motion_index': it is not what simulate_portfolio() returned")
+        raise ValueError("the dataset has no 'motion_index': it is not what simulate() returned of a portfolio")
     record, motions = run["motion_index"].values, run.sizes["motion"]
     if events is None:
         return record, np.arange(motions)

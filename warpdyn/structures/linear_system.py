@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,11 +13,12 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import finite_numbers
 from warpdyn.laws import LAWS, Parameter
 from warpdyn.structures.modal import modal_properties
+from warpdyn.structures.structure import Structure, count_along
 
 MAXIMUM_DOFS = 32
 
 
-class LinearSystem:
+class LinearSystem(Structure):
     """A linear system of full matrices: M u'' + C u' + K u = F.
 
     Args:
@@ -31,7 +33,11 @@ class LinearSystem:
     """
 
     family = "dense"
+    demand = "displacement"
+    can_yield = False
+    is_scaled = True
     law, storey_laws, storey_law, devices = "elastic", ("elastic",), LAWS["elastic"], ()
+    damping = "matrix"
 
     def __init__(
         self, mass: ArrayLike, damping: ArrayLike, stiffness: ArrayLike, *, influence: ArrayLike | None = None
@@ -81,12 +87,32 @@ class LinearSystem:
         self.influence = np.ones(self.dofs) if influence is None else finite_numbers("influence", influence)
         if self.influence.shape != (self.dofs,):
             raise ValueError(f"influence must be {self.dofs} finite values, one a degree of freedom")
-        self.damping = "matrix"
-        self.modal()  # raises an error if the stiffness is not positive definite
+        self.modal()  # says what is wrong with a stiffness that is not positive definite
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped system."""
         return modal_properties(self.parameters["mass"], self.parameters["stiffness"], self.influence)
+
+    @property
+    def nominal_values(self) -> Mapping[str, np.ndarray]:
+        """Factors of 1 on the matrices."""
+        return dict.fromkeys(self.parameters, np.array(1.0))
+
+    def is_by_storey(self, name: str) -> bool:
+        """Return False: a factor is of the whole matrix."""
+        return False
+
+    def input_name(self, name: str) -> str:
+        """Return the name of the factor on a matrix."""
+        return f"{name}_factor"
+
+    def chosen(self) -> dict[str, Any]:
+        """Return what is no matrix."""
+        return {"law": self.law, "damping": self.damping, "influence": self.influence.tolist()}
+
+    def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
+        """Return `dof`."""
+        return {"dof": count_along("dof", self.dofs, "degree of freedom")}
 
     @property
     def fundamental_period(self) -> float:

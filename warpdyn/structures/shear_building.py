@@ -4,42 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import one_of, real_numbers, whole_number
+from warpdyn.core.checks import one_of, real_numbers
 from warpdyn.laws import LAWS, Device, Law, Parameter
 from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
 from warpdyn.laws.lookup import devices_and_values, laws_and_values
 from warpdyn.laws.parameter import did_you_mean, names_of
 from warpdyn.structures.calibration import CalibratedChain
+from warpdyn.structures.damping import DAMPING
 from warpdyn.structures.linear_system import LinearSystem
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
 from warpdyn.structures.p_delta import buckling_problem, stiffness_under_gravity
 from warpdyn.structures.protection import ProtectedChain
+from warpdyn.structures.structure import Structure, count_along
 
 __all__ = ["LinearSystem", "ShearBuilding"]
 
 MAXIMUM_STOREYS = 60
 
-DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_open=True, often_in_percent=True)
-# Each kind of damping with its parameters: one value for each storey, or one for the building.
-DAMPING = {
-    "none": {},
-    "storey": {"damping_coefficient": Parameter("N s m-1", "viscous damping coefficient of the storey", low=0.0)},
-    "rayleigh": {"damping_ratio": DAMPING_RATIO},
-    "rayleigh_tangent": {"damping_ratio": DAMPING_RATIO},
-    "mass_proportional": {"damping_ratio": DAMPING_RATIO},
-    "stiffness_proportional": {"damping_ratio": DAMPING_RATIO},
-    "modal": {"damping_ratio": DAMPING_RATIO},
-}
 GRAVITY_LOAD = Parameter("N", "vertical load of the floor that leans with the building", low=0.0)
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
-class ShearBuilding(CalibratedChain, ProtectedChain):
+class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
 
     `from_hazus`, `from_capacity` and `from_periods` make one from properties of the whole building.
@@ -80,6 +72,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
     """
 
     family = "chain"
+    demand = "drift"
 
     def __init__(
         self,
@@ -96,6 +89,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         **parameters: ArrayLike,
     ) -> None:
         one_of("damping", damping, DAMPING)
+        kind = DAMPING[damping]
         self.storey_laws, of_laws = laws_and_values(law, parameters)
         self.devices, of_devices = devices_and_values(devices, parameters)
         parameters = {**parameters, **of_laws, **of_devices}
@@ -103,10 +97,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         self.storey_law = law_of_storeys(LAWS, self.storey_laws, self.devices)
         law = self.law
         stiff = [device for device in self.devices if device != "viscous_damper"]
-        if damping == "rayleigh_tangent" and stiff:
+        if kind.follows_tangent and stiff:
             raise ValueError(
-                f"damping 'rayleigh_tangent' does not go with a {stiff[0]}: its stiffness would damp too; "
-                "take 'rayleigh'"
+                f"damping {damping!r} does not go with a {stiff[0]}: its stiffness would damp too; take 'rayleigh'"
             )
         self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
             {
@@ -115,7 +108,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
                 "height": Parameter("m", "storey height", low=0.0, low_open=True),
                 **({} if gravity_load is None else {"gravity_load": GRAVITY_LOAD}),
                 **self.storey_law.parameters,
-                **DAMPING[damping],
+                **kind.parameters,
             }
         )
         given = {"mass": mass, "stiffness": stiffness, "height": height, **parameters}
@@ -142,7 +135,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
         lengths = {"law": several} | {n: array.size for n, array in arrays.items() if n not in BUILDING_PARAMETERS}
         longest = max(lengths, key=lambda name: lengths[name])
-        self.storeys = lengths[longest]
+        self.storeys = self.dofs = lengths[longest]
         if several not in (1, self.storeys):
             raise ValueError(_unequal("law", several, longest, self.storeys))
         if not 1 <= self.storeys <= MAXIMUM_STOREYS:
@@ -168,17 +161,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         if problem:
             raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
-        for what, modes in {"damping_modes": damping_modes, "damped_storeys": damped_storeys}.items():
-            kinds = ("rayleigh", "rayleigh_tangent") if what == "damping_modes" else ("rayleigh",)
-            if modes is not None and damping not in kinds:
-                raise ValueError(f"{what} belong to damping {' or '.join(map(repr, kinds))}, not {damping!r}")
-        if damping_modes is not None and damped_storeys is not None:
-            raise ValueError(
-                "damping_modes and damped_storeys exclude each other: of some storeys it is the first mode"
-            )
-        self.damped_storeys = None if damped_storeys is None else self._checked_storeys(damped_storeys)
-        has_modes = damping in ("rayleigh", "rayleigh_tangent") and damped_storeys is None
-        self.damping_modes = self._checked_modes(damping_modes) if has_modes else None
+        self.inherent_damping = kind.checked(damping, self.storeys, damping_modes, damped_storeys)
+        self.damping_modes, self.damped_storeys = self.inherent_damping.modes, self.inherent_damping.storeys
 
     def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Return values of a parameter, NaN at storeys whose law does not take it, and which storeys take it."""
@@ -194,30 +178,29 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
         values[~takes] = np.nan
         return values, takes
 
-    def _checked_storeys(self, storeys: tuple[int, int]) -> tuple[int, int]:
-        """Return the first and the last storey with Rayleigh damping."""
-        if not isinstance(storeys, Sequence) or len(storeys) != 2:
-            raise ValueError(f"damped_storeys must be the first and the last storey, such as (2, 6), got {storeys!r}")
-        first, last = (whole_number(f"damped_storeys[{i}]", storey, 1) for i, storey in enumerate(storeys))
-        if not first <= last <= self.storeys:
-            raise ValueError(f"damped_storeys must be within 1 to {self.storeys}, first to last, got {storeys!r}")
-        return first, last
-
-    def _checked_modes(self, modes: tuple[int, int] | None) -> tuple[int, int]:
-        """Return the two modes of Rayleigh damping; a one-storey building has its only mode twice."""
-        if modes is None:
-            return 1, min(2, self.storeys)
-        if not isinstance(modes, Sequence) or len(modes) != 2:
-            raise ValueError(f"damping_modes must be two modes, such as (1, 3), got {modes!r}")
-        first, second = (whole_number(f"damping_modes[{i}]", mode, 1) for i, mode in enumerate(modes))
-        if max(first, second) > self.storeys or (first >= second and self.storeys > 1):
-            raise ValueError(f"damping_modes must be two different modes from 1 to {self.storeys}, got {modes!r}")
-        return first, second
-
     @property
-    def dofs(self) -> int:
-        """Degrees of freedom: one for each storey."""
-        return self.storeys
+    def nominal_values(self) -> Mapping[str, np.ndarray]:
+        """The parameters."""
+        return self.parameters
+
+    def is_by_storey(self, name: str) -> bool:
+        """Return whether a parameter has one value a storey."""
+        return name not in BUILDING_PARAMETERS
+
+    def input_name(self, name: str) -> str:
+        """Return the parameter's own name."""
+        return name
+
+    def chosen(self) -> dict[str, Any]:
+        """Return laws and damping."""
+        said: dict[str, Any] = {"law": self.law, "damping": self.damping}
+        chosen = {"damping_modes": self.damping_modes, "damped_storeys": self.damped_storeys}
+        said |= {name: list(numbers) for name, numbers in chosen.items() if numbers}
+        return said | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
+
+    def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
+        """Return `storey` and, where accelerations are recorded, `floor`."""
+        return numbered_storeys(self.storeys, recorders)
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped building."""
@@ -232,6 +215,14 @@ class ShearBuilding(CalibratedChain, ProtectedChain):
 
     def __repr__(self) -> str:
         return f"ShearBuilding({self.storeys} storeys, law={self.law!r}, damping={self.damping!r})"
+
+
+def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tuple]:
+    """Return `storey` and, where accelerations are recorded, `floor`, counted from the ground up."""
+    coordinates = {"storey": count_along("storey", storeys, "storey, from the ground up")}
+    if "acceleration" in recorders:
+        coordinates["floor"] = count_along("floor", storeys, "floor above the storey")
+    return coordinates
 
 
 def _unequal(name: str, values: int, other: str, others: int) -> str:

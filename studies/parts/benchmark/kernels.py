@@ -17,6 +17,7 @@ from tqdm import tqdm
 import warpdyn as wd
 from parts.benchmark.cases import STEP, build_scene, draw_ensemble, spread_out
 from warpdyn.integration.run import build_run
+from warpdyn.integration.settings import Execution, Integration
 from warpdyn.kernels.build import load_kernel
 
 # The least of several runs counts, after a warm-up: of two at least, and until they have been so long in kernels or
@@ -113,8 +114,9 @@ def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
         scene = build_scene(draw_ensemble(storeys, 2, 2), law, recorders)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "a tail of")
-            run = build_run(scene, structures=2, method=method, dtype=dtype, step=STEP, device=device)
-        load_kernel(run.terms.plan, device)
+            integration = Integration(method=method, dtype=dtype, step=STEP)
+            run = build_run(scene, 2, integration, Execution(device=device))
+        load_kernel(run.model.plan, device)
 
     # The tallest first, which may take longest.
     ordered = sorted(jobs, key=lambda job: (-job[1], job))

@@ -6,14 +6,15 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any, ClassVar
 
 import numpy as np
 
 from warpdyn.core.checks import whole_number
-from warpdyn.integration.sampler import Sampler
+from warpdyn.laws import Parameter
 from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
-from warpdyn.structures.p_delta import buckling_problem
-from warpdyn.structures.shear_building import ShearBuilding
+from warpdyn.structures.shear_building import ShearBuilding, numbered_storeys
+from warpdyn.structures.structure import Structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,7 @@ class Archetype:
 
 
 @dataclass(frozen=True, eq=False)
-class Portfolio:
+class Portfolio(Structure):
     """Buildings of several archetypes, numbered from 0 in the order of these.
 
     What is drawn of a building depends on the seed, its archetype and its number alone.
@@ -50,6 +51,12 @@ class Portfolio:
     Raises:
         ValueError, TypeError: If there is no archetype, or one is not valid; the message names the archetype.
     """
+
+    family = "chain"
+    demand = "drift"
+    is_many = True
+    parameters: ClassVar[Mapping[str, np.ndarray]] = MappingProxyType({})
+    parameter_table: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
 
     archetypes: Mapping[str, Archetype]
     counts: np.ndarray = field(init=False, repr=False)
@@ -78,31 +85,35 @@ class Portfolio:
         """Storeys of each archetype, shape [archetype]."""
         return np.array([archetype.building.storeys for archetype in self.archetypes.values()])
 
-    def parameters(self, name: str, seed: int) -> dict[str, np.ndarray]:
-        """Return every parameter of an archetype's buildings, shape [building, storey] or [building].
+    @property
+    def dofs(self) -> int:
+        """Storeys of the highest."""
+        return int(self.storeys.max())
 
-        Args:
-            name: The archetype.
-            seed: Seed of every random draw.
+    @property
+    def nominal_values(self) -> Mapping[str, np.ndarray]:
+        """Nothing: each archetype has values of its own."""
+        return {}
 
-        Raises:
-            ValueError: If a value is out of its parameter's bounds, or values do not fit each other.
-        """
-        archetype, place = self.archetypes[name], list(self.archetypes).index(name)
-        building, count, first = archetype.building, int(self.counts[place]), int(self.first[place])
-        listed = {key: spread for key, spread in archetype.scatter.items() if isinstance(spread, GivenValues)}
-        others = {key: spread for key, spread in archetype.scatter.items() if key not in listed}
-        with named(name):
-            values = Sampler(building, listed, {}, "monte_carlo", count, seed).draw(np.arange(count), is_all=False)
-            if others:
-                sampler = Sampler(building, others, archetype.correlation, "monte_carlo", first + count, seed)
-                values |= sampler.draw(np.arange(first, first + count), is_all=False)
-            nominal = building.parameters.items()
-            values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
-            problem = building.storey_law.problem(values) or buckling_problem(values)
-            if problem:
-                raise ValueError(f"drawn: {problem}")
-        return values
+    def is_by_storey(self, name: str) -> bool:
+        """Return False: a portfolio has no parameters."""
+        return False
+
+    def input_name(self, name: str) -> str:
+        """Return a parameter's own name."""
+        return name
+
+    def chosen(self) -> dict[str, Any]:
+        """Return the archetypes."""
+        told = {}
+        for (name, archetype), count in zip(self.archetypes.items(), self.counts, strict=True):
+            of_scene = {"scatter": archetype.scatter, "correlation": archetype.correlation}
+            told[name] = {"count": int(count), "structure": archetype.building, **of_scene}
+        return {"archetypes": told}
+
+    def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
+        """Return `storey` and, where accelerations are recorded, `floor`, up to the highest building's."""
+        return numbered_storeys(self.dofs, recorders)
 
     def __repr__(self) -> str:
         return f"Portfolio({self.buildings} buildings of {len(self.archetypes)} archetypes)"

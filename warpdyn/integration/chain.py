@@ -1,0 +1,142 @@
+"""Chains of storeys as the engine has them: their vibration, their modes, and the arrays that kernels read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.core.output_variables import HISTORY
+from warpdyn.ground_motions.excitation import Excitation
+from warpdyn.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
+from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.kernels.plan import Plan
+from warpdyn.laws.devices.parameters import damper_values, kind_of_dampers, steepest_damping
+from warpdyn.methods.stability_limits import (
+    highest_damping_rate,
+    stable_step,
+    stable_step_of_eigenvalues,
+    stable_step_of_yielding,
+    state_eigenvalues,
+)
+from warpdyn.methods.table import Method
+from warpdyn.structures.modal import chain_stiffness_matrix
+from warpdyn.structures.p_delta import stiffness_under_gravity, storey_weight_over_height
+from warpdyn.structures.shear_building import ShearBuilding
+
+
+class ChainDynamics(Dynamics):
+    """The equation of motion of shear buildings; arguments and attributes as of Dynamics."""
+
+    structure: ShearBuilding
+    histories = tuple(HISTORY)
+
+    def __init__(self, structure: ShearBuilding, representative: Mapping[str, np.ndarray]) -> None:
+        super().__init__(structure, representative)
+        values = {**structure.parameters, **representative}
+        inherent = structure.inherent_damping
+        self.law = structure.storey_law.spring(values)
+        self.viscous_dampers = kind_of_dampers(structure.devices, values)
+        is_linear = self.viscous_dampers == "linear"
+        self.fitting_law = structure.law.replace("+viscous_damper", "") if is_linear else structure.law
+        self.damping = inherent.kernel
+        self.has_gravity = "gravity_load" in structure.parameters
+        # Rayleigh's part of the stiffness is that of the springs alone: what gravity takes off is not in it.
+        is_short = inherent.is_of_springs and self.has_gravity
+        self.couples_modes = inherent.is_uneven or self.viscous_dampers != "none" or is_short
+        self.needs_eigenvalues = self.couples_modes
+
+    def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+        mass, inherent, law = parameters["mass"], self.structure.inherent_damping, self.structure.storey_law
+        effective = stiffness_under_gravity(parameters)
+        frequency = circular_frequencies(mass, effective).T  # [mode, structure]
+        period, rayleigh = 2 * np.pi / frequency[0], inherent.rayleigh(parameters, frequency)
+        if self.couples_modes:
+            # Below 1 m/s, a damper's force falls no faster than if it were linear.
+            slope = 0.0 if self.viscous_dampers == "none" else parameters["damper_coefficient"]
+            matrix, elastic = inherent.matrix(parameters, rayleigh, slope), chain_stiffness_matrix(effective)
+            eigenvalues = state_eigenvalues(mass, matrix, elastic)
+            decay = slowest_decay(eigenvalues)
+            if self.viscous_dampers == "power":
+                matrix = inherent.matrix(parameters, rayleigh, steepest_damping(parameters))
+                eigenvalues = state_eigenvalues(mass, matrix, elastic)
+            rate = highest_damping_rate(mass, matrix)
+            stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
+        else:
+            # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
+            ratios = inherent.ratios(parameters, frequency, rayleigh)
+            stable = stable_step(method, frequency, ratios).min(axis=0)
+            rates = ratios * frequency
+            rate = 2 * rates.max(axis=0)
+            # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
+            over = ratios > 1
+            rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
+            decay = rates.min(axis=0)
+        if self.law != "elastic" or self.viscous_dampers == "power":
+            stiffest = stiffness_under_gravity(parameters, law.stiffest(parameters))
+            highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
+            if inherent.follows_tangent:
+                # What the stiffest tangent adds to the dashpots; gravity takes nothing off them.
+                springs = circular_frequencies(mass, law.stiffest(parameters))[:, -1]
+                rate = np.maximum(rate, rate + rayleigh[1] * (springs**2 - frequency[-1] ** 2))
+            stable = stable_step_of_yielding(method, highest, rate, stable)
+        return period, decay, stable, rayleigh.T
+
+    def modes(self, parameters: Arrays, excitation: Excitation) -> Modes:
+        """Return the modes of shear chains, their shapes as storey drifts, of unit modal mass."""
+        inherent, mass, stiffness = (
+            self.structure.inherent_damping,
+            parameters["mass"],
+            stiffness_under_gravity(parameters),
+        )
+        dofs, root = self.structure.dofs, np.sqrt(mass)
+        matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
+        shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
+        drift = np.diff(shape, axis=1, prepend=0.0)
+        # From strain energies, a sum of positive terms, lower frequencies keep digits that the matrix has lost.
+        squared = (stiffness[:, None, :] @ drift**2)[:, 0]
+        rayleigh = inherent.rayleigh(parameters, np.sqrt(squared).T)
+        of_mass = inherent.of_mass(parameters, squared, rayleigh)
+        if self.couples_modes:
+            dashpots = inherent.dashpots(parameters, rayleigh[1])
+            dashpots = np.zeros_like(mass) if dashpots is None else dashpots
+            if self.viscous_dampers != "none":
+                dashpots = dashpots + parameters["damper_coefficient"]
+            damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
+            damping += of_mass[:, :, None] * np.eye(dofs)
+        else:
+            damping = of_mass + rayleigh[1][:, None] * squared
+        momentum = mass[:, :, None] * shape
+        load = excitation.modal_load(shape, momentum, np.ones(dofs))
+        return Modes(drift, squared, damping, np.ones(len(mass)), load, excitation.modal_start(momentum))
+
+    def pack(self, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:
+        """Return the arrays of the chain's kernels, structures last."""
+        mass, inherent = parameters["mass"], self.structure.inherent_damping
+        structures = len(mass)
+        # Structures are next to each other, as kernels have them and as they were drawn.
+        coefficients = np.stack(
+            [values.T for values in self.structure.storey_law.coefficients(parameters, self.law)], axis=1
+        )
+        packed = {
+            "mass": mass.T,
+            "inverse_mass": 1 / mass.T,
+            "inverse_height": 1 / parameters["height"].T,
+            "coefficients": coefficients.reshape(-1, structures),
+        }
+        dashpots = inherent.pack_dashpots(parameters, rayleigh[:, 1])
+        if self.viscous_dampers == "linear":
+            dashpots = parameters["damper_coefficient"] + (0.0 if dashpots is None else dashpots)
+        elif self.viscous_dampers == "power":
+            values = np.stack([values.T for values in damper_values(parameters)], axis=1)
+            packed["viscous_damper"] = values.reshape(-1, structures)
+        if dashpots is not None:
+            packed["storey_damping"] = dashpots.T
+        packed |= inherent.pack(parameters, rayleigh)
+        if self.has_gravity:
+            packed["storey_weight_over_height"] = storey_weight_over_height(parameters).T
+        return packed
+
+    def pack_beside_modes(self, parameters: Arrays) -> Arrays:
+        """Return heights and stiffnesses of the storeys, of which drifts and forces are recorded."""
+        return {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}

@@ -1,0 +1,150 @@
+"""A scene as the engine has it: all that follows from it, worked out once and handed on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from warpdyn.core.output_variables import RECORDERS, STATE, Variable, recorded
+from warpdyn.ground_motions.excitation import Timeline
+from warpdyn.integration.chain import ChainDynamics
+from warpdyn.integration.dense import DenseDynamics
+from warpdyn.integration.dynamics import Arrays, Dynamics, Vibration
+from warpdyn.kernels import arguments
+from warpdyn.kernels.build import composed, fitted
+from warpdyn.kernels.plan import Plan
+from warpdyn.kernels.queues import checked_devices
+from warpdyn.laws.springs import spring_row
+from warpdyn.methods.table import METHODS, Method
+from warpdyn.scene.scene import Scene
+
+FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
+
+
+def dynamics_of(scene: Scene) -> Dynamics:
+    """Return the equation of motion of all structures that a scene can draw."""
+    return FAMILIES[scene.structure.family](scene.structure, scene.representative_parameters)
+
+
+def central_vibration(scene: Scene, dynamics: Dynamics, method: Method) -> Vibration:
+    """Return the vibration of the structure in the middle of the scatter."""
+    return dynamics.vibration_of({name: values[None] for name, values in scene.central_parameters.items()}, method)
+
+
+def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu: bool) -> Plan:
+    """Return the plan of the kernel that integrates a scene."""
+    is_exact = METHODS[method].kind == "exact"
+    of_modes = "general" if dynamics.couples_modes else "classical"
+    plan = Plan(
+        family=scene.structure.family,
+        dofs=scene.structure.dofs,
+        law=dynamics.law,
+        damping=of_modes if is_exact else dynamics.damping,
+        load=scene.excitation.kernel_load,
+        recorders=scene.recorders,
+        method=method,
+        dtype=dtype,
+        viscous_dampers=dynamics.viscous_dampers,
+        p_delta=dynamics.has_gravity and not is_exact,
+    )
+    return fitted(plan, is_gpu)
+
+
+def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str | None) -> str:
+    """Return the text of a scene's kernel; the keywords are those of `simulate`."""
+    is_gpu = checked_devices(device)[0] != "cpu"
+    return composed(plan_of(scene, dynamics_of(scene), method or "rk4", dtype or "float32", is_gpu=is_gpu)).text
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """How a scene's samples are integrated, all of them alike.
+
+    Args:
+        scene: The scene.
+        dynamics: The equation of motion of its structures.
+        method: Integration method.
+        plan: The kernel's plan.
+        timeline: Time grid of each motion.
+        tolerance: Relative error a step that an adaptive method allows itself.
+        seed: Seed of what is drawn.
+        threads: CPU threads.
+    """
+
+    scene: Scene
+    dynamics: Dynamics
+    method: Method
+    plan: Plan
+    timeline: Timeline
+    tolerance: float
+    seed: int
+    threads: int
+    _loads: dict[str, object] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def variables(self) -> dict[str, Variable]:
+        """What is recorded of each sample, by name."""
+        return recorded(self.plan.family, self.plan.recorders, self.method.is_adaptive)
+
+    @cached_property
+    def demands(self) -> dict[str, Variable]:
+        """What of it is a demand."""
+        table = RECORDERS[self.plan.family]
+        return {k: v for row in self.scene.recorders for k, v in table[row].items() if v.is_demand}
+
+    @cached_property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The outputs of one sample: every dimension beside `sample` is as long as there are dofs."""
+        shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in self.variables.items()} | {"status": ()}
+        if STATE in self.plan.recorders:
+            values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
+            shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}
+        return shapes
+
+    @property
+    def kernel_name(self) -> str:
+        """What the kernel computes, in one line."""
+        p = self.plan
+        return f"{p.family} {p.dofs} {p.law} {p.damping} {p.load} {'+'.join(p.recorders)} {p.method} {p.dtype}"
+
+    @property
+    def needs_step(self) -> bool:
+        """Whether what the kernel reads of a structure depends on the integration step."""
+        return self.method.kind == "exact" or (self.method.kind == "implicit" and self.plan.family == "dense")
+
+    @cached_property
+    def by_event(self) -> tuple[Model, ...]:
+        """The model of each event: where there are several, each leaves a state, and all but the first go on from one.
+
+        The events that go on have one model in common.
+        """
+        events = len(self.scene.excitation.event_names)
+        if events == 1:
+            return (self,)
+        recorders = (*self.plan.recorders, STATE)
+        first, later = (
+            replace(self, plan=replace(self.plan, recorders=recorders, resumes=resumes)) for resumes in (False, True)
+        )
+        return (first, *[later] * (events - 1))
+
+    def in_float64(self, tolerance: float, device: str) -> Model:
+        """Return the model in double precision on a device, with another tolerance."""
+        plan = fitted(replace(self.plan, dtype="float64"), device != "cpu")
+        return replace(self, plan=plan, tolerance=tolerance)
+
+    def loads_on(self, device: str) -> object:
+        """Return the load as a device holds it, brought there once."""
+        if device not in self._loads:
+            packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
+            self._loads[device] = arguments.brought("Load", packed, self.plan.dtype, device)
+        return self._loads[device]
+
+    def blank_outputs(self, samples: int) -> Arrays:
+        """Return memory for the outputs of some samples, sample first."""
+        return {name: np.empty((samples, *shape), self.output_dtype(name)) for name, shape in self.shapes.items()}
+
+    def output_dtype(self, name: str) -> np.dtype:
+        """Return the number type of an output."""
+        return arguments.output_dtype(name, self.plan.dtype)

@@ -1,0 +1,111 @@
+"""What is asked of a run beside its scene: how it is integrated, and where."""
+
+from __future__ import annotations
+
+import collections.abc
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+from warpdyn.core.checks import one_of, real_number, whole_number
+from warpdyn.kernels.build import cores
+from warpdyn.kernels.queues import checked_devices
+from warpdyn.methods.table import METHODS
+
+ON_UNSTABLE = ("substep", "raise", "flag")
+DTYPES = ("float32", "float64")
+LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # below it rounding is all that a step's estimate tells
+DEFAULT_TOLERANCE = 1e-6  # of an adaptive method
+LEAST_ERROR = 1e-8  # that can be kept
+
+
+@dataclass(frozen=True, kw_only=True)
+class Integration:
+    """How samples are integrated; arguments as of `simulate`.
+
+    Args:
+        left_open: Which of "method" and "dtype" the target error is to choose.
+    """
+
+    method: str = "rk4"
+    dtype: str = "float32"
+    step: float | None = None
+    longest_step: float | None = None
+    resample: bool = False
+    tolerance: float | None = None
+    target_error: float | None = None
+    on_unstable: str = "substep"
+    left_open: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        one_of("on_unstable", self.on_unstable, ON_UNSTABLE)
+        one_of("method", self.method, METHODS)
+        one_of("dtype", self.dtype, DTYPES)
+        if not isinstance(self.resample, bool):
+            raise TypeError(f"resample must be True or False, got {self.resample!r}")
+        if self.tolerance is not None:
+            self._check_tolerance(self.tolerance)
+
+    def _check_tolerance(self, tolerance: float) -> None:
+        if not METHODS[self.method].is_adaptive:
+            adaptive = [name for name, other in METHODS.items() if other.is_adaptive]
+            raise ValueError(f"method {self.method!r} takes no tolerance; these do: {', '.join(adaptive)}")
+        least = LEAST_TOLERANCE[self.dtype]
+        if not least <= real_number("tolerance", tolerance, above=0) <= 1:
+            raise ValueError(f"tolerance must be from {least:g} ({self.dtype}) to 1, got {tolerance:g}")
+
+    @classmethod
+    def of(cls, *, method: str | None, dtype: str | None, target_error: float | None, **rest: object) -> Self:
+        """Return what `simulate` was given, with its defaults where that is None."""
+        given = {"method": method, "dtype": dtype}
+        if target_error is not None:
+            check_target_error(target_error)
+            if any(rest.get(name) is not None for name in ("step", "longest_step", "tolerance")):
+                raise ValueError(
+                    "target_error chooses the step: give simulate() no step, longest_step or tolerance beside it"
+                )
+        left_open = tuple(name for name, value in given.items() if value is None)
+        settled: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | rest
+        return cls(target_error=target_error, left_open=left_open, **settled)
+
+    @property
+    def is_stepped(self) -> bool:
+        """Whether the step is seen to, by itself or by an error."""
+        return any(value is not None for value in (self.step, self.longest_step, self.target_error))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Execution:
+    """Where samples are run, and by how much at a time; arguments as of `simulate`.
+
+    Attributes:
+        devices: Devices that the samples are divided among.
+        cores: CPU threads that are used.
+    """
+
+    device: str | collections.abc.Sequence[str] | None = None
+    threads: int | None = None
+    memory: int | None = None
+    devices: tuple[str, ...] = field(init=False)
+    cores: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.memory is not None:
+            whole_number("memory [bytes]", self.memory, 1)
+        found = cores() if self.threads is None else whole_number("threads", self.threads, 1)
+        object.__setattr__(self, "cores", found)
+        object.__setattr__(self, "devices", checked_devices(self.device))
+
+    @property
+    def is_gpu(self) -> bool:
+        """Whether samples are run on GPUs."""
+        return self.devices[0] != "cpu"
+
+    def on_first(self) -> Self:
+        """Return the first device alone."""
+        return replace(self, device=self.devices[0])
+
+
+def check_target_error(target_error: float) -> None:
+    """Raise an error unless a relative error is one that can be kept."""
+    if not LEAST_ERROR <= real_number("target_error", target_error, above=0) < 1:
+        raise ValueError(f"target_error must be a relative error from {LEAST_ERROR:g} to below 1, got {target_error}")

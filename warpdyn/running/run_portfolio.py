@@ -1,0 +1,72 @@
+"""The run of a portfolio: a few ordinary runs, one a group of buildings, and one dataset of all."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+import warnings
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import xarray as xr
+
+from warpdyn.core.checks import whole_number
+from warpdyn.core.netcdf import check_writable
+from warpdyn.core.progress import counted_histories
+from warpdyn.integration.run import MOST_SAMPLES, build_run
+from warpdyn.integration.settings import Execution, Integration
+from warpdyn.portfolio.groups import checked_archetypes, groups_of, portfolio_of
+from warpdyn.portfolio.labels import Joined
+from warpdyn.running.run_scene import Kept, run_scene
+from warpdyn.scene.scene import Scene
+
+
+def run_portfolio(
+    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+) -> xr.Dataset:
+    """Return what `simulate` does of a portfolio; arguments as of `run_scene`.
+
+    Buildings of as many storeys, one law and one damping run together, whatever their archetypes. A building's step is
+    that of its archetype in a run by itself, rounded down to 10 ms over a power of 2, so that nothing else in the
+    portfolio changes a bit of what becomes of it; but how often samples that fail are run again at shorter steps is
+    counted over all buildings that run together, so that where many fail, other buildings decide which of them stay
+    failed. With a target error a plan is made for each group.
+    """
+    started = time.perf_counter()
+    seed, portfolio, excitation = whole_number("seed", seed, 0), portfolio_of(scene), scene.excitation
+    if structures != 1:
+        raise ValueError("structures are not of a portfolio: an archetype's `count` says how many buildings there are")
+    if kept.histories is not None:
+        raise ValueError("histories of a portfolio are not kept: keep them in a run of the archetype by itself")
+    each = excitation.samples_per_structure
+    if portfolio.buildings * each > MOST_SAMPLES:
+        raise ValueError(f"{portfolio!r} has more than {MOST_SAMPLES} samples: divide it into several")
+    excitation.check_structures(portfolio.buildings)
+    archetypes = checked_archetypes(scene, integration.method)
+    first = next(iter(portfolio.archetypes.values())).building
+    with warnings.catch_warnings():  # which come with the runs
+        warnings.simplefilter("ignore")
+        # What is wrong with a setting is said before anything is drawn: it is about no archetype.
+        build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
+    path = None if kept.path is None else check_writable(kept.path)
+    groups = groups_of(portfolio, archetypes, integration, seed)
+    attributes = {"scene": scene.to_json(), "title": scene.title, "seed": seed}
+    seconds = time.perf_counter() - started
+
+    with ExitStack() as stack, counted_histories(portfolio.buildings * each):
+        folder = None
+        if path is not None:
+            own = tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.")
+            folder = Path(stack.enter_context(own))
+        runs = []
+        for number, group in enumerate(groups):
+            how = integration if group.longest_step is None else replace(integration, longest_step=group.longest_step)
+            what = replace(kept, path=None if folder is None else folder / f"{number}.nc")
+            with group.told():
+                run = run_scene(group.scene, group.buildings.size, how, execution, what, seed)
+            if folder is not None:
+                stack.callback(run.close)
+            runs.append(run)
+        joined = Joined(portfolio, [group.buildings for group in groups], runs, each, attributes, seconds)
+        return joined.in_memory() if path is None else joined.in_file(path)

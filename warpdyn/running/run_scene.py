@@ -1,0 +1,149 @@
+"""The run of a scene of one structure: block by block it is drawn, packed, integrated on its devices, and labelled."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.accuracy.error_estimate import ErrorEstimate
+from warpdyn.accuracy.pilot import plan
+from warpdyn.core.checks import real_number
+from warpdyn.core.netcdf import GrowingFile
+from warpdyn.core.progress import counted_histories
+from warpdyn.integration.run import Run, build_run
+from warpdyn.integration.settings import Execution, Integration
+from warpdyn.integration.stability_guard import Findings
+from warpdyn.integration.time_grid import warn_of_short_tail
+from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
+from warpdyn.running.blocks import divide
+from warpdyn.running.histories import Histories, KeptHistories
+from warpdyn.running.labels import columns_of
+from warpdyn.running.pipeline import Pipeline
+from warpdyn.running.sinks import InFile, InMemory, Table
+from warpdyn.scene.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    """What is kept of a run beside its demands, and where; arguments as of `simulate`."""
+
+    checked_share: float | None = None
+    histories: Histories | None = None
+    keep_inputs: bool = True
+    path: str | os.PathLike | None = None
+
+    def __post_init__(self) -> None:
+        share = self.checked_share
+        if share is not None and not 0 < real_number("checked_share", share) <= 1:
+            raise ValueError(f"checked_share must be a share of the samples, above 0 and at most 1, got {share}")
+        if not isinstance(self.keep_inputs, bool):
+            raise TypeError(f"keep_inputs must be True or False, got {self.keep_inputs!r}")
+        if self.histories is not None and not isinstance(self.histories, Histories):
+            raise TypeError(f"histories must be Histories(samples, every), got {self.histories!r}")
+
+
+def run_scene(
+    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+) -> xr.Dataset:
+    """Return what `simulate` does of a scene of one structure.
+
+    Args:
+        scene: The scene.
+        structures: Structures to draw.
+        integration: How they are integrated.
+        execution: Where.
+        kept: What is kept of them.
+        seed: Seed of every random draw.
+    """
+    started = time.perf_counter()
+    if integration.target_error is not None and integration.longest_step is None:
+        build_run(scene, structures, integration, execution, seed)  # what is wrong is said before the pilot runs
+        choice = plan(
+            scene,
+            integration.target_error,
+            structures=structures,
+            method=None if "method" in integration.left_open else integration.method,
+            dtype=None if "dtype" in integration.left_open else integration.dtype,
+            seed=seed,
+            device=execution.device,
+            threads=execution.threads,
+        )
+        chosen = {"method": choice.method, "dtype": choice.dtype, "longest_step": choice.longest_step}
+        integration = replace(integration, **chosen)
+    run = build_run(scene, structures, integration, execution, seed)
+    columns = columns_of(run.model, kept.keep_inputs)
+    blocks = divide(run, columns, execution.memory)
+    queues = open_queues(execution.devices, run.model.threads)
+    findings = _findings(run, blocks, queues[0], integration)
+    histories = None
+    if kept.histories is not None:
+        histories = KeptHistories(kept.histories, run, queues[0], integration.on_unstable)
+    estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
+    table: Table
+    if kept.path is None:
+        table = InMemory(run.model, columns, run.samples)
+    else:
+        table = InFile(run.model, columns, GrowingFile(kept.path, run.samples))
+    with table:
+        with counted_histories(sum(run.samples_by_event)) as progress:
+            pipeline = Pipeline(run, integration.on_unstable, findings, table, histories, estimates, progress.update)
+            pipeline.seconds_sampling += time.perf_counter() - started
+            pipeline.process(blocks, queues)
+        for found in findings:
+            found.warn(integration.on_unstable)
+        warn_of_short_tail(scene, pipeline.longest_period)
+        rest = xr.Dataset() if histories is None else histories.result()
+        if estimates:
+            errors = [estimate.result(list(run.model.demands)) for estimate in estimates]
+            rest = rest.merge(errors[0] if len(errors) == 1 else xr.concat(errors, "event", combine_attrs="override"))
+        rest.attrs = _attributes(run, integration) | {
+            "seconds_sampling": pipeline.seconds_sampling,
+            "seconds_integrating": pipeline.seconds_integrating,
+            "seconds_in_kernels": seconds_in_kernels(queues),
+        }
+        return table.finish(rest)
+
+
+def _findings(run: Run, blocks: list[np.ndarray], queue: Queue, integration: Integration) -> list[Findings]:
+    """Return where it is kept what there is to tell of each event; with "raise", say what is beyond its limit."""
+    events = run.model.scene.excitation.event_names
+    counts = zip(run.samples_by_event, events, strict=True)
+    findings = [Findings(count, integration.method, name) for count, name in counts]
+    if integration.on_unstable == "raise":
+        for structures in blocks:
+            for found, part in zip(findings, run.events(structures, queue), strict=True):
+                found.add_limits(*part)
+        for found in findings:
+            found.refuse(any_step=True)
+    return findings
+
+
+def _estimates(run: Run, share: float, blocks: list[np.ndarray]) -> list[ErrorEstimate]:
+    """Return what estimates the errors of each event, of so large a share of its samples."""
+    return [
+        ErrorEstimate(count, share, run.model.seed, len(blocks[0]) * count // run.structures)
+        for count in run.samples_by_event
+    ]
+
+
+def _attributes(run: Run, integration: Integration) -> dict[str, object]:
+    """Return what the dataset says of how it was integrated."""
+    steps = np.unique(run.model.timeline.steps)
+    attributes = {
+        "seed": run.model.seed,
+        "method": integration.method,
+        "step": steps if steps.size > 1 else float(steps[0]),
+        "on_unstable": integration.on_unstable,
+        "dtype": integration.dtype,
+        "device": device_names(run.execution.devices),
+        "kernel": run.model.kernel_name,
+        "longest_step": integration.longest_step,
+        "target_error": integration.target_error,
+        "resampled": "yes" if integration.resample else None,
+        "tolerance": run.model.tolerance if run.model.method.is_adaptive else None,
+    }
+    return {name: value for name, value in attributes.items() if value is not None}
