@@ -30,7 +30,6 @@ from scipy.integrate import simpson
 
 import warpdyn as wd
 from warpdyn.integration.model import dynamics_of
-from warpdyn.structures.modal import modal_damping_matrix
 from warpdyn.truth import harmonic_response, piecewise_linear_response
 
 # Steps that an exact response can take are long for the powers that energies are summed up from.
