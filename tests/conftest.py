@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 import warp as wp
 
+from warpdyn.kernels import compilation
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -66,6 +68,12 @@ def _without_optimisation() -> Iterator[None]:
     yield
     wp.config.optimization_level = shipped
     _forget_kernels()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def compile_here() -> None:
+    """Compile each kernel where it is first launched: every processor core has a process of tests of its own."""
+    compilation.MOST_PROCESSES = 1
 
 
 @pytest.fixture

@@ -4,16 +4,20 @@ import os
 import subprocess
 import sys
 
+import pytest
+
+from warpdyn.kernels import compilation
+
 # Without a `__main__` guard, as users write scripts: a process that ran it again would print twice, or never end.
 SCRIPT = """
 from dataclasses import replace
 import warpdyn as wd
-from warpdyn.integration.packing import plan_of
+from warpdyn.integration.model import dynamics_of, plan_of
 from warpdyn.kernels.compilation import compile_side_by_side, is_compiled
 building = wd.ShearBuilding(1.0, 100.0, 3.0)
 scene = wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), recorders=("drift",))
-plan = replace(plan_of(scene, "heun", "float64", False), lanes=1, max_unroll=1)
-plans = [plan, replace(plan, p_delta=True), plan]
+plan = replace(plan_of(scene, dynamics_of(scene), "heun", "float64", is_gpu=False), lanes=1, max_unroll=1)
+plans = [plan, replace(plan, p_delta=True), replace(plan, damping="mass_proportional"), plan]
 print(*(is_compiled(plan, "cpu") for plan in plans))
 compile_side_by_side(plans, "cpu", threads=2)
 print(*(is_compiled(plan, "cpu") for plan in plans))
@@ -25,13 +29,14 @@ def test_every_plan_is_in_the_cache_afterwards(tmp_path):
     script.write_text(SCRIPT.replace("{recorders}", "motion_index"))
     environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path / "kernels")}
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment, check=False)
-    assert done.stdout.split() == ["False"] * 3 + ["True"] * 3, done.stderr
+    assert done.stdout.split() == ["False"] * 4 + ["True"] * 4, done.stderr
 
 
-def test_a_single_kernel_starts_no_process(monkeypatch):
-    from warpdyn.kernels import compilation
-
+def test_a_few_kernels_start_no_process(monkeypatch):
+    monkeypatch.setattr(compilation, "MOST_PROCESSES", 8)
     monkeypatch.setattr(compilation, "is_compiled", lambda plan, device: plan == "there")
     monkeypatch.setattr(compilation, "ProcessPoolExecutor", None)
-    compilation.compile_side_by_side(["there", "missing", "missing"], "cpu", threads=8)
-    compilation.compile_side_by_side(["there", "missing", "other"], "cpu", threads=1)
+    compilation.compile_side_by_side(["there", "missing", "other", "missing"], "cpu", threads=8)
+    compilation.compile_side_by_side(["missing", "other", "third"], "cpu", threads=1)
+    with pytest.raises(TypeError):  # it would
+        compilation.compile_side_by_side(["missing", "other", "third"], "cpu", threads=2)

@@ -14,8 +14,9 @@ from loky import ProcessPoolExecutor
 from warpdyn.kernels.build import block_size, build_kernel, load_kernel
 from warpdyn.kernels.plan import Plan
 
-# A process takes a second or two to start, and on a GPU half a gigabyte of its memory until it ends.
-MOST_PROCESSES = 8
+# A process takes a second or two to start, as long as two kernels take to compile, and on a GPU half a gigabyte of its
+# memory until it ends.
+MOST_PROCESSES, FEWEST_KERNELS = 8, 3
 CONFIGURATION = (bool, int, float, str, type(None))  # types of settings that a process is started with
 
 
@@ -38,8 +39,8 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
     """
     missing = [plan for plan in dict.fromkeys(plans) if not is_compiled(plan, device)]
     helpers = min(threads, MOST_PROCESSES, len(missing)) - 1
-    if helpers < 1:
-        return
+    if helpers < 1 or len(missing) < FEWEST_KERNELS:
+        return  # each is compiled when it is first launched
     settings = {name: value for name, value in vars(wp.config).items() if _is_setting(name, value)}
     with ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,)) as pool:
         compiled = [pool.submit(_compile, plan, device) for plan in missing]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 import warnings
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -14,9 +15,12 @@ import xarray as xr
 from warpdyn.core.checks import whole_number
 from warpdyn.core.netcdf import check_writable
 from warpdyn.core.progress import counted_histories
+from warpdyn.integration.model import dynamics_of, plan_of
 from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.integration.settings import Execution, Integration
-from warpdyn.portfolio.groups import checked_archetypes, groups_of, portfolio_of
+from warpdyn.kernels.compilation import compile_side_by_side
+from warpdyn.kernels.plan import Plan
+from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
 from warpdyn.portfolio.labels import Joined
 from warpdyn.running.run_scene import Kept, run_scene
 from warpdyn.scene.scene import Scene
@@ -59,6 +63,8 @@ def run_portfolio(
         if path is not None:
             own = tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.")
             folder = Path(stack.enter_context(own))
+        if integration.target_error is None:  # or else each group's method is yet to be chosen
+            compile_side_by_side(_plans(groups, integration, execution, kept), execution.devices[0], execution.cores)
         runs = []
         for number, group in enumerate(groups):
             how = integration if group.longest_step is None else replace(integration, longest_step=group.longest_step)
@@ -70,3 +76,11 @@ def run_portfolio(
             runs.append(run)
         joined = Joined(portfolio, [group.buildings for group in groups], runs, each, attributes, seconds)
         return joined.in_memory() if path is None else joined.in_file(path)
+
+
+def _plans(groups: list[Group], integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
+    """Yield the plans of the kernels that the groups run, and of those that check them."""
+    for group in groups:
+        dynamics = dynamics_of(group.scene)
+        for dtype in [integration.dtype] + ["float64"] * (kept.checked_share is not None):
+            yield plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=execution.is_gpu)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +19,9 @@ from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.integration.stability_guard import Findings
 from warpdyn.integration.time_grid import warn_of_short_tail
+from warpdyn.kernels.build import history_plan
+from warpdyn.kernels.compilation import compile_side_by_side
+from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
 from warpdyn.running.blocks import divide
 from warpdyn.running.histories import Histories, KeptHistories
@@ -77,6 +81,7 @@ def run_scene(
     run = build_run(scene, structures, integration, execution, seed)
     columns = columns_of(run.model, kept.keep_inputs)
     blocks = divide(run, columns, execution.memory)
+    compile_side_by_side(_plans(run, kept), execution.devices[0], run.model.threads)
     queues = open_queues(execution.devices, run.model.threads)
     findings = _findings(run, blocks, queues[0], integration)
     histories = None
@@ -106,6 +111,16 @@ def run_scene(
             "seconds_in_kernels": seconds_in_kernels(queues),
         }
         return table.finish(rest)
+
+
+def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
+    """Yield the plans of the kernels that a run launches."""
+    for model in run.model.by_event:
+        yield model.plan
+        if kept.checked_share is not None:
+            yield model.in_float64(model.tolerance, run.execution.devices[0]).plan
+    if kept.histories is not None:
+        yield history_plan(run.model.plan)
 
 
 def _findings(run: Run, blocks: list[np.ndarray], queue: Queue, integration: Integration) -> list[Findings]:
