@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import functools
+import inspect
 import itertools
 
 import numpy as np
@@ -161,6 +163,43 @@ def answers(name: str, row: str) -> dict[str, np.ndarray]:
     result = wp.full((len(NAMES), *drift.shape), np.nan, dtype=wp.float64, device="cpu")
     wp.launch(contract_kernel(row), dim=STOREYS, inputs=[*arrays, CHORD, result], device="cpu")
     return dict(zip(NAMES, result.numpy(), strict=True)) | {"drift": drift}
+
+
+def coefficients_read(row: str) -> set[int] | None:
+    """Return the places of the coefficients that a row's device functions read; None if places are worked out."""
+    found: set[int] = set()
+    functions = [value for value in vars(spring_row(row)).values() if isinstance(value, wp.Function)]
+    is_fixed = all([_read(function, found, set()) for function in functions])
+    return found if is_fixed else None
+
+
+def _read(function: wp.Function, found: set[int], seen: set[wp.Function]) -> bool:
+    """Collect the places that a function and those it calls read; return whether all are constants."""
+    if function in seen or not function.func:
+        return True
+    seen.add(function)
+    outer = inspect.getclosurevars(function.func)
+    known = {**outer.globals, **outer.nonlocals}
+    is_fixed = True
+
+    def visit(node: ast.AST) -> None:
+        nonlocal is_fixed
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and isinstance(known.get(node.test.id), bool):
+            for child in node.body if known[node.test.id] else node.orelse:
+                visit(child)
+            return
+        if isinstance(node, ast.Subscript) and getattr(node.value, "id", None) == "c":
+            try:
+                found.add(int(eval(ast.unparse(node.slice), dict(known))))
+            except NameError:
+                is_fixed = False
+        if isinstance(node, ast.Name) and isinstance(known.get(node.id), wp.Function):
+            is_fixed = _read(known[node.id], found, seen) and is_fixed
+        for child in ast.iter_child_nodes(node):
+            visit(child)
+
+    visit(function.adj.tree)
+    return is_fixed
 
 
 def drawn_building(name: str, row: str) -> wd.ShearBuilding:

@@ -25,6 +25,7 @@ from law_contract import (
     YIELD_FORCE,
     answers,
     coefficients_of,
+    coefficients_read,
     drawn_building,
     drawn_storeys,
     paths,
@@ -35,7 +36,6 @@ from warpdyn import laws
 from warpdyn.laws import DEVICES, LAWS, springs
 from warpdyn.laws.law import StoreyElement
 from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
-from warpdyn.running.pushover import storey_hysteresis
 from warpdyn.scene.scene import structure_to_json
 
 UNITS = {"1", "N", "m", "N m-1", "N s m-1", "m s-1", "kg", "s"}
@@ -86,6 +86,12 @@ def test_coefficients_are_what_the_device_functions_read(name, row):
     element = ELEMENTS[name]
     names, p = element.rows[row], drawn_storeys(name, row)
     assert len(set(names)) == len(names) == springs.spring_row(row).coefficients
+    read = coefficients_read(row)
+    if read is not None:
+        assert read <= set(range(len(names))), "coefficients are read that are not given"
+        of_other_rows = [coefficients_read(other) for other in element.rows if other != row]
+        unread = set(range(len(names))) - read
+        assert all(any(place in (other or ()) for other in of_other_rows) for place in unread), "some are never read"
     found = coefficients_of(element, p, row)
     assert found.shape == (len(names), STOREYS)
     assert not np.isnan(found).any()
@@ -109,7 +115,7 @@ def test_a_row_that_reads_another_number_of_coefficients_is_refused(monkeypatch)
 @LAW_ROWS
 def test_a_small_drift_is_elastic(name, row):
     drift = 1e-9 * YIELD_DRIFT
-    force = storey_hysteresis(drawn_building(name, row), [drift, -drift, 0]).storey_force.values
+    force = wd.storey_hysteresis(drawn_building(name, row), [drift, -drift, 0]).storey_force.values
     # What a power of such a drift leaves of the slope.
     np.testing.assert_allclose(force[:2].T, STIFFNESS * drift * np.array([[1, -1]] * STOREYS), rtol=1e-2)
 
@@ -171,7 +177,7 @@ def test_tangents_are_slopes(name, row):
 @EVERY_ROW
 def test_the_public_face_shows_the_same_forces(name, row):
     building = drawn_building(name, row)
-    found = storey_hysteresis(building, paths())
+    found = wd.storey_hysteresis(building, paths())
     beside = 0.0 if name in LAWS else STIFFNESS * paths()
     np.testing.assert_allclose(
         found.storey_force - beside, answers(name, row)["force"], rtol=0, atol=1e-6 * YIELD_FORCE
@@ -389,7 +395,7 @@ def test_a_law_is_one_folder(tmp_path, monkeypatch):
     assert issubclass(cubic, StoreyElement)
     drift = np.array([0.0, 0.01, -0.02])
     building = wd.ShearBuilding([2e3, 1e3], 4e5, 3.0, law=cubic(softening=[1e8, 0.0]))
-    force = storey_hysteresis(building, drift).storey_force.values
+    force = wd.storey_hysteresis(building, drift).storey_force.values
     np.testing.assert_allclose(force[:, 0], 4e5 * drift - 1e8 * drift**3, rtol=1e-14)
     np.testing.assert_allclose(force[:, 1], 4e5 * drift, rtol=1e-14)
     motion = wd.GroundMotion(0.5 * np.sin(np.arange(100) * 0.2), 0.02)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Spring:
-    """One storey law, or one of its variants: its device functions, and the sizes of what they read
-    and keep.
+    """One storey law, or one of its variants: its device functions, and how much they read and keep.
 
     A law with memory is a rate law, whose memory has a rate that is integrated with the motion, or a
     return-mapping law, whose memory follows from the drift and the memory at the last accepted step.

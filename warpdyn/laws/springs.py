@@ -4,7 +4,7 @@ A law sees the storey drift [m], its own memory and its coefficients, both as sh
 The coefficients are prepared once per structure (each law's `parameters.py`), so that no division stands in the time
 loop. The rows are those of the folders' `device_functions.py`; they are imported when the first row is asked for.
 
-`spring_row` also makes rows of several: "bouc_wen_1+slip" is of storeys that have both, "bilinear|bouc_wen_1+slip" of
+`spring_row` also makes rows of several: "bouc_wen_1+gap" is of storeys that have both, "bilinear|bouc_wen_1+gap" of
 storeys that have the first or the second, and the third besides.
 """
 
