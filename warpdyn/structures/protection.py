@@ -70,9 +70,10 @@ class ProtectedChain:
             ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
                 or there is P-Delta.
         """
-        (law,), own = laws_and_values(law, parameters)
+        if not isinstance(law, str):
+            (law,), own = laws_and_values(law, parameters)
+            parameters = own | parameters
         one_of("law of isolators", law, ISOLATORS)
-        parameters = own | parameters
         mass = real_number("base_mass [kg]", base_mass, above=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
         if law == "friction_pendulum":
