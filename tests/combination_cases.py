@@ -88,13 +88,21 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
 )
 
 
+def value_of(name, parameter, own):
+    """Return a parameter's value that leads to a row, its usual one, its default or any within its bounds."""
+    known = VALUES | own
+    if name in known or parameter.default is not None:
+        return known.get(name, parameter.default)
+    return (parameter.low + parameter.high) / 2 if np.isfinite(parameter.high) else max(parameter.low, 0.0) + 1.0
+
+
 @cache
 def springs_of_laws():
     """Return for every row of SPRINGS that a law leads to: the law, and the parameters that lead to it."""
     found = {}
     for law, row in LAWS.items():
         for own in OF_A_ROW:
-            values = {name: (VALUES | own).get(name, parameter.default) for name, parameter in row.parameters.items()}
+            values = {name: value_of(name, parameter, own) for name, parameter in row.parameters.items()}
             spring = row.spring({name: np.full((1, 1), value) for name, value in values.items()})
             found.setdefault(spring, (law, values))
     return found
