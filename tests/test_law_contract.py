@@ -34,10 +34,10 @@ from law_contract import (
 
 import warpdyn as wd
 from warpdyn import laws
+from warpdyn.core.description import to_json
 from warpdyn.laws import DEVICES, LAWS, springs
 from warpdyn.laws.law import StoreyElement
 from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
-from warpdyn.scene.scene import structure_to_json
 
 UNITS = re.compile(r"1|(N|m|s|kg|rad)(-?\d)?( (N|m|s|kg|rad)(-?\d)?)*")
 EVERY = pytest.mark.parametrize("name", ELEMENTS)
@@ -201,12 +201,12 @@ def test_an_object_its_name_and_its_description_make_one_building(name):
         return wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **{keyword: given}, **parameters)
 
     typed, named = building(element(**values)), building(name, **values)
-    assert structure_to_json(typed) == structure_to_json(named) == structure_to_json(building(element, **values))
+    assert to_json(typed) == to_json(named) == to_json(building(element, **values))
     assert element(**values) == element(**values)
     assert hash(element(**values)) == hash(element(**values))
-    described = json.loads(structure_to_json(named))
+    described = json.loads(to_json(named))
     kept = {key: described[key] for key in element.parameters}
-    assert structure_to_json(building(name, **kept)) == structure_to_json(named)
+    assert to_json(building(name, **kept)) == to_json(named)
     for key in values:
         with pytest.raises(ValueError, match=f"{key} is given twice"):
             building(element(**values), **{key: 1.0})
