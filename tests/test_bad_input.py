@@ -13,6 +13,8 @@ import warpdyn as wd
 from warpdyn import plots
 from warpdyn.kernels import build, queues as devices
 
+pytestmark = pytest.mark.fast
+
 WAVE = wd.GroundMotion(np.sin(np.arange(50) * 0.3), 0.02, name="wave")
 SILENCE = wd.GroundMotion(np.zeros(50), 0.02, name="silence")
 PGA = wd.PeakGroundAcceleration()

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 import warpdyn as wd
 from warpdyn import plots
 
+pytestmark = pytest.mark.fast
+
 BUILDING = wd.ShearBuilding.from_hazus("C1M", "high", 5)
 PUSHED = wd.pushover(BUILDING, np.linspace(0, 0.3, 61)[1:])
 

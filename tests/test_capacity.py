@@ -11,6 +11,8 @@ import warpdyn as wd
 from warpdyn.structures.capacity_curves import bilinear_curve
 from warpdyn.structures.hazus import DESIGN_LEVELS, building_class, building_types
 
+pytestmark = pytest.mark.fast
+
 DISPLACEMENT, SHEAR = [0.03, 0.3], [2.0e6, 3.0e6]
 MASS, HEIGHT = np.array([3.0e5, 2.0e5, 2.0e5, 1.0e5]), np.array([4.5, 3.0, 3.0, 3.0])
 

@@ -9,6 +9,8 @@ from scipy.integrate import simpson, solve_ivp
 
 from warpdyn.truth import bilinear_chain_response, piecewise_linear_response
 
+pytestmark = pytest.mark.fast
+
 
 def oscillator(force, step, hardening_ratio=0.0, damping=0.0, **initial):
     """The response of 1 kg on 100 N/m that yields at 1 N and 0.01 m."""

@@ -8,6 +8,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from warpdyn.truth import bouc_wen_chain_response, piecewise_linear_response
 
+pytestmark = pytest.mark.fast
+
 
 def oscillator(force, step, velocity, mass=1.0, **law):
     """The response of a mass on 100 N/m that yields at 1 N and 0.01 m."""

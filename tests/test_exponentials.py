@@ -7,6 +7,8 @@ import warp as wp
 from warpdyn.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm, power_of
 from warpdyn.kernels.plan import DTYPES
 
+pytestmark = pytest.mark.fast
+
 
 def results(x, y, exponent, dtype_name):
     """Return e^x, log y and y^exponent, then e^-|x| and log(1 + y) of y up to 1, of values along an array."""

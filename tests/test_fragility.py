@@ -9,6 +9,8 @@ from scipy.stats import beta, norm
 import warpdyn as wd
 from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, fit_lognormal
 
+pytestmark = pytest.mark.fast
+
 
 def make_run(drift, record, level):
     """Build a run as warpdyn.simulate writes it, from arrays by sample."""

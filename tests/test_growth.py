@@ -10,6 +10,8 @@ from warpdyn.methods.kinds import ExplicitMethod, ImplicitMethod
 from warpdyn.methods.stability_limits import relaxation_limit, stability_limit, stable_step, stable_step_of_eigenvalues
 from warpdyn.methods.table import METHODS
 
+pytestmark = pytest.mark.fast
+
 EULER = ExplicitMethod("euler", 1, ((0,),), (1,), (0,))
 # The methods of each column of LIMITS: Runge-Kutta methods of one order and as many stages share their limits.
 COLUMNS = [

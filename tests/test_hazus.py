@@ -18,6 +18,8 @@ import warpdyn as wd
 from warpdyn.laws import LAWS
 from warpdyn.structures.hazus import DESIGN_LEVELS, building_class, building_types
 
+pytestmark = pytest.mark.fast
+
 CLASSES = [(each, level) for each in building_types() for level in DESIGN_LEVELS]
 
 

@@ -14,6 +14,8 @@ import warpdyn as wd
 import warpdyn.plots.ensembles
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, spectral_acceleration
 
+pytestmark = pytest.mark.fast
+
 G = 9.80665
 MOTIONS = [wd.GroundMotion(np.random.default_rng(i).normal(size=30 + 10 * i), 0.1, f"motion {i}") for i in range(3)]
 

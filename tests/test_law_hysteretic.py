@@ -8,6 +8,8 @@ from storey_steps import steps
 import warpdyn as wd
 from warpdyn.laws import LAWS
 
+pytestmark = pytest.mark.fast
+
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 PROTOCOLS = {

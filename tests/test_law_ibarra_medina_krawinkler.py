@@ -8,6 +8,8 @@ from opensees import finer, growing, material_forces, ratcheting, wandering
 import warpdyn as wd
 from warpdyn.laws import LAWS
 
+pytestmark = pytest.mark.fast
+
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 STEPS = ("trial", "committed", "tangent", "behind", "ahead")

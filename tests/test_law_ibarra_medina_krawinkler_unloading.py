@@ -11,6 +11,8 @@ from test_law_ibarra_medina_krawinkler import (
     opensees_forces,
 )
 
+pytestmark = pytest.mark.fast
+
 
 @every_kind
 def test_no_excursion_gives_back_more_than_was_put_in(kind):

@@ -133,11 +133,11 @@ def run(law, method, step, dtype="float64"):
     [
         ("rk4", "float64"),
         ("newmark_average", "float64"),
-        ("dormand_prince54", "float64"),
+        pytest.param("dormand_prince54", "float64", marks=pytest.mark.thorough),
         ("central_difference", "float32"),
         pytest.param("rk4", "float32", marks=pytest.mark.thorough),
         pytest.param("newmark_average", "float32", marks=pytest.mark.thorough),
-        ("nystroem4", "float64"),
+        pytest.param("nystroem4", "float64", marks=pytest.mark.thorough),
     ],
 )
 def test_a_plastic_drift_among_other_values(method, dtype):
@@ -174,7 +174,12 @@ def by_scipy():
 @pytest.mark.parametrize(
     ("method", "tolerance"),
     # Corners at each turn leave second order, of 70 rad/s in steps of 0.5 ms.
-    [("rk4", 5e-5), ("dormand_prince54", 5e-5), ("nystroem4", 5e-5), ("newmark_average", 2e-3)],
+    [
+        ("rk4", 5e-5),
+        pytest.param("dormand_prince54", 5e-5, marks=pytest.mark.thorough),
+        pytest.param("nystroem4", 5e-5, marks=pytest.mark.thorough),
+        ("newmark_average", 2e-3),
+    ],
 )
 def test_a_storey_that_fades_with_the_energy_it_lost(method, tolerance, by_scipy):
     expected, lost = by_scipy

@@ -7,6 +7,8 @@ from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 import warpdyn as wd
 from warpdyn.laws import LAWS
 
+pytestmark = pytest.mark.fast
+
 STOREYS, TURNS, STEPS = 60, 24, 300
 YIELD_ENERGY = YIELD_FORCE * YIELD_DRIFT
 # What steps of this size leave of corners that they cut, in Fy dy: by how much the dissipated energy may fall. Laws

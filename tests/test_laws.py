@@ -7,6 +7,8 @@ import pytest
 
 from warpdyn.laws import LAWS
 
+pytestmark = pytest.mark.fast
+
 STIFFNESS, YIELD_FORCE = 250.0, 2.0
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 CYCLES = YIELD_DRIFT * np.array([0, 6, -6, 0.5, -2, 30, -30])

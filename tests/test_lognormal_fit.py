@@ -8,6 +8,8 @@ from scipy.stats import beta, norm
 
 from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, clopper_pearson, fit_lognormal, fit_stripes, probability
 
+pytestmark = pytest.mark.fast
+
 # Baker (2015), Earthquake Spectra 31(1): levels [g], trials a stripe, exceedances.
 BAKER_LEVELS = np.array([0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0])
 BAKER_TOTAL = 40

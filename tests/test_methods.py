@@ -16,6 +16,8 @@ from scipy.optimize import brentq
 from warpdyn.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod
 from warpdyn.methods.table import METHODS
 
+pytestmark = pytest.mark.fast
+
 EXPLICIT = [name for name, method in METHODS.items() if isinstance(method, ExplicitMethod)]
 IMPLICIT = [name for name, method in METHODS.items() if isinstance(method, ImplicitMethod)]
 RK4 = {

@@ -11,6 +11,8 @@ from warpdyn.structures.modal import (
     rayleigh_coefficients,
 )
 
+pytestmark = pytest.mark.fast
+
 SEED_MASS = np.array([200.0, 150.0, 100.0])
 SEED_STIFFNESS = np.array([[40e3, -20e3, 0], [-20e3, 40e3, -20e3], [0, -20e3, 20e3]])
 SEED_OMEGA = [5.52942875199533, 14.142135623731, 20.882817921518]

@@ -16,6 +16,8 @@ from scipy.optimize import brentq
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.fast
+
 G = 9.80665
 
 

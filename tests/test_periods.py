@@ -8,6 +8,8 @@ from scipy.linalg import eigh
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.fast
+
 
 def periods_of(building: wd.ShearBuilding) -> np.ndarray:
     k, storeys = building.parameters["stiffness"], building.storeys

@@ -11,6 +11,8 @@ from warpdyn.core import random_numbers as looked_up
 from warpdyn.core.random_numbers import Purpose, key_of
 from warpdyn.device.random_numbers import Words, normal_of, normal_pair, philox, uniform_of, uniform_pair
 
+pytestmark = pytest.mark.fast
+
 # Random123 1.14, tests/kat_vectors, rows "philox4x32 10": counter, key, answer.
 KNOWN = [
     ([0] * 4, [0] * 2, [0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8]),

@@ -13,6 +13,7 @@ import xarray as xr
 from conftest import ROOT, readme_commands, run_study
 
 
+@pytest.mark.fast
 def test_first_screen_holds_the_two_commands() -> None:
     first_screen = (ROOT / "README.md").read_text().splitlines()[:25]
     commands = [line for line in first_screen if line.startswith("python3 -m venv .venv && .venv/bin/pip install")]
@@ -21,6 +22,7 @@ def test_first_screen_holds_the_two_commands() -> None:
     assert commands[1].endswith("python -m pytest")
 
 
+@pytest.mark.fast
 def test_every_command_is_known_here() -> None:
     # The main job is run by the fixture `main_job`, the tests by this very run, the seed frame below; the others by
     # tests of their own, on fewer samples.
@@ -60,16 +62,3 @@ def test_program_for_ones_own_building(tmp_path: Path) -> None:
         for bound in ("lower", "upper"):
             assert np.isfinite(result[f"fragility_median_{bound}"]).all()
             assert np.isfinite(result[f"fragility_dispersion_{bound}"]).all()
-
-
-def test_table_in_the_readme_is_what_the_main_job_prints(main_job: tuple[Path, str]) -> None:
-    # Compared to 1 %, not to the letter: float32 sums differ in the last digits between processors.
-    def numbers(text: str) -> list[list[float]]:
-        rows = re.findall(r"^(?:slight|moderate|extensive|complete) .*$", text, flags=re.MULTILINE)
-        return [[float(n) for n in re.findall(r"\d+\.\d+", row)] for row in rows]
-
-    told, printed = numbers((ROOT / "README.md").read_text()), numbers(main_job[1])
-    assert len(told) == 4
-    for told_row, printed_row in zip(told, printed, strict=True):
-        assert len(told_row) == len(printed_row) == 7
-        assert all(abs(a - b) <= 0.01 * b + 0.002 for a, b in zip(told_row, printed_row, strict=True))

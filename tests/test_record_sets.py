@@ -12,6 +12,8 @@ import xarray as xr
 import warpdyn as wd
 from warpdyn.ground_motions.records import UNITS
 
+pytestmark = pytest.mark.fast
+
 GRAVITY = 9.80665
 
 

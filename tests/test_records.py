@@ -10,6 +10,8 @@ from hypothesis import given, strategies as st
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.fast
+
 GRAVITY = 9.80665
 
 NEW = "PEER NGA STRONG MOTION DATABASE RECORD\nImperial Valley, El Centro\nACCELERATION TIME SERIES IN UNITS OF G\n"

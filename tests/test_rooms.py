@@ -10,6 +10,8 @@ import pytest
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.fast
+
 PACKAGE = Path(wd.__file__).parent
 # A room imports only rooms before it. Nothing but tests and users imports `truth`, the exact solutions.
 ROOMS = (

@@ -16,6 +16,8 @@ from warpdyn.core.random_numbers import Purpose
 from warpdyn.integration.sampler import Sampler
 from warpdyn.scene.scatter import SAMPLING, check_scatter, correlation_factor
 
+pytestmark = pytest.mark.fast
+
 STOREYS = 3
 BUILDING = wd.ShearBuilding(
     mass=[3e3, 2e3, 1e3],

@@ -10,6 +10,8 @@ import xarray as xr
 import warpdyn as wd
 from warpdyn.core.netcdf import check_writable
 
+pytestmark = pytest.mark.fast
+
 
 def make_dataset(scale=1.0):
     return xr.Dataset(
