@@ -16,9 +16,8 @@ def read_sample():
 
 
 def add_to_acceleration():
-    nodal = mass_damping[j] * vi
-    ai -= nodal
+    ai -= mass_damping[j] * vi
 
 
 def add_loss():
-    power_viscous[j] += momentum_of_floor * nodal
+    power_viscous[j] += momentum_of_floor * (mass_damping[j] * vi)

@@ -8,23 +8,16 @@ def wanted(plan):
 
 
 def declare():
-    a0 = row()  # base acceleration at the interval's start, the step's and this stage, and its change over a step
-    a_step = row()
+    a0 = row()  # base acceleration at the interval's start and at this stage, and its change over a step
     base = row()
     da = row()
     base_last = row()  # at the end of the step before
 
 
-def begin_step():
-    for j in range(LANES):
-        a_step[j] = a0[j] + dtype(substep) * da[j]
-
-
-def begin_stage():
-    for j in range(LANES):
-        base[j] = a_step[j] + node[stage] * da[j]
-        if ADAPTIVITY:
-            base[j] = a_step[j] + (done[j] + node[stage] * part[j]) * da[j]
+def begin_walk():
+    base[j] = a0[j] + dtype(substep) * da[j] + node[stage] * da[j]
+    if ADAPTIVITY:
+        base[j] = a0[j] + dtype(substep) * da[j] + (done[j] + node[stage] * part[j]) * da[j]
 
 
 def add_base():
@@ -42,4 +35,4 @@ def add_supply_of_walk():
 
 
 def keep_end_of_step():
-    base_last[j] = a_step[j] + da[j]
+    base_last[j] = a0[j] + dtype(substep) * da[j] + da[j]

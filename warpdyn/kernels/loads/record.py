@@ -20,6 +20,7 @@ def declare():
     next_value = indices()  # where the value at the first interval's end stands
     last_value = indices()
     silent_from = indices()
+    value = row()  # at the end of the interval
     base_at_end = row()
     gain = row()  # the scale, and 0 after the last sample
     differing_motions = int(0)
@@ -29,30 +30,24 @@ def read_sample():
     next_value[j] = loads.first[motion[j]] + 1
     last_value[j] = loads.first[motion[j]] + loads.intervals[motion[j]]
     # Nothing shakes after the last sample; a run that ends with it sees it.
-    silent_from[j] = int(2147483647)
-    if loads.intervals[motion[j]] < live_intervals[j]:
-        silent_from[j] = loads.intervals[motion[j]]
+    silent_from[j] = wp.where(loads.intervals[motion[j]] < live_intervals[j], loads.intervals[motion[j]], 2147483647)
     gain[j] = scale[j]
     base_at_end[j] = loads.values[next_value[j] - 1] * scale[j]
-    if motion[j] != motion[0]:
-        differing_motions += 1
+    differing_motions += wp.where(motion[j] != motion[0], 1, 0)
 
 
 def in_interval():
     # Lanes that share a motion read it once: gathering a value a lane costs as much as a storey.
     if differing_motions == 0:
-        value = element(loads.values, wp.min(next_value[0] + interval, last_value[0]))
+        shared = element(loads.values, wp.min(next_value[0] + interval, last_value[0]))
         for j in range(LANES):
-            begin, end, factor = at_ends(base_at_end[j], value, gain[j], interval == silent_from[j])
-            a0[j] = begin
-            da[j] = (end - begin) * inverse_substeps
-            base_at_end[j] = end
-            gain[j] = factor
+            value[j] = shared
     else:
         for j in range(LANES):
-            value = element(loads.values, wp.min(next_value[j] + interval, last_value[j]))
-            begin, end, factor = at_ends(base_at_end[j], value, gain[j], interval == silent_from[j])
-            a0[j] = begin
-            da[j] = (end - begin) * inverse_substeps
-            base_at_end[j] = end
-            gain[j] = factor
+            value[j] = element(loads.values, wp.min(next_value[j] + interval, last_value[j]))
+    for j in range(LANES):
+        begin, end, factor = at_ends(base_at_end[j], value[j], gain[j], interval == silent_from[j])
+        a0[j] = begin
+        da[j] = (end - begin) * inverse_substeps
+        base_at_end[j] = end
+        gain[j] = factor

@@ -67,9 +67,9 @@ def before_storey():
 
 
 def restore():
-    restoring = reached_force[j]
+    f = reached_force[j]
     if stage == 0:
-        restoring = held_of(drift, memory, c)
+        f = held_of(drift, memory, c)
 
 
 def restore_foot():

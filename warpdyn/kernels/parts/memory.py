@@ -13,37 +13,36 @@ def wanted(plan):
     return (law.return_mapping is not None or law.force_at_accepted_state is not None) and not glides
 
 
-def declare():
-    reached_drift = row()
-
-
 def restore():
     if MAPS_IN_STAGE:
         if stage == STAGES - 1:
             reached = evolve(drift, memory, c)
-            restoring = held_of(drift, reached, c)
+            f = held_of(drift, reached, c)
             for m in range(M):
                 z[i * M + m, j] = reached[m]
         elif stage == 0:
-            restoring = held_of(drift, memory, c)
+            f = held_of(drift, memory, c)
         else:
-            restoring = force_of(drift, memory, c)
+            f = force_of(drift, memory, c)
     elif HOLDS_FORCE:
-        restoring = held_of(drift, memory, c)
+        f = held_of(drift, memory, c)
         if stage > 0:
-            restoring = force_of(drift, memory, c)
+            f = force_of(drift, memory, c)
     else:
-        restoring = force_of(drift, memory, c)
+        f = force_of(drift, memory, c)
 
 
 def end_step():
     if IS_MAPPING and not ADAPTIVITY and not MAPS_IN_STAGE:
         for i in range(N):
             for j in range(LANES):
-                slot("reached_drift")
+                slot("accepted_drift")
+                if HAS_PADS:
+                    if lowest + i >= STOREYS:
+                        drift = dtype(0.0)
                 slot("storey_coefficients")
                 slot("accepted_memory")
-                memory = evolve(reached_drift[j], memory, c)
+                memory = evolve(drift, memory, c)
                 for m in range(M):
                     z[i * M + m, j] = memory[m]
                     if TAKES_MEMORY:

@@ -21,7 +21,7 @@ def names(plan):
     codes |= {"not_converged": NOT_CONVERGED}
     return {
         "dtype": dtype,
-        "types": structs(plan.dtype),
+        **vars(structs(plan.dtype)),
         "LANES": lanes,
         "STOREYS": plan.dofs,
         "N": -(-plan.dofs // plan.sections),  # of a thread
@@ -36,7 +36,6 @@ def names(plan):
 
 
 def declare():
-    count = control.samples
     substeps = control.substeps
     sample = indices()
     motion = indices()
@@ -48,7 +47,7 @@ def declare():
 
 def take_sample():
     # Lanes past the last sample repeat it: they write the same values again.
-    sample[j] = wp.min(block * LANES + j, count - 1)
+    sample[j] = wp.min(block * LANES + j, control.samples - 1)
     s = samples.structure[sample[j]]
     motion[j] = samples.motion[sample[j]]
     live_intervals[j] = samples.run_intervals[sample[j]]

@@ -17,5 +17,5 @@ def declare():
 
 def see_forces():
     if not ADAPTIVITY or attempt == 0:
-        keep_state(history, samples.output[sample[j]], index, every, i, ui, vi, ai)
+        keep_state(history, samples.output[sample[j]], index, every, i, u[i, j], vi, ai)
         keep_force(history, samples.output[sample[j]], index, every, i, restoring)

@@ -26,7 +26,7 @@ def end_step():
             steps = samples.residual_steps[sample[j]]
             since = index - (live_intervals[j] * substeps - steps)
             # A lane that repeats the last sample must not add to its mean again.
-            if since >= 0 and since < steps and block * LANES + j < count:
+            if since >= 0 and since < steps and block * LANES + j < control.samples:
                 o = samples.output[sample[j]]
                 share = weight_in_mean(step[j], since, steps)
                 for i in range(N):

@@ -35,16 +35,10 @@ def names(plan: Plan) -> dict[str, object]:
 
 
 def integrate_chain(
-    first_block: int,
-    control: types.Control,
-    samples: types.Samples,
-    structures: types.Structure,
-    loads: types.Load,
-    output: types.Output,
-    history: types.History,
+    first: int, control: Control, samples: Samples, structures: Structure, loads: Load, output: Output, history: History
 ):
     align_rows()
-    block = first_block + wp.tid()
+    block = first + wp.tid()
     slot("place")
     inverse_mass = matrix()
     mass = matrix()
@@ -80,8 +74,6 @@ def integrate_chain(
     slot("look_around")
     for i in range(N):
         for j in range(LANES):
-            us[i, j] = u[i, j]
-            vs[i, j] = v[i, j]
             slot("start_storey")
     inverse_substeps = dtype(1.0) / dtype(substeps)
     slot("start")
@@ -94,16 +86,13 @@ def integrate_chain(
         for j in range(LANES):
             # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
             if not HOLDS_STEP:
-                h[j] = dtype(0.0)
-                if interval < live_intervals[j]:
-                    h[j] = step[j]
+                h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
             slot("stop_lane")
             slot("settle_lane")
         slot("in_interval")
         for substep in range(substeps):
             index = interval * substeps + substep
             slot("begin_step")
-            # Once, but for an adaptive method: until every lane has gone through the step.
             while pending > 0 if ADAPTIVITY else ONCE:
                 slot("begin_attempt")
                 for stage in range(STAGES):
@@ -116,44 +105,24 @@ def integrate_chain(
                         i = N - 1 - down
                         slot("before_storey")
                         for j in range(LANES):
-                            ui = us[i, j]
-                            vi = vs[i, j]
-                            zi = z[i * M, j]
-                            if TAKES_MEMORY:
-                                zi = zs[i * M, j]
-                            if not KEEPS_SLOPES and stage == 0:
-                                ui = u[i, j]
-                                vi = v[i, j]
-                                zi = z[i * M, j]
-                            drift = ui
+                            slot("state_of_stage")
                             rate = vi
                             if i > 0:
-                                u_below = us[i - 1, j]
-                                v_below = vs[i - 1, j]
-                                if not KEEPS_SLOPES and stage == 0:
-                                    u_below = u[i - 1, j]
-                                    v_below = v[i - 1, j]
-                                drift -= u_below
-                                rate -= v_below
+                                slot("state_below")
                             elif SECTIONS:
                                 drift -= foot_u[j]
                                 rate -= foot_v[j]
                             slot("leave_pad")
                             slot("storey_coefficients")
-                            memory = memory_vector(zi)
-                            for m in range(1, M):
-                                memory[m] = z[i * M + m, j]
-                                if TAKES_MEMORY:
-                                    memory[m] = zs[i * M + m, j]
-                                    if not KEEPS_SLOPES and stage == 0:
-                                        memory[m] = z[i * M + m, j]
+                            slot("memory_of_stage")
                             if not HAS_RESTORE:
-                                restoring = force_of(drift, memory, c)
+                                f = force_of(drift, memory, c)
                             slot("restore")
-                            f = restoring
+                            restoring = f
                             slot("add_to_force")
                             if HAS_ADD_TO_DASHPOT:
-                                dashpot = dtype(0.0)
+                                if not STOREY:
+                                    dashpot = dtype(0.0)
                                 slot("add_to_dashpot")
                                 f += dashpot
                             # What acts on the floor: absolute acceleration times its mass, but for base motion.
@@ -163,7 +132,6 @@ def integrate_chain(
                             ai = net * inverse_mass[i, j]
                             slot("add_to_acceleration")
                             if stage == 0:
-                                # The state at the step's start; one that stands still is seen again, to no effect.
                                 slot("see_drift")
                                 slot("see_forces")
                             slot("add_base")

@@ -52,6 +52,7 @@ def begin_step():
 
 
 def begin_attempt():
+    # Until every lane has gone through the step.
     pending = int(0)
     for j in range(LANES):
         h[j] = part[j] * whole_step[j]

@@ -39,6 +39,30 @@ def declare():
     to_memory = memory_sums()
 
 
+def start_storey():
+    us[i, j] = u[i, j]
+    vs[i, j] = v[i, j]
+
+
+def state_of_stage():
+    drift = us[i, j]
+    vi = vs[i, j]
+
+
+def memory_of_stage():
+    if TAKES_MEMORY:
+        memory = memory_vector(zs[i * M, j])
+        for m in range(1, M):
+            memory[m] = zs[i * M + m, j]
+    else:
+        slot("accepted_memory")
+
+
+def state_below():
+    drift -= us[i - 1, j]
+    rate -= vs[i - 1, j]
+
+
 def end_storey():
     if IS_RATE:
         z_rate = rate_of(rate, memory, c)

@@ -13,12 +13,31 @@ def names(plan):
     return {"reach": tableau(plan).reach}
 
 
+def state_of_stage():
+    """A step's first stage stands where the step before has ended."""
+    drift = wp.where(stage == 0, u[i, j], us[i, j])
+    vi = wp.where(stage == 0, v[i, j], vs[i, j])
+
+
+def memory_of_stage():
+    if TAKES_MEMORY:
+        memory = memory_vector(wp.where(stage == 0, z[i * M, j], zs[i * M, j]))
+        for m in range(1, M):
+            memory[m] = wp.where(stage == 0, z[i * M + m, j], zs[i * M + m, j])
+    else:
+        slot("accepted_memory")
+
+
+def state_below():
+    drift -= wp.where(stage == 0, u[i - 1, j], us[i - 1, j])
+    rate -= wp.where(stage == 0, v[i - 1, j], vs[i - 1, j])
+
+
 def end_storey():
     ha = h[j] * reach[stage]
     if IS_RATE:
         z_rate = rate_of(rate, memory, c)
-    # The state is rounded once a step, not once a stage.
-    u_slope = weight[stage] * vi
+    u_slope = weight[stage] * vi  # summed up, so that the state is rounded once a step, not once a stage
     v_slope = weight[stage] * ai
     if stage > 0:
         u_slope += un[i, j]
