@@ -28,10 +28,10 @@ from matrices import modal_damping_matrix
 from method_sources import by_source, shown, source_of
 
 import warpdyn as wd
-from warpdyn.core.output_variables import RECORDERS
 from warpdyn.integration.model import dynamics_of
 from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
+from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.plan import DTYPES, Plan
 from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS

@@ -19,7 +19,12 @@ import warpdyn as wd
 SCENES: dict[str, Callable[[], object]] = {}
 # Names that a dataset of today has under another name than one of `take`: new name -> old name. They are applied to
 # the names of variables and coordinates, and to text in them, such as the names of demands.
-RENAMED: dict[str, str] = {"samples_per_history": "samples_a_history", "motion_index": "record", "archetype_index": "archetype", "archetype": "archetype_name"}
+RENAMED: dict[str, str] = {
+    "samples_per_history": "samples_a_history",
+    "motion_index": "record",
+    "archetype_index": "archetype",
+    "archetype": "archetype_name",
+}
 ADDED = ("motion",)  # coordinates that a dataset has had since the first `take`
 USED = {"device": "cpu"}  # what all runs are run on
 STEP = 0.02  # of all motions [s]

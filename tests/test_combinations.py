@@ -41,9 +41,10 @@ from combined_rows import COMBINED, SOME, combined_structure
 from method_sources import source_of, thorough_unless
 
 import warpdyn as wd
-from warpdyn.core.output_variables import DIVERGED, HISTORY, RECORDERS
+from warpdyn.core.output_variables import DIVERGED
 from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
+from warpdyn.kernels.output_table import HISTORY, RECORDERS
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.kernels.queues import CpuQueue
 from warpdyn.laws.springs import SPRINGS

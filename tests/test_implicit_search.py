@@ -22,7 +22,7 @@ from three_storeys import (
 )
 
 import warpdyn as wd
-from warpdyn.core.output_variables import RECORDERS
+from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.laws.springs import SPRINGS
 
 every_method = pytest.mark.parametrize("method", IMPLICIT)

@@ -6,8 +6,8 @@ import pytest
 import warp as wp
 from cubin import usage
 
-from warpdyn.core.output_variables import RECORDERS
 from warpdyn.kernels import build
+from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.plan import Plan
 
 DRIFT, EVERY = ("drift",), tuple(sorted(RECORDERS["chain"]))

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warpdyn.core.output_variables import HISTORY
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.kernels.output_table import HISTORY
 from warpdyn.kernels.plan import Plan
 from warpdyn.laws.devices.parameters import damper_values, kind_of_dampers, steepest_damping
 from warpdyn.methods.stability_limits import (

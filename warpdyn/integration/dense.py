@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.linalg import eigh
 
-from warpdyn.core.output_variables import HISTORY
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
+from warpdyn.kernels.output_table import HISTORY
 from warpdyn.kernels.plan import Plan
 from warpdyn.methods.stability_limits import highest_damping_rate, stable_step_of_eigenvalues, state_eigenvalues
 from warpdyn.methods.table import Method

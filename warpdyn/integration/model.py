@@ -7,13 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
-from warpdyn.core.output_variables import RECORDERS, STATE, Variable, recorded
+from warpdyn.core.output_variables import Variable
 from warpdyn.ground_motions.excitation import Timeline
 from warpdyn.integration.chain import ChainDynamics
 from warpdyn.integration.dense import DenseDynamics
 from warpdyn.integration.dynamics import Arrays, Dynamics, Vibration
 from warpdyn.kernels import arguments
 from warpdyn.kernels.build import composed, fitted
+from warpdyn.kernels.output_table import RECORDERS, STATE, recorded
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.laws.springs import spring_row

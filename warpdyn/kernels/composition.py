@@ -69,11 +69,8 @@ write           of lane j: outputs of samples
 """
 
 import ast
-import functools
 import hashlib
-import importlib
 import linecache
-import pkgutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
@@ -81,9 +78,8 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpdyn.kernels.registry import all_parts, names_in
 from warpdyn.kernels.source_text import bodies_of, folded, source_of, spliced, with_names, without_unread
-
-FOLDERS = ("dampings", "loads", "parts", "stepping", "recorders")
 
 
 class Composed(NamedTuple):
@@ -93,24 +89,13 @@ class Composed(NamedTuple):
     names: dict[str, Any]
 
 
-@functools.cache
-def all_parts() -> tuple[ModuleType, ...]:
-    """Return every part there is, in the order in which they stand in a slot."""
-    found: list[ModuleType] = []
-    for folder in FOLDERS:
-        modules = [importlib.import_module(f"{__package__}.{folder}.{name}") for name in _modules(folder)]
-        modules = [module for module in modules if hasattr(module, "wanted")]
-        found += sorted(modules, key=lambda module: (getattr(module, "order", 0), module.__name__))
-    return tuple(found)
-
-
 def compose(skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None) -> Composed:
     """Return the kernel of a plan: a skeleton with the wanted ones of some parts (all there are) in its slots."""
     parts = all_parts() if parts is None else parts
     wanted = [part for part in parts if part.wanted(plan)]
     home = sys.modules[skeleton.__module__]
     values: dict[str, Any] = {_name(part).upper(): part in wanted for part in parts}
-    values |= {name.upper(): name == _name(home) for name in _modules("skeletons")}
+    values |= {name.upper(): name == _name(home) for name in names_in("skeletons")}
     for each in (home, *wanted):
         if hasattr(each, "names"):
             _add(values, each.names(plan))
@@ -139,11 +124,6 @@ def kernel_of(composed: Composed, options: Mapping[str, Any]) -> wp.Kernel:
     namespace = {"wp": wp, **composed.names, "__name__": __name__}
     exec(compile(composed.text, file, "exec"), namespace)
     return wp.kernel(namespace[name], module="unique", enable_backward=False, module_options=dict(options))
-
-
-def _modules(folder: str) -> list[str]:
-    package = importlib.import_module(f"{__package__}.{folder}")
-    return [each.name for each in pkgutil.iter_modules(package.__path__)]
 
 
 def _name(part: Any) -> str:

@@ -13,7 +13,7 @@ from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs, tableau
-from warpdyn.kernels.recorders import balance_error, keep_state
+from warpdyn.kernels.recording import balance_error, keep_state
 
 
 @functools.cache

@@ -13,16 +13,16 @@ import functools
 import warp as wp
 
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
+from warpdyn.kernels.dampings.mass import MASS_DAMPED
 from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
-from warpdyn.kernels.plan import DTYPES, MASS_DAMPED, Plan, constants, row_types, settling_polynomial, structs
-from warpdyn.kernels.recorders import (
+from warpdyn.kernels.parts.p_delta import has_overturned, keeps_falling
+from warpdyn.kernels.plan import DTYPES, Plan, constants, row_types, settling_polynomial, structs
+from warpdyn.kernels.recording import (
     add_to_mean,
     balance_error,
-    has_overturned,
     keep_force,
     keep_state,
-    keeps_falling,
     weight_in_mean,
     worst_storey,
 )

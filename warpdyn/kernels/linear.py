@@ -16,7 +16,7 @@ from warpdyn.kernels.loads import LOADS, harmonic, sampled
 from warpdyn.kernels.noise import noise_of
 from warpdyn.kernels.plan import DTYPES, Plan, row_types, structs
 from warpdyn.kernels.powers import lost_share, supplied_share
-from warpdyn.kernels.recorders import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
+from warpdyn.kernels.recording import add_to_mean, balance_error, keep_force, keep_state, weight_in_mean, worst_storey
 from warpdyn.methods.table import METHODS
 
 # Rows of the largest table of which a processor's thread keeps a copy for its lanes (16 in float64: 512 KiB).

@@ -10,13 +10,14 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.netcdf import trace
-from warpdyn.core.output_variables import HISTORY, STATUS_MEANINGS, STRIPED
+from warpdyn.core.output_variables import STATUS_MEANINGS, STRIPED
 from warpdyn.core.units import IN_G
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.ground_motions.motions import motion_names, motion_numbers
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.model import Model
+from warpdyn.kernels.output_table import HISTORY
 from warpdyn.running.selections import select_event
 from warpdyn.scene.scene import Scene
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.description import to_json
-from warpdyn.core.output_variables import RECORDERS
 from warpdyn.ground_motions.designs import excitation_of
 from warpdyn.ground_motions.excitation import Excitation
+from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.scene.scatter import SAMPLING, Scatter, central, check_scatter, representative
 from warpdyn.structures.structure import Structure
 

@@ -2,9 +2,15 @@
 
 MASS_DAMPED = ("rayleigh", "rayleigh_tangent", "mass_proportional")
 
+FIELDS = {"Structure": {"mass_damping": "float[]"}}  # Rayleigh's factor of the mass
+
 
 def wanted(plan):
     return plan.damping in MASS_DAMPED
+
+
+def values_held(plan):
+    return 1
 
 
 def declare():

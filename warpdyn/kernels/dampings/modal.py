@@ -1,8 +1,14 @@
 """Damping of a ratio in every mode, which couples all floors."""
 
+FIELDS = {"Structure": {"damping_matrix": "float[,]"}}  # [floor x floor, structure]
+
 
 def wanted(plan):
     return plan.damping == "modal"
+
+
+def values_held(plan):
+    return plan.dofs**2
 
 
 def names(plan):

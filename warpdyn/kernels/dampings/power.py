@@ -4,9 +4,15 @@ from warpdyn.laws.devices.viscous_damper import VALUES, damper_force
 
 order = 10
 
+FIELDS = {"Structure": {"viscous_damper": "float[,]"}}  # [storey x value, structure]
+
 
 def wanted(plan):
     return plan.viscous_dampers == "power"
+
+
+def values_held(plan):
+    return VALUES * plan.dofs
 
 
 def names(plan):

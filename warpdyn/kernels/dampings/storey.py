@@ -1,10 +1,19 @@
 """Dashpots in the storeys: damping in proportion to stiffness, storey dashpots, linear viscous dampers."""
 
+from warpdyn.methods.table import METHODS
+
 order = -10  # the first of what is viscous in a storey
+
+FIELDS = {"Structure": {"storey_damping": "float[,]"}}
 
 
 def wanted(plan):
-    return plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
+    is_damped = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
+    return is_damped and METHODS[plan.method].kind != "exact"
+
+
+def values_held(plan):
+    return plan.dofs
 
 
 def declare():

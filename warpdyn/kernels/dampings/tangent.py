@@ -2,9 +2,15 @@
 
 SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at
 
+FIELDS = {"Structure": {"tangent_damping": "float[]"}}  # Rayleigh's factor of the tangent stiffness
+
 
 def wanted(plan):
     return plan.damping == "rayleigh_tangent"
+
+
+def values_held(plan):
+    return 1
 
 
 def names(plan):

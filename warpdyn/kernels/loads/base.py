@@ -2,6 +2,8 @@
 
 from warpdyn.kernels.loads import LOADS
 
+FIELDS = {"Load": {"intervals": "int32[]"}}  # of each motion, between its samples
+
 
 def wanted(plan):
     return LOADS[plan.load].is_base

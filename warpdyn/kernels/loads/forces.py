@@ -2,6 +2,11 @@
 
 from warpdyn.kernels.loads import LOADS, sampled
 
+FIELDS = {
+    # All histories end to end [time x floor], where each starts, and the intervals between its samples.
+    "Load": {"values": "float[]", "first": "int32[]", "intervals": "int32[]"},
+}
+
 
 def wanted(plan):
     load = LOADS[plan.load]

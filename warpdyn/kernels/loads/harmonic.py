@@ -2,6 +2,8 @@
 
 from warpdyn.kernels.loads import LOADS, harmonic
 
+FIELDS = {"Load": {"amplitude": "float[]", "circular_frequency": "float64[]", "phase": "float64[]"}}
+
 
 def wanted(plan):
     return LOADS[plan.load].is_harmonic

@@ -4,9 +4,20 @@ from warpdyn.kernels.loads import LOADS
 
 order = -1
 
+FIELDS = {
+    "Control": {"key": "uint64"},  # of the seed
+    "Samples": {"number": "uint64[]"},  # the sample's index in the run
+    # Growth, kick and start of the process, row by row, its output, and the envelope at nodes.
+    "Load": {"noise": "float64[]"},
+}
+
 
 def wanted(plan):
     return LOADS[plan.load].noise_states > 0
+
+
+def values_held(plan):
+    return LOADS[plan.load].noise_states * (2 if plan.dtype == "float32" else 1)  # in float64
 
 
 def names(plan):

@@ -4,6 +4,8 @@ from warpdyn.kernels.loads import LOADS, at_ends
 
 order = -1
 
+FIELDS = {"Load": {"values": "float[]", "first": "int32[]"}}  # all motions end to end, and where each starts
+
 
 def wanted(plan):
     load = LOADS[plan.load]

@@ -1,5 +1,18 @@
 """The events of a sequence: each starts from the state that the one before left, and leaves its own."""
 
+FIELDS = {
+    "Structure": {
+        "initial_displacement": "float[,]",
+        "initial_velocity": "float[,]",
+        "initial_memory": "float[,]",  # [storey x memory, structure]
+    },
+    "Output": {
+        "final_displacement": "float[,]",
+        "final_velocity": "float[,]",
+        "final_memory": "float[,]",  # [storey x memory, sample]
+    },
+}
+
 
 def wanted(plan):
     return plan.resumes or "state" in plan.recorders

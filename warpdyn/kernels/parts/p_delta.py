@@ -1,17 +1,46 @@
 """Gravity, which pushes leaning storeys over: P-Delta on the storeys' own drifts."""
 
-from warpdyn.kernels.recorders import has_overturned, keeps_falling
+from typing import Any
+
+import warp as wp
 
 order = -5
+FIELDS = {"Structure": {"storey_weight_over_height": "float[,]"}}
+
+
+@wp.func
+def is_pushed_out(outward: Any, drift: Any, rate: Any):
+    """Return whether the net force on a storey and its velocity are outward."""
+    zero = type(drift)(0.0)
+    return outward * drift > zero and rate * drift > zero
+
+
+@wp.func
+def has_overturned(outward: Any, drift: Any, rate: Any, step: Any, ratio: Any, limit: Any):
+    """Return whether a storey whose drift ratio has passed a limit was pushed over by gravity, and did not blow up.
+
+    Gravity wins slowly: the net force is outward, so is the velocity, and within a step the drift grows by a fraction.
+    What a step too long amplifies goes to and fro from step to step, and is far beyond the limit once it is seen.
+    """
+    is_slow = wp.abs(rate) * step < type(drift)(0.5) * wp.abs(drift) and ratio < type(drift)(2.0) * limit
+    return is_pushed_out(outward, drift, rate) and is_slow
+
+
+@wp.func
+def keeps_falling(outward: Any, drift: Any, rate: Any, peak: Any):
+    """Return whether a storey goes farther out than it ever was, pushed by more than holds it: it will not stop."""
+    return is_pushed_out(outward, drift, rate) and wp.abs(drift) >= peak
 
 
 def wanted(plan):
     return plan.p_delta
 
 
-def names(plan):
-    import warp as wp
+def values_held(plan):
+    return plan.dofs
 
+
+def names(plan):
     from warpdyn.kernels.plan import DTYPES
 
     dtype = DTYPES[plan.dtype]

@@ -4,6 +4,16 @@ from warpdyn.methods.table import METHODS
 
 order = -90
 
+FIELDS = {
+    "Structure": {
+        "mass": "float[,]",  # [storey, structure], as those below
+        "inverse_mass": "float[,]",
+        "inverse_height": "float[,]",
+        "coefficients": "float[,]",  # of the storey law, [storey x coefficient, structure]
+    },
+    "Load": {"initial_displacement": "float[]", "initial_velocity": "float[]"},
+}
+
 
 def wanted(plan):
     return plan.family == "chain" and METHODS[plan.method].kind != "exact"

@@ -2,6 +2,19 @@
 
 order = -100
 
+FIELDS = {
+    "Control": {"samples": "int32", "substeps": "int32"},  # steps in one interval of the motion
+    "Samples": {
+        "output": "int32[]",  # column of the outputs
+        "structure": "int32[]",
+        "motion": "int32[]",
+        "scale": "float[]",
+        "step": "float[]",  # integration step; an adaptive method's longest
+        "run_intervals": "int32[]",  # intervals of the motion and of the free vibration after it
+    },
+    "Output": {"status": "int8[]"},
+}
+
 
 def wanted(plan):
     return True

@@ -1,8 +1,20 @@
 """The largest absolute acceleration of every floor."""
 
+from warpdyn.core.output_variables import Variable
+
+order = 20
+VARIABLES = {
+    "chain": {"peak_floor_acceleration": Variable(("floor",), "m s-2", "peak absolute floor acceleration")},
+    "dense": {"peak_acceleration": Variable(("dof",), "m s-2", "peak absolute acceleration")},
+}
+
 
 def wanted(plan):
     return "acceleration" in plan.recorders
+
+
+def values_held(plan):
+    return plan.dofs
 
 
 def declare():

@@ -1,14 +1,31 @@
 """The largest drift of every storey."""
 
+from warpdyn.core.output_variables import Variable
+
+order = 0
+VARIABLES = {
+    "chain": {
+        "peak_storey_drift": Variable(("storey",), "m", "peak absolute storey drift"),
+        "storey_of_peak_drift": Variable(
+            (), "1", "storey of the largest storey drift ratio", is_demand=False, is_whole=True
+        ),
+    },
+}
+FIELDS = {"Control": {"collapse_drift_ratio": "float"}}
+
 
 def wanted(plan):
     return "drift" in plan.recorders
 
 
 def names(plan):
-    from warpdyn.kernels.recorders import worst_storey
+    from warpdyn.kernels.recording import worst_storey
 
     return {"worst_storey": worst_storey}
+
+
+def values_held(plan):
+    return plan.dofs
 
 
 def declare():

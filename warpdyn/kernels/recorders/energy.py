@@ -1,14 +1,30 @@
 """The energy that the load puts in and that dampers and storeys take out, and the error of their balance."""
 
+from warpdyn.core.output_variables import Variable
+
+order = 50
+SUPPLIED = ("input_energy", "viscous_energy")
+OF_ALL = {
+    "input_energy": Variable((), "J", "energy put in by the load"),
+    "viscous_energy": Variable((), "J", "energy dissipated by viscous damping", scale=SUPPLIED),
+    "energy_balance_error": Variable((), "1", "unaccounted energy over the largest energy supplied", is_demand=False),
+}
+OF_STOREYS = Variable(("storey",), "J", "energy dissipated by the storey's hysteresis", scale=SUPPLIED)
+VARIABLES = {"chain": {**OF_ALL, "hysteretic_energy": OF_STOREYS}, "dense": OF_ALL}
+
 
 def wanted(plan):
     return "energy" in plan.recorders
 
 
 def names(plan):
-    from warpdyn.kernels.recorders import balance_error
+    from warpdyn.kernels.recording import balance_error
 
     return {"balance_error": balance_error}
+
+
+def values_held(plan):
+    return 2 * plan.dofs + 4
 
 
 def declare():

@@ -1,12 +1,26 @@
 """Whole histories: the state and the storeys' forces at every step, or at every so many."""
 
+from warpdyn.core.output_variables import Variable
+
+order = 60
+HISTORY = {  # named as the kernels' History has them
+    "displacement": Variable(("dof",), "m", "displacement relative to the base"),
+    "velocity": Variable(("dof",), "m s-1", "velocity relative to the base"),
+    "acceleration": Variable(("dof",), "m s-2", "absolute acceleration"),
+    "storey_force": Variable(("storey",), "N", "storey restoring force"),
+}
+FIELDS = {
+    "Control": {"every": "int32"},  # steps between the states that a history keeps
+    "History": {name: "float[,,]" for name in HISTORY},  # [history, time, dof]
+}
+
 
 def wanted(plan):
     return "history" in plan.recorders
 
 
 def names(plan):
-    from warpdyn.kernels.recorders import keep_force, keep_state
+    from warpdyn.kernels.recording import keep_force, keep_state
 
     return {"keep_force": keep_force, "keep_state": keep_state}
 

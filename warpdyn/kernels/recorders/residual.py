@@ -1,14 +1,33 @@
 """The drift ratio that every storey is left with: its mean over the end of the run."""
 
+from warpdyn.core.output_variables import Variable
+
+order = 40
+VARIABLES = {
+    "chain": {
+        "residual_drift_ratio": Variable(
+            ("storey",),
+            "1",
+            "storey drift ratio, Hann-weighted mean over the end of the run",
+            scale=("peak_storey_drift_ratio",),
+        ),
+    },
+}
+FIELDS = {"Samples": {"residual_steps": "int32[]"}}  # steps at the end over which the residual is averaged
+
 
 def wanted(plan):
     return "residual" in plan.recorders
 
 
 def names(plan):
-    from warpdyn.kernels.recorders import add_to_mean, weight_in_mean
+    from warpdyn.kernels.recording import add_to_mean, weight_in_mean
 
     return {"add_to_mean": add_to_mean, "weight_in_mean": weight_in_mean}
+
+
+def values_held(plan):
+    return 0 if "time_of_peak" in plan.recorders else plan.dofs
 
 
 def declare():

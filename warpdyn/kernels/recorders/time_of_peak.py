@@ -1,8 +1,21 @@
 """When the largest storey drift ratio was reached."""
 
+from warpdyn.core.output_variables import Variable
+
+order = 10
+VARIABLES = {
+    "chain": {
+        "time_of_peak_drift": Variable((), "s", "time of the largest storey drift ratio", is_demand=False),
+    },
+}
+
 
 def wanted(plan):
     return "time_of_peak" in plan.recorders
+
+
+def values_held(plan):
+    return plan.dofs + 2
 
 
 def declare():

@@ -4,6 +4,8 @@ from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_
 from warpdyn.kernels.plan import tableau
 from warpdyn.methods.table import METHODS
 
+FIELDS = {"Control": {"tolerance": "float"}}
+
 
 def wanted(plan):
     method = METHODS[plan.method]
@@ -105,9 +107,3 @@ def end_attempt():
             part[j] = wp.min(trial[j], dtype(1.0) - done[j])
             pending += 1
     attempt += 1
-
-
-def write():
-    if not HISTORY:
-        output.accepted_steps[o] = accepted[j]
-        output.rejected_steps[o] = rejected[j]

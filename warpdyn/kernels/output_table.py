@@ -1,0 +1,24 @@
+"""The variables that a run can record: each recorder, and the variables that it fills.
+
+Demands are evaluated at every step, not between steps; forces and accelerations are those of the equation of motion.
+"""
+
+from __future__ import annotations
+
+from warpdyn.core.output_variables import Variable
+from warpdyn.kernels.recorders.history import HISTORY as HISTORY
+from warpdyn.kernels.recorders.steps import ADAPTIVE
+from warpdyn.kernels.registry import recorders
+
+# Family -> recorder -> the kernel's outputs, named as the dataset names them.
+RECORDERS = recorders()
+# The recorder of the final state, from which the next event of a sequence starts; it is not in the dataset.
+STATE = "state"
+
+
+def recorded(family: str, recorders: tuple[str, ...], is_adaptive: bool) -> dict[str, Variable]:
+    """Return the variables that some recorders fill, by name, with those that an adaptive method adds."""
+    variables = {
+        name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
+    }
+    return variables | (ADAPTIVE if is_adaptive else {})

@@ -1,0 +1,89 @@
+"""What is kept while a kernel runs, where it is touched too rarely to deserve registers: in memory, as it comes.
+
+These functions take structs of arrays, which cost nothing to pass; matrices of state would be copied.
+"""
+
+import math
+from typing import Any
+
+import warp as wp
+
+
+@wp.func
+def keep_state(
+    history: Any, row: int, step: int, every: int, dof: int, displacement: Any, velocity: Any, acceleration: Any
+):
+    """Keep the state at a step's start, if it is one of those asked for."""
+    if step % every == 0:
+        if step / every < history.displacement.shape[1]:
+            history.displacement[row, step / every, dof] = displacement
+            history.velocity[row, step / every, dof] = velocity
+            history.acceleration[row, step / every, dof] = acceleration
+
+
+@wp.func
+def keep_force(history: Any, row: int, step: int, every: int, storey: int, force: Any):
+    """Keep a storey's restoring force at a step's start, if it is one of those asked for."""
+    if step % every == 0:
+        if step / every < history.storey_force.shape[1]:
+            history.storey_force[row, step / every, storey] = force
+
+
+# cos(x) as a polynomial in x^2, exact to the last digit up to a quarter turn; the library's own needs memory beyond.
+COSINE_TERMS = wp.constant(12)
+COSINE = wp.constant(
+    wp.types.vector(length=12, dtype=wp.float64)(*((-1.0) ** k / math.factorial(2 * k) for k in range(12)))
+)
+HALF_TURN = wp.constant(wp.float64(math.pi))
+
+
+@wp.func
+def hann(position: Any):
+    """Return the Hann window, 1 - cos(2 pi x) = 2 cos^2(pi (x - 1/2)), at a position from 0 to 1; its mean is 1."""
+    angle = type(position)(HALF_TURN) * (position - type(position)(0.5))
+    cosine = type(position)(0.0)
+    for k in range(COSINE_TERMS):
+        cosine = cosine * angle * angle + type(position)(COSINE[COSINE_TERMS - 1 - k])
+    return type(position)(2.0) * cosine * cosine
+
+
+@wp.func
+def weight_in_mean(step: Any, since: int, steps: int):
+    """Return the weight of one of `steps` steps, `since` the first, in a mean under a Hann window.
+
+    The window takes out what is left of the free vibration, whatever its phase (Harris 1978, Proc. IEEE 66(1)).
+    """
+    weight = type(step)(1.0)
+    if steps > 1:
+        weight = hann((type(step)(since) + type(step)(0.5)) / type(step)(steps)) / type(step)(steps)
+    return weight
+
+
+@wp.func
+def add_to_mean(mean: Any, storey: int, column: int, part: Any, since: int):
+    """Add a weighted value to a mean; the first one starts it."""
+    if since > 0:
+        part += mean[storey, column]
+    mean[storey, column] = part
+
+
+@wp.func
+def balance_error(error: Any, supplied: Any):
+    """Return the unaccounted energy relative to the most that was supplied; 0 where nothing was."""
+    if supplied == type(error)(0.0):
+        return type(error)(0.0)
+    return error / supplied
+
+
+@wp.func
+def worst_storey(output: Any, structures: Any, sample: int, structure: int, storeys: int):
+    """Keep the storey of the largest drift ratio; return that ratio."""
+    largest = output.peak_storey_drift[0, sample] * structures.inverse_height[0, structure]
+    worst = int(0)
+    for i in range(1, storeys):
+        ratio = output.peak_storey_drift[i, sample] * structures.inverse_height[i, structure]
+        if ratio > largest:
+            largest = ratio
+            worst = i
+    output.storey_of_peak_drift[sample] = worst + 1
+    return largest
