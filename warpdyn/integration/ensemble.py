@@ -102,7 +102,7 @@ class Ensemble:
         left = {name: values.T for name, values in outputs.items() if name.startswith("final_")}
         self.state = {name.replace("final", "initial"): values for name, values in left.items()}
 
-    def with_terms(self, model: Model, schedule: Schedule) -> Ensemble:
+    def with_model(self, model: Model, schedule: Schedule) -> Ensemble:
         """Return the same samples by another model."""
         held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
         return Ensemble(model, *held, schedule, self.sample, self.queue, self.before)

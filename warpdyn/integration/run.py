@@ -104,7 +104,7 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
     excitation, dynamics = scene.excitation, dynamics_of(scene)
     method, row = integration.method, METHODS[integration.method]
     check_fits(method, dynamics.fitting_law, scene.structure.damping)
-    structures, seed = whole_number("samples", structures, 1), whole_number("seed", seed, 0)
+    structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if structures * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(
             f"{structures} structures have more than {MOST_SAMPLES} samples: divide them into several runs"

@@ -54,7 +54,9 @@ class Integration:
             raise ValueError(f"tolerance must be from {least:g} ({self.dtype}) to 1, got {tolerance:g}")
 
     @classmethod
-    def of(cls, *, method: str | None, dtype: str | None, target_error: float | None, **rest: object) -> Self:
+    def from_arguments(
+        cls, *, method: str | None, dtype: str | None, target_error: float | None, **rest: object
+    ) -> Self:
         """Return what `simulate` was given, with its defaults where that is None."""
         given = {"method": method, "dtype": dtype}
         if target_error is not None:

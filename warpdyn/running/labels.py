@@ -85,7 +85,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
         # Where they differ, im_level_units says which is whose.
         coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
     elif levels[0].im_level is not None:
-        coordinates["im_level"] = (double, _of_level(levels[0]))
+        coordinates["im_level"] = (double, _level_attributes(levels[0]))
     for name, (dtype, attributes) in coordinates.items():
         columns[name] = Column((), dtype, attributes, is_coordinate=True)
     return _by_event(scene, columns) if len(levels) > 1 else columns
@@ -97,7 +97,7 @@ def levels_of(scene: Scene) -> list[Assignment]:
     return [scene.excitation.assign(none, 0, event) for event in range(len(scene.excitation.event_names))]
 
 
-def _of_level(level: Assignment) -> dict[str, str]:
+def _level_attributes(level: Assignment) -> dict[str, str]:
     """Return what is said of the intensity measure of a design's samples."""
     striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
     attributes = {"long_name": f"{level.measure} of the scaled motion", "units": level.units, "design": striped}
@@ -194,7 +194,7 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
     if len(excitation.event_names) > 1:
         names = np.array(excitation.event_names)
         coordinates["event"] = ("event", names, {"long_name": "event of the sequence", "units": "1"})
-        levels = [_of_level(level) for level in levels_of(scene)]
+        levels = [_level_attributes(level) for level in levels_of(scene)]
         for key in ("long_name", "units", "design"):
             text = {"long_name": f"{key} of im_level in each event", "units": "1"}
             coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)

@@ -43,8 +43,8 @@ def run_portfolio(
         raise ValueError("structures are not of a portfolio: an archetype's `count` says how many buildings there are")
     if kept.histories is not None:
         raise ValueError("histories of a portfolio are not kept: keep them in a run of the archetype by itself")
-    each = excitation.samples_per_structure
-    if portfolio.buildings * each > MOST_SAMPLES:
+    samples_per_building = excitation.samples_per_structure
+    if portfolio.buildings * samples_per_building > MOST_SAMPLES:
         raise ValueError(f"{portfolio!r} has more than {MOST_SAMPLES} samples: divide it into several")
     excitation.check_structures(portfolio.buildings)
     archetypes = checked_archetypes(scene, integration.method)
@@ -58,7 +58,7 @@ def run_portfolio(
     attributes = {"scene": scene.to_json(), "title": scene.title, "seed": seed}
     seconds = time.perf_counter() - started
 
-    with ExitStack() as stack, counted_histories(portfolio.buildings * each):
+    with ExitStack() as stack, counted_histories(portfolio.buildings * samples_per_building):
         folder = None
         if path is not None:
             own = tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.")
@@ -69,12 +69,14 @@ def run_portfolio(
         for number, group in enumerate(groups):
             how = integration if group.longest_step is None else replace(integration, longest_step=group.longest_step)
             what = replace(kept, path=None if folder is None else folder / f"{number}.nc")
-            with group.told():
+            with group.named_in_messages():
                 run = run_scene(group.scene, group.buildings.size, how, execution, what, seed)
             if folder is not None:
                 stack.callback(run.close)
             runs.append(run)
-        joined = Joined(portfolio, [group.buildings for group in groups], runs, each, attributes, seconds)
+        joined = Joined(
+            portfolio, [group.buildings for group in groups], runs, samples_per_building, attributes, seconds
+        )
         return joined.in_memory() if path is None else joined.in_file(path)
 
 

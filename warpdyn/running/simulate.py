@@ -91,7 +91,7 @@ def simulate(
         OSError: If the file cannot be written.
     """
     check_kind("simulate", "a Scene", scene, Scene)
-    integration = Integration.of(
+    integration = Integration.from_arguments(
         method=method,
         dtype=dtype,
         step=step,
