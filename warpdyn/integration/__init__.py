@@ -1,1 +1,1 @@
-"""From a scene to launches: sampling, damping, packing, time grids, the stability guard."""
+"""From a scene to kernel launches: sampling, equations of motion, packing, time grids, the stability guard."""

@@ -1,4 +1,4 @@
-"""Chains of storeys as the engine has them: their vibration, their modes, and the arrays that kernels read."""
+"""Equations of motion of shear chains: their vibration, their modes, and the arrays that kernels read."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ChainDynamics(Dynamics):
         self.fitting_law = structure.law.replace("+viscous_damper", "") if is_linear else structure.law
         self.damping = inherent.kernel
         self.has_gravity = "gravity_load" in structure.parameters
-        # Rayleigh's part of the stiffness is that of the springs alone: what gravity takes off is not in it.
+        # Rayleigh damping is in proportion to the springs' stiffness, without the P-Delta stiffness.
         is_short = inherent.is_of_springs and self.has_gravity
         self.couples_modes = inherent.is_uneven or self.viscous_dampers != "none" or is_short
         self.needs_eigenvalues = self.couples_modes
@@ -52,7 +52,7 @@ class ChainDynamics(Dynamics):
         frequency = circular_frequencies(mass, effective).T  # [mode, structure]
         period, rayleigh = 2 * np.pi / frequency[0], inherent.rayleigh(parameters, frequency)
         if self.couples_modes:
-            # Below 1 m/s, a damper's force falls no faster than if it were linear.
+            # Below 1 m/s, a damper's force falls no faster than that of a linear one.
             slope = 0.0 if self.viscous_dampers == "none" else parameters["damper_coefficient"]
             matrix, elastic = inherent.matrix(parameters, rayleigh, slope), chain_stiffness_matrix(effective)
             eigenvalues = state_eigenvalues(mass, matrix, elastic)
@@ -63,12 +63,12 @@ class ChainDynamics(Dynamics):
             rate = highest_damping_rate(mass, matrix)
             stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
         else:
-            # Classical damping: each mode is an oscillator of its own, no complex eigenvalues to solve for.
+            # Classical damping: each mode is an oscillator by itself, and no complex eigenvalues are needed.
             ratios = inherent.ratios(parameters, frequency, rayleigh)
             stable = stable_step(method, frequency, ratios).min(axis=0)
             rates = ratios * frequency
             rate = 2 * rates.max(axis=0)
-            # The slower of an overdamped mode's two rates of decay; the only one of any other mode.
+            # The slower of the two rates of decay of an overdamped mode; other modes have one.
             over = ratios > 1
             rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
             decay = rates.min(axis=0)
@@ -76,7 +76,7 @@ class ChainDynamics(Dynamics):
             stiffest = stiffness_under_gravity(parameters, law.stiffest(parameters))
             highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
             if inherent.follows_tangent:
-                # What the stiffest tangent adds to the dashpots; gravity takes nothing off them.
+                # The stiffest tangent adds to the dashpots; P-Delta does not reduce them.
                 springs = circular_frequencies(mass, law.stiffest(parameters))[:, -1]
                 rate = np.maximum(rate, rate + rayleigh[1] * (springs**2 - frequency[-1] ** 2))
             stable = stable_step_of_yielding(method, highest, rate, stable)
@@ -93,7 +93,7 @@ class ChainDynamics(Dynamics):
         matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
         shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
         drift = np.diff(shape, axis=1, prepend=0.0)
-        # From strain energies, a sum of positive terms, lower frequencies keep digits that the matrix has lost.
+        # Strain energies are sums of positive terms, and so keep digits of low frequencies that the matrix has lost.
         squared = (stiffness[:, None, :] @ drift**2)[:, 0]
         rayleigh = inherent.rayleigh(parameters, np.sqrt(squared).T)
         of_mass = inherent.of_mass(parameters, squared, rayleigh)
@@ -114,7 +114,7 @@ class ChainDynamics(Dynamics):
         """Return the arrays of the chain's kernels, structures last."""
         mass, inherent = parameters["mass"], self.structure.inherent_damping
         structures = len(mass)
-        # Structures are next to each other, as kernels have them and as they were drawn.
+        # Structures are contiguous in memory, as kernels read them and as they were drawn.
         coefficients = np.stack(
             [values.T for values in self.structure.storey_law.coefficients(parameters, self.law)], axis=1
         )
@@ -138,5 +138,5 @@ class ChainDynamics(Dynamics):
         return packed
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return heights and stiffnesses of the storeys, of which drifts and forces are recorded."""
+        """Return heights and stiffnesses of the storeys, from which drift ratios and forces are recorded."""
         return {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}

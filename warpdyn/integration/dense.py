@@ -1,4 +1,4 @@
-"""Linear systems of full matrices as the engine has them: their vibration, modes and the arrays that kernels read."""
+"""Equations of motion of linear systems of full matrices: their vibration, modes, and the arrays that kernels read."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from warpdyn.methods.stability_limits import highest_damping_rate, stable_step_o
 from warpdyn.methods.table import Method
 from warpdyn.structures.linear_system import LinearSystem
 
-DIAGONAL_TOLERANCE = 1e-12  # what rounding leaves beside a diagonal, over its largest entry
+DIAGONAL_TOLERANCE = 1e-12  # rounding beside a diagonal, over its largest entry
 
 
 class DenseDynamics(Dynamics):
     """The equation of motion of linear systems; arguments and attributes as of Dynamics.
 
-    Modes of the same frequency that the damping couples count as coupled; the same propagator, with more to multiply.
+    Modes of the same frequency that the damping couples count as coupled; their propagator is the same, but full.
     """
 
     structure: LinearSystem
@@ -50,7 +50,7 @@ class DenseDynamics(Dynamics):
         return 2 * np.pi / lowest, slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
 
     def modes(self, parameters: Arrays, excitation: Excitation) -> Modes:
-        """Return the modes of scaled linear systems: one set of shapes, whose modal mass is the mass's factor."""
+        """Return the modes of scaled linear systems: one set of shapes, with the factor of the mass as modal mass."""
         nominal, mass = self.structure.parameters, parameters["mass"]
         squared, shape = eigh(nominal["stiffness"], nominal["mass"])
         damping = shape.T @ nominal["damping"] @ shape
@@ -80,10 +80,10 @@ class DenseDynamics(Dynamics):
         }
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return nothing."""
+        """Return no arrays."""
         return {}
 
     @property
     def is_packed_in_parts(self) -> bool:
-        """False: the matrices are of all."""
+        """False, because all structures share the matrices."""
         return False

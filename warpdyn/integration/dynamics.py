@@ -1,4 +1,4 @@
-"""What follows from a scene's structure, worked out once, and what the engine asks of every family of structures."""
+"""Equations of motion: the interface to every family of structures, computed once for a scene."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from warpdyn.methods.table import Method
 from warpdyn.structures.structure import Structure
 
 Arrays = dict[str, np.ndarray]
-DOUBLES_AT_A_TIME = 2**20  # in the state matrices of the eigenvalue problems, which are larger than any result
+DOUBLES_AT_A_TIME = 2**20  # in the state matrices of eigenvalue problems, which are larger than any result
 
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """What the engine must know of each structure's linear vibration; one value a structure.
+    """Properties of each structure's linear vibration; one value for each structure.
 
     Args:
         period: First period [s].
@@ -37,12 +37,12 @@ class Vibration:
     rayleigh: np.ndarray
 
     def select(self, structures: np.ndarray) -> Vibration:
-        """Return that of some of the structures, which may repeat."""
+        """Return the vibration of some of the structures, which may repeat."""
         return Vibration(*(values[structures] for values in (self.period, self.decay, self.stable_step, self.rayleigh)))
 
 
 class Modes(NamedTuple):
-    """Undamped modes of structures, and what acts on them.
+    """Undamped modes of structures, and the loads on them.
 
     Args:
         shape: Displacement (of a chain: storey drift) by mode, shape [structure or 1, dof, mode].
@@ -67,17 +67,17 @@ class Dynamics(ABC):
 
     Args:
         structure: The nominal structure.
-        representative: Values of its scattered parameters that are alike only where all that can be drawn are.
+        representative: Values of its scattered parameters that are equal only where all values that can be drawn are.
 
     Attributes:
-        law: Row of the kernels' SPRINGS that holds for all of the structures.
-        fitting_law: Name of the laws that a method must fit: linear viscous dampers are dashpots, which any method has.
-        damping: Damping that a kernel is built with, but for the exact method's.
+        law: Row of the kernels' SPRINGS for all of the structures.
+        fitting_law: Name of the laws that a method must fit, without linear viscous dampers, which fit any method.
+        damping: Damping that a kernel is built with, except for the exact method.
         viscous_dampers: "none", "linear" or "power" of the velocity.
-        has_gravity: Whether gravity pushes leaning storeys over.
+        has_gravity: Whether there is P-Delta.
         couples_modes: Whether damping couples the undamped modes.
-        needs_eigenvalues: Whether decay and stability follow from the eigenvalues of full matrices alone.
-        histories: What whole histories hold.
+        needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
+        histories: Variables of whole histories.
     """
 
     law: str
@@ -94,9 +94,9 @@ class Dynamics(ABC):
         self.structure = structure
 
     def parameters_of(self, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
-        """Return every parameter of some drawn structures, `structure` first; the one there is if none is drawn.
+        """Return every parameter of some drawn structures, `structure` first; of the nominal one if nothing is drawn.
 
-        Of a LinearSystem they are the factors on its matrices.
+        For a LinearSystem they are the factors on its matrices.
         """
         if drawn:
             count = len(next(iter(drawn.values()))[structures])
@@ -108,7 +108,7 @@ class Dynamics(ABC):
         }
 
     def vibration_of(self, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
-        """Return every structure's vibration at its initial stiffness, and a method's longest step at its stiffest."""
+        """Return every structure's vibration at its initial stiffness, and a method's stable step at its stiffest."""
         count = len(next(iter(drawn.values()))) if drawn else 1
         at_a_time = STRUCTURES_AT_A_TIME
         if self.needs_eigenvalues:
@@ -126,28 +126,28 @@ class Dynamics(ABC):
 
     @abstractmethod
     def modes(self, parameters: Arrays, excitation: Excitation) -> Modes:
-        """Return the undamped modes of some structures, of which every parameter is given."""
+        """Return the undamped modes of some structures, given every parameter of them."""
 
     @abstractmethod
     def pack(self, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:
-        """Return what kernels that integrate step by step read, structures last.
+        """Return the arrays that kernels of stepwise methods read, structures last.
 
         Args:
             parameters: Every parameter of some structures, `structure` first.
             plan: The kernel's plan.
-            rayleigh: Factors of Rayleigh damping, as their vibration tells them.
+            rayleigh: Factors of Rayleigh damping, from their vibration.
         """
 
     @abstractmethod
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return what kernels of the modes read beside them, structures last."""
+        """Return the arrays that kernels of modes read besides the modes, structures last."""
 
     @property
     def is_packed_in_parts(self) -> bool:
-        """Whether each structure is packed by itself."""
+        """Whether structures can be packed separately."""
         return True
 
 
 def slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:
-    """Return the slowest rate of decay [1/s] by the eigenvalues of each structure's state matrix."""
+    """Return the slowest rate of decay [1/s] from the eigenvalues of each structure's state matrix."""
     return np.maximum(-eigenvalues.real.max(axis=1), 0.0)

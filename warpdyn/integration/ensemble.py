@@ -1,4 +1,4 @@
-"""Some structures of a run with all their samples: what was drawn of them, how they are stepped, and their launches."""
+"""Some structures of a run with all their samples: their drawn parameters, their steps, and kernel launches."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import Plan
 
-MapFunction = Callable[..., Iterable[object]]  # map, or one that works on several items at a time
+MapFunction = Callable[..., Iterable[object]]  # map, or a parallel one
 
 
 class Packed(NamedTuple):
-    """What a launch reads, as arrays of the kernels' types.
+    """Arrays that a launch reads, in the kernels' types.
 
     Args:
-        structures: Of each structure, by the fields of the kernels' struct.
-        samples: Of each sample, likewise; samples that take as many steps an interval lie together.
-        groups: How many steps those are, and of how many samples, one group after the other.
+        structures: Values of each structure, by the fields of the kernels' struct.
+        samples: Values of each sample, likewise; samples with the same number of steps in an interval are contiguous.
+        groups: Steps in an interval and number of samples, for one such group after the other.
     """
 
     structures: Arrays
@@ -42,13 +42,13 @@ class Ensemble:
         model: How they are integrated.
         structures: Indices of the structures in the run, increasing, shape [structure].
         drawn: Their scattered parameters, structure first.
-        rayleigh: Their Rayleigh damping, as their vibration tells it.
+        rayleigh: Their factors of Rayleigh damping.
         assignment: Which structure and motion each sample has.
-        row: Place of each sample's structure in `drawn`, shape [sample]; 0 where nothing is drawn.
+        row: Place of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn.
         schedule: How each sample is stepped; it may be changed between integrations.
         sample: Index of each sample in the run, shape [sample].
         queue: Where they run.
-        before: Where they go on from an event before: its samples, each of which is one of the structures here.
+        before: The samples of the previous event, whose final states the structures here start from, if there is one.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Ensemble:
         before: Ensemble | None = None,
     ) -> None:
         self.before = before
-        self.state: Arrays = {}  # that `before` has left, structure first
+        self.state: Arrays = {}  # final state of `before`, structure first
         self.model, self.queue = model, queue
         self.scene, self.timeline, self.plan, self.tolerance = model.scene, model.timeline, model.plan, model.tolerance
         self.structures, self.drawn, self.rayleigh = structures, drawn, rayleigh
@@ -98,17 +98,17 @@ class Ensemble:
         return part
 
     def resume(self, outputs: Arrays) -> None:
-        """Take the state from which the structures go on: what the samples of `before` recorded, sample last."""
+        """Set the initial states of the structures, from the outputs of the samples of `before`, sample last."""
         left = {name: values.T for name, values in outputs.items() if name.startswith("final_")}
         self.state = {name.replace("final", "initial"): values for name, values in left.items()}
 
     def with_model(self, model: Model, schedule: Schedule) -> Ensemble:
-        """Return the same samples by another model."""
+        """Return the same samples with another model."""
         held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
         return Ensemble(model, *held, schedule, self.sample, self.queue, self.before)
 
     def restepped(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
-        """Return the schedule with other steps an interval for some samples, which run as long as before.
+        """Return the schedule with another number of substeps for some samples, which run for the same time.
 
         Raises:
             ValueError: If a sample would take more steps than can be counted.
@@ -137,11 +137,11 @@ class Ensemble:
         return float(steps[longest])
 
     def start(self, rows: Arrays, advance: Callable[[int], object] = lambda done: None) -> None:
-        """Begin to integrate all samples; `finish` waits for them.
+        """Start to integrate all samples; `finish` waits for them.
 
         Args:
-            rows: Where each recorded variable goes, sample first.
-            advance: Called with the number of samples done since its last call, by a device that is waited for.
+            rows: Memory for each recorded variable, sample first.
+            advance: Called with the number of samples done since its last call, if the launch waits for the device.
         """
         rows = {name: rows[name] for name in self.model.shapes}
         output = self.queue.blank(rows, self.plan.dtype)
@@ -153,7 +153,7 @@ class Ensemble:
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()})
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
-        """Wait until the rows that `start` was given hold what was recorded."""
+        """Wait until the rows that were given to `start` hold the recorded values."""
         self.queue.read_into(rows, map_function)
 
     def integrate(self, chosen: np.ndarray) -> Arrays:
@@ -169,7 +169,7 @@ class Ensemble:
 
         Args:
             kept: The samples.
-            every: Common steps between the states kept.
+            every: Common steps between the states that are kept.
             common_step: A step [s] that all their steps divide.
         """
         part = self.select(np.array(kept))
@@ -192,13 +192,13 @@ class Ensemble:
         return np.arange(times) * every * common_step, values
 
     def pack(self) -> None:
-        """Sort the samples and pack their structures as kernels read them; `start` does so unless it was done."""
+        """Sort the samples and pack their structures as kernels read them; `start` does it if it has not been done."""
         self._packed = self._pack(np.arange(self.sample.size, dtype=np.int32))
 
     def _pack(self, columns: np.ndarray) -> Packed:
-        """Return what a launch reads, of samples that are each written to their column of the outputs.
+        """Return the arrays that a launch reads, for samples that are written to given columns of the outputs.
 
-        Where a kernel reads propagators, there is one for each structure and step that meet.
+        If a kernel reads propagators, there is one for each pair of a structure and a step.
         """
         dynamics = self.model.dynamics
         if self.model.needs_step:

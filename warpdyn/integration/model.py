@@ -1,4 +1,4 @@
-"""A scene as the engine has it: all that follows from it, worked out once and handed on."""
+"""Everything that follows from a scene and the way it is integrated, computed once."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def dynamics_of(scene: Scene) -> Dynamics:
 
 
 def central_vibration(scene: Scene, dynamics: Dynamics, method: Method) -> Vibration:
-    """Return the vibration of the structure in the middle of the scatter."""
+    """Return the vibration of the structure with median parameters."""
     return dynamics.vibration_of({name: values[None] for name, values in scene.central_parameters.items()}, method)
 
 
@@ -61,7 +61,7 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """How a scene's samples are integrated, all of them alike.
+    """How all samples of a scene are integrated.
 
     Args:
         scene: The scene.
@@ -69,8 +69,8 @@ class Model:
         method: Integration method.
         plan: The kernel's plan.
         timeline: Time grid of each motion.
-        tolerance: Relative error a step that an adaptive method allows itself.
-        seed: Seed of what is drawn.
+        tolerance: Relative error that an adaptive method allows itself in a step.
+        seed: Seed of every random draw.
         threads: CPU threads.
     """
 
@@ -86,18 +86,18 @@ class Model:
 
     @cached_property
     def variables(self) -> dict[str, Variable]:
-        """What is recorded of each sample, by name."""
+        """The variables that are recorded of each sample, by name."""
         return recorded(self.plan.family, self.plan.recorders, self.method.is_adaptive)
 
     @cached_property
     def demands(self) -> dict[str, Variable]:
-        """What of it is a demand."""
+        """The recorded variables that are demands."""
         table = RECORDERS[self.plan.family]
         return {k: v for row in self.scene.recorders for k, v in table[row].items() if v.is_demand}
 
     @cached_property
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """The outputs of one sample: every dimension beside `sample` is as long as there are dofs."""
+        """The shapes of one sample's outputs: every dimension besides `sample` has the number of dofs as its length."""
         shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in self.variables.items()} | {"status": ()}
         if STATE in self.plan.recorders:
             values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
@@ -106,20 +106,20 @@ class Model:
 
     @property
     def kernel_name(self) -> str:
-        """What the kernel computes, in one line."""
+        """A description of the kernel, in one line."""
         p = self.plan
         return f"{p.family} {p.dofs} {p.law} {p.damping} {p.load} {'+'.join(p.recorders)} {p.method} {p.dtype}"
 
     @property
     def needs_step(self) -> bool:
-        """Whether what the kernel reads of a structure depends on the integration step."""
+        """Whether the kernel's arrays of a structure depend on the integration step."""
         return self.method.kind == "exact" or (self.method.kind == "implicit" and self.plan.family == "dense")
 
     @cached_property
     def by_event(self) -> tuple[Model, ...]:
-        """The model of each event: where there are several, each leaves a state, and all but the first go on from one.
+        """The model of each event; each of several events records its final state, and later ones start from one.
 
-        The events that go on have one model in common.
+        All events but the first share one model.
         """
         events = len(self.scene.excitation.event_names)
         if events == 1:
@@ -136,7 +136,7 @@ class Model:
         return replace(self, plan=plan, tolerance=tolerance)
 
     def loads_on(self, device: str) -> object:
-        """Return the load as a device holds it, brought there once."""
+        """Return the load in a device's memory, where it is copied once."""
         if device not in self._loads:
             packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
             self._loads[device] = arguments.brought("Load", packed, self.plan.dtype, device)

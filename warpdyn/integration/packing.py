@@ -1,4 +1,4 @@
-"""From drawn parameters and samples to the plain arrays a kernel reads, named as its structs name them."""
+"""From drawn parameters and samples to the plain arrays that a kernel reads, named as in its structs."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from warpdyn.integration.time_grid import Schedule
 if TYPE_CHECKING:
     from warpdyn.integration.model import Model
 
-SORTED_BITS = 16  # of the durations that samples are sorted by
+SORTED_BITS = 16  # leading bits of the durations by which samples are sorted
 
 
 def pack_structures(
     model: Model, parameters: Arrays, step: np.ndarray | None, rayleigh: np.ndarray, threads: int = 1
 ) -> Arrays:
-    """Return what the Structure struct of a model's kernel holds.
+    """Return the fields of the Structure struct of a model's kernel.
 
     Args:
         model: The model.
         parameters: Every parameter of some structures, `structure` first.
-        step: Integration step of each of them [s], where the model needs it.
-        rayleigh: Rayleigh damping of each of them, as their vibration tells it.
+        step: Integration step of each of them [s], if the model needs it.
+        rayleigh: Factors of Rayleigh damping of each of them.
         threads: CPU threads.
     """
     plan, dynamics = model.plan, model.dynamics
@@ -55,21 +55,21 @@ def pack_structures(
 def pack_samples(
     schedule: Schedule, assignment: Assignment, place: np.ndarray, columns: np.ndarray, number: np.ndarray | None = None
 ) -> tuple[Arrays, list[tuple[int, int]]]:
-    """Return what the Samples struct holds, in the order in which samples are best launched.
+    """Return the fields of the Samples struct, in the order in which samples are launched.
 
     Args:
         schedule: How each sample is stepped.
-        assignment: Its motion.
-        place: Place of its structure among those packed, shape [sample].
-        columns: Where in the outputs it is written, shape [sample].
-        number: Its index in the run, shape [sample], where its motion depends on it.
+        assignment: The motion of each sample.
+        place: Place of each sample's structure among those packed, shape [sample].
+        columns: Column of the outputs that each sample is written to, shape [sample].
+        number: Index of each sample in the run, shape [sample], if its motion depends on it.
 
     Returns:
-        The arrays, and the steps an interval and the number of samples of each group that is launched by itself.
+        The arrays, and the steps in an interval and the number of samples of each group with a launch of its own.
     """
-    repeats = schedule.repeats  # samples in a row that are stepped alike are sorted as one
+    repeats = schedule.repeats  # consecutive samples with the same steps are sorted as one
     run_intervals, substeps, step, residual_steps = (column[::repeats] for column in schedule.columns)
-    # Longest first and neighbours alike: no thread waits long for another's last history.
+    # Longest first, so that no thread waits long for the last history of another.
     order = _longest_first(run_intervals)
     kinds = np.unique(substeps)
     parts = [order[substeps[order] == kind] for kind in kinds] if kinds.size > 1 else [order]
@@ -88,7 +88,7 @@ def pack_samples(
 
 
 def _longest_first(durations: np.ndarray) -> np.ndarray:
-    """Return the order of falling durations, of very different ones nearly so; neighbours that are equal stay so."""
+    """Return the order of falling durations, to 16 bits; equal durations keep their order."""
     shorter = durations.max() - durations
     coarser = max(0, int(shorter.max()).bit_length() - SORTED_BITS)
     # Numbers of 16 bits are sorted without comparisons, in a tenth of the time.

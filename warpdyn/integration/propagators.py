@@ -1,7 +1,7 @@
-"""What advances a linear structure by one step, worked out once for each pair of a structure and a step.
+"""Propagators, which advance a linear structure by one step, for each pair of a structure and a step.
 
-All is done in coordinates of the undamped modes, u = shape q, in which mass and stiffness are diagonal:
-q'' + damping q' + stiffness q = p. Where damping is diagonal too, each mode is an oscillator of its own.
+They are computed in coordinates of the undamped modes, u = shape q, in which mass and stiffness are diagonal:
+q'' + damping q' + stiffness q = p. If damping is diagonal too, each mode is an oscillator by itself.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ DOUBLES_AT_A_TIME = 2**20  # in one of the matrices of coupled modes
 def pack_linear(
     dynamics: Dynamics, excitation: Excitation, method: Method, parameters: Arrays, step: np.ndarray
 ) -> Arrays:
-    """Return what the kernel of linear structures reads, pairs of a structure and a step last.
+    """Return the arrays that the kernel of linear structures reads, pairs of a structure and a step last.
 
     Args:
         dynamics: The equation of motion.
-        excitation: What shakes them.
+        excitation: The excitation.
         method: Integration method.
         parameters: Every parameter of the structures, pair first.
         step: Integration step [s], shape [pair].
@@ -37,7 +37,7 @@ def pack_linear(
     halvings = _halvings(modes, step, frequency or 0.0)
     chosen: list[np.ndarray] = []
     parts: list[tuple[np.ndarray, np.ndarray]] = []
-    # Pairs of one number of halvings go together: what else is packed beside it changes no bit of a pair.
+    # Pairs are grouped by their number of halvings, so that a pair's result does not depend on the others.
     for count in np.unique(halvings):
         pairs_of_count = np.flatnonzero(halvings == count)
         for some in np.array_split(pairs_of_count, 1 + pairs_of_count.size * number**2 // DOUBLES_AT_A_TIME):
@@ -74,7 +74,7 @@ def _increments(
     by_force: bool,
     halvings: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return increments over a step of (q, q'), of an implicit method of q'', by the state and by the loads.
+    """Return increments over a step of (q, q'), or of q'' for an implicit method, by the state and by the loads.
 
     Args:
         method: Integration method.
@@ -108,17 +108,17 @@ def _coupled(
     frequency: float | None,
     halvings: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the increments of modes that couple, by series and doubling as above, with matrices for numbers."""
+    """Return the increments of coupled modes, by series and doubling as for oscillators, with matrices."""
     omega, number = np.sqrt(stiffness), stiffness.shape[1]
-    # In the state (omega q, q') the matrix is skew-symmetric but for damping: its powers stay as small as they are.
+    # In the state (omega q, q') the matrix is skew-symmetric except for damping, so that its powers do not grow.
     z = np.zeros((len(omega), 2 * number, 2 * number))
     z[:, :number, number:] = omega[:, :, None] * np.eye(number)
     z[:, number:, :number] = -z[:, :number, number:]
     z[:, number:, number:] = -damping
     z, turn = np.ldexp(z * h, -halvings), 1j * np.ldexp((frequency or 0.0) * h, -halvings)
     push = np.concatenate([np.zeros_like(loads), loads], axis=1)
-    # What a load leads to: a constant one (sum of z^n / (n + 1)!), one that rises from 0 to 1 (of z^n / (n + 2)!), and
-    # one of exp(i angle).
+    # Responses to a constant load (sum of z^n / (n + 1)!), to one that rises from 0 to 1 (of z^n / (n + 2)!), and to
+    # exp(i angle).
     identity, share = np.eye(2 * number), 0 * turn
     series, rising, driven = np.zeros_like(z), np.zeros_like(push), 0j * push
     for power in range(HIGHEST_POWER, -1, -1):

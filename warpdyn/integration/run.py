@@ -1,4 +1,4 @@
-"""What comes before a run: its arguments are checked, its samples drawn, and their steps laid out."""
+"""Preparation of runs: arguments are checked, structures drawn, and the steps of samples scheduled."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from warpdyn.kernels.queues import Queue, open_queues
 from warpdyn.methods.table import METHODS, check_fits
 from warpdyn.scene.scene import Scene
 
-# Parameters drawn, and the vibration of each structure at a method's limit.
+# Drawn parameters, and the vibration of each structure with a method's stable step.
 Drawn = tuple[Arrays, Vibration]
 MOST_SAMPLES = 2**31 - 1  # samples are counted in 32 bits
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run whose arguments are checked, of which any structures can be made ready to integrate.
+    """A run with checked arguments, of which any structures can be prepared for integration.
 
     Args:
         model: How all samples are integrated.
-        sampler: What draws the structures.
-        structures: How many there are.
-        execution: Where the samples are run.
+        sampler: Sampler of the structures.
+        structures: Number of structures.
+        execution: Devices, threads and memory.
     """
 
     model: Model
@@ -41,12 +41,12 @@ class Run:
 
     @property
     def samples(self) -> int:
-        """How many samples there are."""
+        """Number of samples."""
         return self.samples_by_event[-1]
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """How many samples each event has, the last one's being those of the run."""
+        """Number of samples of each event; those of the last event are the samples of the run."""
         return tuple(self.structures * samples for samples in self.model.scene.excitation.samples_by_event)
 
     def draw(self, structures: np.ndarray) -> Drawn:
@@ -60,12 +60,12 @@ class Run:
     ) -> list[tuple[Ensemble, Vibration]]:
         """Return some structures with all their samples, and their vibration, for each event in turn.
 
-        From the second event on, each sample of the one before it is a structure.
+        From the second event on, each sample of the previous event is a structure.
 
         Args:
             structures: Their indices, increasing.
-            queue: Where they are to run.
-            known: What `draw` returned of them, if it was called before.
+            queue: Device queue that they will run on.
+            known: Result of `draw` for them, if it has been called.
         """
         model, excitation = self.model, self.model.scene.excitation
         drawn, vibration = self.draw(structures) if known is None else known
@@ -91,13 +91,13 @@ class Run:
 
 
 def build_run(scene: Scene, structures: int, integration: Integration, execution: Execution, seed: int = 0) -> Run:
-    """Check what a run is asked for and lay out its time grid; nothing is drawn yet.
+    """Check the arguments of a run and build its time grid; nothing is drawn yet.
 
     Args:
         scene: The scene.
-        structures: Structures to draw.
+        structures: Number of structures to draw.
         integration: How they are integrated.
-        execution: Where.
+        execution: Devices, threads and memory.
         seed: Seed of every random draw.
     """
     check_kind("simulate", "a Scene", scene, Scene)
@@ -116,7 +116,7 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
             "another method for an EventSequence, or run its events by themselves"
         )
     excitation.check_structures(structures)
-    sampler.draw(np.arange(1))  # the first error of a scatter out of bounds is of what it draws, not of its middle
+    sampler.draw(np.arange(1))  # so that a scatter out of bounds is reported for a drawn value, not for its median
     central = central_vibration(scene, dynamics, row)
     timeline = build_timeline(scene, central, integration.step, integration.longest_step, integration.resample)
     plan = plan_of(scene, dynamics, method, integration.dtype, is_gpu=execution.is_gpu)
@@ -135,10 +135,10 @@ def prepare(
     known: dict[str, Drawn] | None = None,
     **integration: object,
 ) -> tuple[Ensemble, Vibration]:
-    """Make all samples of a run of one event ready at once, on the first of its devices; arguments as of `simulate`.
+    """Prepare all samples of a run of one event at once, on the first of its devices; arguments as of `simulate`.
 
-    Whoever prepares many runs of the same samples of one scene passes the same `known` each time, at first empty: what
-    was drawn and found of their vibration is kept there, by method.
+    For many runs of the same samples of one scene, pass the same `known` each time, at first empty: it keeps the drawn
+    structures and their vibration, by method.
     """
     how = Integration(**integration)  # type: ignore[arg-type]
     run = build_run(scene, structures, how, Execution(device=device, threads=threads).on_first(), seed)

@@ -1,4 +1,4 @@
-"""Random parameters of the structures, drawn by index and kept with the results."""
+"""Sampling of the structures' scattered parameters, by index."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from warpdyn.structures.structure import Structure
 
 
 class Sampler:
-    """Draws the scattered parameters of structures, any of them at a time.
+    """Draws the scattered parameters of any structures of a run.
 
-    What is drawn of a structure depends on the seed and the structure's index alone; of a Latin hypercube also on how
-    many structures there are, and all its points are held.
+    The parameters of a structure depend on the seed and the structure's index alone; in a Latin hypercube also on the
+    number of structures, and all its points are held in memory.
 
     Args:
         structure: The nominal structure.
-        scatter: What is random of it.
+        scatter: Scatter of its parameters.
         correlation: Correlation of pairs of scattered parameters.
         sampling: One of SAMPLING.
-        structures: Structures there are.
+        structures: Number of structures.
         seed: Seed.
 
     Raises:
-        ValueError: If a scatter lists values of another number of structures.
+        ValueError: If a scatter has given values for another number of structures.
     """
 
     def __init__(
@@ -71,12 +71,12 @@ class Sampler:
     def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:
         """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
 
-        Structures are next to each other in memory. Of a LinearSystem the parameters are the factors on its matrices.
+        Structures are contiguous in memory. For a LinearSystem the parameters are the factors on its matrices.
 
         Args:
             structures: Their indices, increasing.
             threads: CPU threads.
-            is_all: Whether all else is as in the nominal structure, so that values must fit it.
+            is_all: Whether all other parameters are nominal, so that the drawn values must fit them.
 
         Raises:
             ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the
@@ -100,7 +100,7 @@ class Sampler:
         return drawn
 
     def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
-        """Raise a ValueError if a value is out of its parameter's bounds, or if values do not fit each other."""
+        """Raise a ValueError if a value is out of its parameter's bounds, or if values contradict each other."""
         axes, nominal = ("structure", "storey"), self.structure.nominal_values
         for name, values in drawn.items():
             parameter = self.structure.parameter_table[name]
@@ -123,7 +123,7 @@ class Sampler:
             return values
         if points is None:
             fill_uniforms(values, self.seed, structures)
-        else:  # of which the normal value of exactly 0 would be infinite
+        else:  # the normal value of a point at exactly 0 would be infinite
             np.clip(points.T, 2.0**-54, 1 - 2.0**-53, out=values[:, : structures.size])
         correlate_normals(values, self.factor)
         return values[:, : structures.size]
@@ -144,6 +144,6 @@ class Sampler:
             self._sobol.reset()
         if first > self._sobol.num_generated:
             self._sobol.fast_forward(first - self._sobol.num_generated)
-        if first == 0 and count > 1:  # the first alone: scipy warns of a first part that is no power of 2 long
+        if first == 0 and count > 1:  # scipy warns if more than the first point is drawn and it is no power of 2
             return np.concatenate([self._sobol.random(1), self._sobol.random(count - 1)])
         return self._sobol.random(count)

@@ -1,4 +1,4 @@
-"""What is asked of a run beside its scene: how it is integrated, and where."""
+"""Settings of a run besides its scene: how it is integrated, and where."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from warpdyn.methods.table import METHODS
 
 ON_UNSTABLE = ("substep", "raise", "flag")
 DTYPES = ("float32", "float64")
-LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # below it rounding is all that a step's estimate tells
+LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # below it a step's error estimate is rounding alone
 DEFAULT_TOLERANCE = 1e-6  # of an adaptive method
-LEAST_ERROR = 1e-8  # that can be kept
+LEAST_ERROR = 1e-8  # least target error
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +23,7 @@ class Integration:
     """How samples are integrated; arguments as of `simulate`.
 
     Args:
-        left_open: Which of "method" and "dtype" the target error is to choose.
+        left_open: Which of "method" and "dtype" are chosen for the target error.
     """
 
     method: str = "rk4"
@@ -57,7 +57,7 @@ class Integration:
     def from_arguments(
         cls, *, method: str | None, dtype: str | None, target_error: float | None, **rest: object
     ) -> Self:
-        """Return what `simulate` was given, with its defaults where that is None."""
+        """Return the settings of `simulate`'s arguments, with defaults in place of None."""
         given = {"method": method, "dtype": dtype}
         if target_error is not None:
             check_target_error(target_error)
@@ -71,13 +71,13 @@ class Integration:
 
     @property
     def is_stepped(self) -> bool:
-        """Whether the step is seen to, by itself or by an error."""
+        """Whether the caller determines the step, directly or by a target error."""
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """Where samples are run, and by how much at a time; arguments as of `simulate`.
+    """Devices, threads and memory of a run; arguments as of `simulate`.
 
     Attributes:
         devices: Devices that the samples are divided among.
@@ -103,11 +103,11 @@ class Execution:
         return self.devices[0] != "cpu"
 
     def on_first(self) -> Self:
-        """Return the first device alone."""
+        """Return the same with the first device alone."""
         return replace(self, device=self.devices[0])
 
 
 def check_target_error(target_error: float) -> None:
-    """Raise an error unless a relative error is one that can be kept."""
+    """Raise an error unless a target error is within the range that can be kept."""
     if not LEAST_ERROR <= real_number("target_error", target_error, above=0) < 1:
         raise ValueError(f"target_error must be a relative error from {LEAST_ERROR:g} to below 1, got {target_error}")

@@ -1,4 +1,4 @@
-"""What keeps a run stable: before it, each structure's limit; after it, what failed all the same."""
+"""Stability of a run: each structure's limit before it, and reruns of failed samples after it."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from warpdyn.ground_motions.excitation import MOST_STEPS
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
 
-# Samples that fail in a run for the sake of their law are run again with twice the steps, so many times, as long as
-# that costs no more than this many runs (or as many samples): where most of a run fails, it needs something else.
+# Samples that fail because of their storey law are run again with twice the steps, at most so many times, and as long
+# as that costs no more than this many runs, or this many samples: if most of a run fails, it needs another method.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED = 10, 4, 10_000
-LARGEST_ENERGY_ERROR = 0.02  # of the energy supplied; a well-resolved run is a hundred times below it
+LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
 
 
 class Findings:
-    """What was found of a run's stability, block after block, to be told once.
+    """Findings on the stability of a run, collected block by block and reported once.
 
     Args:
-        samples: Samples of the run.
+        samples: Number of samples of the run.
         method: Integration method.
-        event: Name of the event of a sequence whose samples they are; it stands before all that is told.
+        event: Name of the event of a sequence that the samples belong to, which precedes every message.
     """
 
     def __init__(self, samples: int, method: str, event: str = "") -> None:
         self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
         self.beyond = self.unsure = 0
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
-        self.least, self.most = np.inf, 1.0  # step that holds for all [s]; times as many steps as asked for
-        self.first = ""  # of the samples beyond the limit
-        self.never: int | None = None  # a sample for which no step holds
+        self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
+        self.first = ""  # description of the first sample beyond the limit
+        self.never: int | None = None  # a sample for which no step is stable
 
     def add_limits(self, run: Ensemble, vibration: Vibration) -> np.ndarray:
         """Find which of a block's samples are beyond the limit of their structure, shape [sample]."""
@@ -52,7 +52,7 @@ class Findings:
         return unstable
 
     def refuse(self, any_step: bool) -> None:
-        """Raise a ValueError if no step holds for a sample or, with `any_step`, if any step was beyond its limit."""
+        """Raise a ValueError if a sample has no stable step or, with `any_step`, if any step was beyond its limit."""
         if self.never is not None:
             raise ValueError(
                 f"{self.event}method {self.method!r} amplifies sample {self.never} at any step, since a mode of it is "
@@ -66,7 +66,7 @@ class Findings:
             )
 
     def warn(self, on_unstable: str) -> None:
-        """Say what was done about steps beyond the limit, what failed all the same, and what lost its energy."""
+        """Warn of steps beyond the limit, of failed samples, and of energy that is out of balance."""
         messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
         if self.beyond and on_unstable == "flag":
@@ -95,7 +95,7 @@ class Findings:
             tell(self.event + text)
 
     def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
-        """Take what became of a block's samples whose step was stable."""
+        """Count the outcomes of a block's samples whose step was stable."""
         status = outputs["status"]
         if status.max() >= DIVERGED:
             for code in self.failed:
@@ -107,19 +107,19 @@ class Findings:
 
 
 def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findings | None = None) -> np.ndarray:
-    """Hold each sample's step within the limit of its own structure, or say which are beyond it.
+    """Reduce each sample's step to the stability limit of its own structure, or return which steps are beyond it.
 
     Args:
         run: The samples; with "substep" their schedule is changed.
         vibration: Vibration of each of their structures, with the method's longest stable step.
-        on_unstable: "substep" (the fewest steps that hold in each interval of the record), "raise" or "flag".
-        findings: Where it is kept what there is to tell of it.
+        on_unstable: "substep" (the fewest stable steps in each interval of the record), "raise" or "flag".
+        findings: Collects the messages.
 
     Returns:
-        Which samples are beyond the limit all the same, shape [sample].
+        Which samples are still beyond the limit, shape [sample].
 
     Raises:
-        ValueError: If no step holds; with "raise", if a sample's step does not hold.
+        ValueError: If a sample has no stable step; with "raise", if a sample's step is not stable.
     """
     findings = Findings(run.sample.size, run.plan.method) if findings is None else findings
     unstable = findings.add_limits(run, vibration)
@@ -135,25 +135,25 @@ def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findi
 
 
 class Reruns:
-    """How often the samples that fail are run again, blocks of a run in turn.
+    """Runs failed samples again, within a limit on the cost over all blocks of a run.
 
-    What is afforded for a sample is counted on the samples before it, however they are divided into blocks: where a
-    good part of a run fails, one of its samples may stay failed that would have been run again by itself.
+    The limit for a sample depends on the samples before it, and not on their division into blocks: if many samples of a
+    run fail, a sample may stay failed that would have been run again by itself.
     """
 
     def __init__(self) -> None:
         self._seen, self._failed = 0, [0] * (MOST_RERUNS + 1)
 
     def settle(self, run: Ensemble, samples: np.ndarray, outputs: dict[str, np.ndarray]) -> None:
-        """Run those of some samples that failed again, at shorter and shorter steps.
+        """Run the failed ones of some samples again, at shorter and shorter steps.
 
-        What fails at a step that holds for the linear structure fails for its law: the memory of a Bouc-Wen storey that
-        settles too fast, an iteration that does not converge, a yielding motion that grows.
+        A sample that fails at a step that is stable for the linear structure fails because of its law: a Bouc-Wen
+        memory that settles too fast, an iteration that does not converge, a yielding motion that grows.
 
         Args:
             run: The samples' structures.
             samples: The samples.
-            outputs: Their outputs, sample last, which are changed.
+            outputs: Their outputs, sample last, which are overwritten.
         """
         failed, seen = np.flatnonzero(outputs["status"] >= DIVERGED), self._seen
         self._seen += samples.size
@@ -179,7 +179,7 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
     Args:
         run: The samples' structures.
         samples: The samples.
-        reruns: What samples before them had run again; None where there are none.
+        reruns: Reruns of the samples before them; None if there are none.
     """
     outputs = run.integrate(samples)
     (Reruns() if reruns is None else reruns).settle(run, samples, outputs)
@@ -187,7 +187,7 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
 
 
 def blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
-    """Blank the demands of failed samples, so that no statistic takes a blow-up for a response."""
+    """Set the outputs of failed samples to NaN, or -1, so that no statistic takes a blow-up for a response."""
     if not failed.any():
         return
     for name, values in outputs.items():

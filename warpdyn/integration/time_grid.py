@@ -1,4 +1,4 @@
-"""The time grid of a run: steps that divide each motion's own, and how long each sample vibrates freely after it."""
+"""The time grid of a run: steps that divide each motion's step, and the free vibration after it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from warpdyn.ground_motions.excitation import MOST_STEPS, Assignment, Timeline
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.scene.scene import Scene
 
-# The default step resolves the first period, and a load's, this finely, and stays this far inside the stability limit.
+# Default number of steps in the first period, and in a harmonic load's; and share of the stability limit.
 STEPS_PER_PERIOD = 100
 SHARE_OF_STABLE_STEP = 0.4
-# Free vibration is followed until it has decayed to this part, at most this many periods; then the residual drift is
-# averaged over a few periods more.
+# Free vibration is integrated until it has decayed to this ratio, for at most this many periods; then the residual
+# drift is averaged over a few more periods.
 RESIDUAL_DECAY = 0.01
 LONGEST_DECAY_IN_PERIODS = 20.0
 RESIDUAL_PERIODS = 3.0
@@ -25,14 +25,15 @@ RESIDUAL_PERIODS = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """How each sample is stepped; one value a sample.
+    """How each sample is stepped; one value for each sample.
 
     Args:
         run_intervals: Intervals of the motion and of the free vibration after it.
         substeps: Integration steps in one interval.
         step: Integration step [s].
         residual_steps: Steps at the end over which the residual drift is averaged.
-        repeats: How many samples in a row have a structure, a motion and all of this in common, throughout.
+        repeats: Number of consecutive samples that have a structure, a motion and all of this in common, the same
+            throughout.
     """
 
     run_intervals: np.ndarray
@@ -43,20 +44,20 @@ class Schedule:
 
     @property
     def columns(self) -> tuple[np.ndarray, ...]:
-        """What there is of each sample."""
+        """The values of each sample."""
         return self.run_intervals, self.substeps, self.step, self.residual_steps
 
     def select(self, samples: np.ndarray) -> Schedule:
-        """Return that of some of the samples."""
+        """Return the schedule of some of the samples."""
         return Schedule(*(column[samples] for column in self.columns))
 
     @staticmethod
     def joined(parts: Sequence[Schedule]) -> Schedule:
-        """Return those of several blocks of samples as one."""
+        """Return the schedules of several blocks of samples as one."""
         return Schedule(*(np.concatenate(columns) for columns in zip(*(part.columns for part in parts), strict=True)))
 
     def with_substeps(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
-        """Return the schedule with other steps an interval for some samples, which run as long as before."""
+        """Return the schedule with another number of substeps for some samples, which run for the same time."""
         every, step, residual = self.substeps.copy(), self.step.copy(), self.residual_steps.copy()
         finer = substeps / self.substeps[samples]
         every[samples] = substeps
@@ -66,9 +67,9 @@ class Schedule:
 
 
 def default_step(central: Vibration) -> float:
-    """Return the longest step [s] that resolves the structure in the middle of the scatter."""
+    """Return the default step [s] of the structure with median parameters."""
     step = float(central.period[0]) / STEPS_PER_PERIOD
-    if central.stable_step[0] > 0:  # where no step is stable, the guard says so
+    if central.stable_step[0] > 0:  # if no step is stable, the guard raises the error
         step = min(step, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
     return step
 
@@ -84,11 +85,11 @@ def build_timeline(
 
     Args:
         scene: The scene.
-        central: Vibration of the structure at the middle of the scatter, which the default step is chosen for: it must
-            not depend on how many samples are drawn.
+        central: Vibration of the structure with median parameters, for which the default step is chosen, so that it
+            does not depend on the number of samples.
         step: Integration step [s] that divides the step of every motion; None to choose one for each motion.
-        longest_step: Step [s] that no motion's step may be longer than, where it is chosen; None to choose that too.
-        resample: Whether motions whose step is not divided are resampled at the step.
+        longest_step: Upper bound of chosen steps [s]; None for the default step.
+        resample: Whether motions whose step is no multiple of `step` are resampled at it.
 
     Raises:
         ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
@@ -119,7 +120,7 @@ def build_timeline(
 
 
 def warn_of_short_tail(scene: Scene, longest_period: float) -> None:
-    """Say so if a scene's tail is too short for a residual drift to be read of its slowest structure."""
+    """Warn if a scene's tail is too short for the residual drift of its slowest structure."""
     is_read = "residual" in scene.recorders and scene.excitation.motions
     if scene.tail is None or not is_read or scene.tail >= longest_period:
         return
@@ -137,7 +138,7 @@ def build_schedule(
     row: np.ndarray,
     comes_to_rest: bool = False,
 ) -> Schedule:
-    """Return how each sample is stepped, how long it runs and its residual drift is averaged.
+    """Return how each sample is stepped, how long it runs, and how long its residual drift is averaged.
 
     Args:
         scene: The scene.
@@ -145,12 +146,12 @@ def build_schedule(
         vibration: Vibration of each drawn structure.
         assignment: Which structure and motion each sample has.
         row: Place of each sample's structure in `vibration`, shape [sample].
-        comes_to_rest: Whether free vibration is followed to rest although no residual drift is read.
+        comes_to_rest: Whether free vibration is integrated to rest although no residual drift is recorded.
 
     Raises:
         ValueError: If a sample would take more steps than can be counted.
     """
-    # Once for all samples in a row that have structure and motion in common.
+    # Computed once for consecutive samples that have structure and motion in common.
     structure, motion = row[:: assignment.repeats], assignment.motion[:: assignment.repeats]
     period = vibration.period[structure]
     interval, substeps = timeline.interval[motion], timeline.substeps[motion]
@@ -165,7 +166,7 @@ def build_schedule(
             decay = np.log(1 / RESIDUAL_DECAY) / vibration.decay[structure]
         tail = np.minimum(decay, LONGEST_DECAY_IN_PERIODS * period) + window
     else:
-        tail = period  # the peak may come a little after the motion's end
+        tail = period  # the peak may occur shortly after the motion's end
     run = timeline.intervals[motion] + np.ceil(tail / interval * (1 - 1e-9))
     if (run * substeps).max() >= MOST_STEPS:
         raise ValueError(
