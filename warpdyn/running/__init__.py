@@ -1,1 +1,1 @@
-"""Runs: simulate, blocks, sinks, histories, labelled results, pushover."""
+"""Runs of scenes: blocks, pipeline, labelled datasets, whole histories, selections, pushover."""

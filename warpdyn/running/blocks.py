@@ -1,4 +1,4 @@
-"""How a run is divided into blocks of structures, so that no more is held at a time than there is memory for."""
+"""Division of a run into blocks of structures that fit in memory."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from warpdyn.kernels.queues import BLOCKS_ON_A_GPU, free_memory
 from warpdyn.running.labels import Column, lengths
 
 SHARE_OF_FREE_MEMORY = 0.25
-# Samples of a block: as many as the CPU's launches need to cost nothing beside their work; on a GPU as few as fill it
-# three blocks at a time, since nothing hides the first block's preparation and the last one's collection.
+# Samples of a block: on a CPU so many that the cost of launches is negligible; on a GPU so few that three blocks at a
+# time fill it, since preparation of the first block and collection of the last do not overlap with kernels.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_A_GPU = 2**20, 2**17, 2**15, 4
-# What a sample and a structure take on the host while they are under way [bytes]: a sample's inputs as numbers of 64
-# bits, sorted and not; a structure's parameters as drawn, combined, packed and in the run's dtype.
+# Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as numbers of 64 bits, sorted
+# and unsorted; copies of a structure's parameters as drawn, combined, packed and in the run's dtype.
 BYTES_A_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
-MEMORY_OF_CHUNKS = 64 * 2**20  # of the eigenvalue problems, which are solved in parts, and of the file's chunks
+MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are solved in parts, and of file chunks
 
 
 def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.ndarray]:
-    """Return the blocks of a run, each the indices of its structures.
+    """Return the blocks of a run, each as the indices of its structures.
 
     Args:
         run: The run.
-        columns: What its dataset holds of each sample.
-        memory: Bytes that the blocks under way may take on the host, and on each device; None for a share of what is
-            free.
+        columns: Variables of its dataset with one value for each sample.
+        memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
+            memory.
 
     Raises:
-        ValueError: If the memory is less than a single structure takes.
+        ValueError: If the memory is too small for a single structure.
     """
     is_gpu, devices = run.execution.is_gpu, run.execution.devices
-    # Those on the devices, those prepared meanwhile, and one that is being collected.
+    # Blocks on the devices, blocks that are being prepared, and one that is being collected.
     under_way = BLOCKS_ON_A_GPU * len(devices) + blocks_ahead(run) + 1 if is_gpu else 1
     host, device = _bytes_a_structure(run, columns)
     if memory is None:
@@ -56,12 +56,12 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
 
 
 def blocks_ahead(run: Run) -> int:
-    """Return how many blocks are prepared before a device is free for them."""
+    """Return how many blocks are prepared ahead of a free device."""
     return len(run.execution.devices) if run.execution.is_gpu else 0
 
 
 def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
-    """Return what a structure takes with all its samples, on the host and on a device."""
+    """Return the bytes of a structure with all its samples, on the host and on a device."""
     model = run.model
     width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
     row = sum(column.dtype.itemsize * int(np.prod(lengths(model, column))) for column in columns.values())
@@ -77,7 +77,7 @@ def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, flo
     if len(run.samples_by_event) > 1:  # each sample of an event is a structure of the next one
         damaged = run.samples_by_event[-2] // run.structures
         values, drawn_values = values * damaged, drawn_values * damaged
-        outputs *= 3  # as they come, beside those that were not run, and labelled before they join the other events'
+        outputs *= 3  # as read, merged with those that were not run, and labelled
     elif not drawn:  # one structure serves all
         values = 0
     samples = run.samples // run.structures

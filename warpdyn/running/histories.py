@@ -1,4 +1,4 @@
-"""Samples whose whole histories are kept beside what all samples record."""
+"""Whole histories of chosen samples, besides what all samples record."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Histories:
 
     Args:
         samples: Indices along the dimension `sample`, at least one.
-        every: Keep every so many steps, the first included.
+        every: Number of steps from one kept state to the next; the first state is kept.
 
     Raises:
         ValueError: If a number is not whole or negative, or there is no sample.
@@ -42,16 +42,16 @@ class Histories:
 
 
 class KeptHistories:
-    """The samples of a run whose histories are asked for, made ready before it, integrated after it.
+    """The samples of a run whose histories are kept: prepared before the run, integrated after it.
 
     Args:
-        histories: What is asked for.
+        histories: The samples.
         run: The run.
-        queue: Where they are integrated.
+        queue: Device queue that they are integrated on.
         on_unstable: What is done about steps beyond the stability limit.
 
     Raises:
-        ValueError: If a sample is not in the run, or their steps do not divide each other.
+        ValueError: If a sample is not in the run, or the samples' steps do not divide each other.
     """
 
     def __init__(self, histories: Histories, run: Run, queue: Queue, on_unstable: str) -> None:
@@ -73,7 +73,7 @@ class KeptHistories:
         self._status = np.zeros(asked.size, dtype=np.int8)
 
     def add(self, run: Ensemble, status: np.ndarray) -> None:
-        """Take how those in a block were stepped in the end, and what became of them."""
+        """Take the final steps and the status of the samples that are in a block."""
         own = np.flatnonzero((self.part.sample >= run.sample[0]) & (self.part.sample <= run.sample[-1]))
         place = self.part.sample[own] - run.sample[0]
         self.part.schedule = self.part.restepped(own, run.schedule.substeps[place])

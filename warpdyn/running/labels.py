@@ -1,4 +1,4 @@
-"""From a run's arrays to a labelled dataset: names, units, coordinates and the trace of where it came from."""
+"""From a run's arrays to a labelled dataset: names, units, coordinates and root attributes."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from warpdyn.scene.scene import Scene
 
 @dataclass(frozen=True)
 class Column:
-    """A variable of a run's dataset that has one value (or one row of values) a sample.
+    """A variable of a run's dataset that has one value (or one row of values) for each sample.
 
     Args:
         dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), after "event" in an
             EventSequence.
         dtype: Number type.
-        attributes: What the dataset says of it.
+        attributes: Its attributes in the dataset.
         is_coordinate: Whether it is a coordinate.
     """
 
@@ -41,7 +41,7 @@ class Column:
 
 
 def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
-    """Return what a run's dataset holds of each sample, by name."""
+    """Return the variables of a run's dataset that have one value for each sample, by name."""
     scene, plan = model.scene, model.plan
     structure, excitation = scene.structure, scene.excitation
     real, integer, double = np.dtype(plan.dtype), np.dtype("int32"), np.dtype("float64")
@@ -82,7 +82,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
             "design": "of a sequence: see select_event",
         }
         units = {level.units for level in levels}
-        # Where they differ, im_level_units says which is whose.
+        # If units differ, im_level_units has those of each event.
         coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
     elif levels[0].im_level is not None:
         coordinates["im_level"] = (double, _level_attributes(levels[0]))
@@ -92,20 +92,20 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
 
 
 def levels_of(scene: Scene) -> list[Assignment]:
-    """Return of each event what is said of its samples' intensities, without samples."""
+    """Return the assignment of each event without samples, which describes its intensity measure."""
     none = np.arange(0)
     return [scene.excitation.assign(none, 0, event) for event in range(len(scene.excitation.event_names))]
 
 
 def _level_attributes(level: Assignment) -> dict[str, str]:
-    """Return what is said of the intensity measure of a design's samples."""
+    """Return the attributes of `im_level` for the samples of a design."""
     striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
     attributes = {"long_name": f"{level.measure} of the scaled motion", "units": level.units, "design": striped}
     return attributes | ({"comment": IN_G} if level.units == "g" else {})
 
 
 def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
-    """Return the columns of a sequence: what is not of the structure or the sample alone lies along `event`, too."""
+    """Return the columns of a sequence, with `event` where they do not belong to the structure or sample alone."""
     fixed = {"sample", "structure", *scene.scatter}
     return {
         name: column if name in fixed else replace(column, dims=("event", *column.dims))
@@ -114,13 +114,13 @@ def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
 
 
 def lengths(model: Model, column: Column) -> tuple[int, ...]:
-    """Return how long each of a column's dimensions beside `sample` is."""
+    """Return the length of each of a column's dimensions besides `sample`."""
     events = len(model.scene.excitation.event_names)
     return tuple(events if dim == "event" else model.plan.dofs for dim in column.dims)
 
 
 def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) -> None:
-    """Write what is known of a block's samples before they are integrated, into rows by name.
+    """Write the values that are known before a block is integrated into rows, by name.
 
     Args:
         run: The block.
@@ -146,13 +146,13 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
 
 
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
-    """Write what follows from what a block's samples recorded, into the rows that hold it."""
+    """Write the values that follow from a block's outputs into rows, by name."""
     rows["integration_step"][...] = run.schedule.step
     if "peak_storey_drift" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
     height = run.heights if "height" in run.drawn else run.heights[:1]
-    # Inner loops over a few storeys are slow: all samples of a structure make one row.
+    # Inner loops over a few storeys are slow, and so all samples of a structure make one row.
     shape = len(run.structures), -1
     samples_per_structure = len(drift) // len(run.structures)
     wide = np.tile(height.astype(ratio.dtype), (1, samples_per_structure))
@@ -160,7 +160,7 @@ def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
 
 
 def _spread(values: np.ndarray, rows: np.ndarray) -> None:
-    """Write each structure's values into the rows of all its samples, which are next to each other."""
+    """Write each structure's values into the rows of all its samples, which are contiguous."""
     samples_per_structure = len(rows) // len(values)
     by_structure = rows.reshape(len(values), samples_per_structure, -1)
     by_structure[:, 0] = values.reshape(len(values), -1)
@@ -176,8 +176,8 @@ def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Datas
 
     Args:
         model: How it was integrated.
-        columns: What it holds of each sample.
-        rows: The values, sample first.
+        columns: Its variables with one value for each sample.
+        rows: Their values, sample first.
     """
     scene = model.scene
     variables = {
@@ -189,7 +189,7 @@ def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Datas
 
 
 def _numbered(scene: Scene) -> dict[str, tuple]:
-    """Return the coordinates along the dimensions beside `sample`."""
+    """Return the coordinates along the dimensions besides `sample`."""
     coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
     if len(excitation.event_names) > 1:
         names = np.array(excitation.event_names)
@@ -205,7 +205,7 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
 
 
 def _motion_table(scene: Scene) -> dict[str, tuple]:
-    """Return what is known of each motion, along `motion`."""
+    """Return the variables along `motion`."""
     motions = scene.excitation.motions
     if not motions:
         return {}
@@ -224,7 +224,7 @@ def history_variables(
 
     Args:
         samples: The sample of each history.
-        time: Time of the states kept [s].
+        time: Time of the kept states [s].
         values: Histories by name, shape [history, time, dof].
     """
     variables = {}
@@ -245,7 +245,7 @@ def history_variables(
 
 
 def summary(run: xr.Dataset) -> str:
-    """Return what a run did and how far it can be trusted, in a few lines of text.
+    """Return status counts, steps and estimated errors of a run, in a few lines of text.
 
     Args:
         run: What `simulate` returned.

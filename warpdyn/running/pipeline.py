@@ -1,4 +1,4 @@
-"""The course of a run: its blocks are prepared, started, and completed one after the other, event by event."""
+"""The pipeline of a run: blocks are prepared while others are integrated, event by event, and then completed."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from warpdyn.running.histories import KeptHistories
 from warpdyn.running.labels import fill_inputs, fill_outcomes
 from warpdyn.running.sinks import Table, blank_rows
 
-MOST_COPYING_THREADS = 8  # more do not copy faster
+MOST_COPYING_THREADS = 8  # more threads do not copy faster
 
 
 @dataclass
 class Block:
-    """Some structures of a run on their way through its events.
+    """Some structures of a run with the state of their integration.
 
     Args:
         parts: All samples of each event.
-        unstable: Which of them have a step beyond the stability limit.
-        rows: Where the dataset has its samples.
-        event: Number of the event that is under way.
-        own: Rows of that event's samples.
-        standing: Those of them that are integrated: what failed or collapsed in an event before is not.
-        started: What integrates them.
-        found: What they record, sample first.
-        outputs: What all samples recorded in the event that is done, sample last.
+        unstable: Which of them have a step beyond the stability limit, for each event.
+        rows: Rows of the dataset for the block's samples.
+        event: Index of the present event.
+        own: Rows of the samples of the present event.
+        standing: Those of them that are integrated; samples that failed or collapsed in an earlier event are not.
+        started: The ensemble of these samples.
+        found: Their outputs, sample first.
+        outputs: Outputs of all samples of the last finished event, sample last.
     """
 
     parts: list[Ensemble]
@@ -54,29 +54,29 @@ class Block:
 
     @property
     def whole(self) -> Ensemble:
-        """All samples of the event that is under way."""
+        """All samples of the present event."""
         return self.parts[self.event]
 
     @property
     def samples(self) -> int:
-        """Samples that the dataset has of it."""
+        """Number of the block's samples in the dataset."""
         return self.parts[-1].sample.size
 
 
 class Pipeline:
-    """Every block is drawn, guarded and packed; its events are started and, once a device is done with one, completed.
+    """Launch blocks while the next ones are prepared, and complete them when their device has finished.
 
-    The threads of a CPU are all for its kernels, so that one block follows the other. While GPUs work, a thread
-    prepares the next blocks and others fill in what is known, but only this one launches. What has not stood one
-    event is not run in the next.
+    A CPU's threads all run kernels, so that one block follows the other. While GPUs run, one thread prepares the next
+    blocks and others fill in known values, but only the calling thread launches. Samples that fail or collapse in an
+    event are not run in later ones.
 
     Args:
         run: The run.
         on_unstable: What is done about steps beyond the stability limit.
-        findings: Where it is kept what there is to tell of each event's stability.
-        table: Where the samples go.
+        findings: Collects messages on the stability of each event.
+        table: Table that takes the samples.
         kept: Samples whose histories are kept.
-        estimates: What is run again to estimate the errors of each event; none where they are not asked for.
+        estimates: Error estimates of each event; none if they are not asked for.
         advance: Called with the number of histories done since its last call.
     """
 
@@ -95,13 +95,13 @@ class Pipeline:
         self.reruns = [Reruns() for _ in findings]
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
-        # What the dataset has of each event; where there is but one, all there is.
+        # Columns of the dataset along `event`, as they are for one event.
         self.several = len(findings) > 1
         of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
         self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
 
     def process(self, blocks: list[np.ndarray], queues: list[Queue]) -> None:
-        """Take all blocks, given by their structures, through the queues in turn."""
+        """Integrate all blocks, given by their structures, on the queues in turn."""
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
         is_gpu = self.run.execution.is_gpu
         under_way: deque[Block] = deque()
@@ -127,7 +127,7 @@ class Pipeline:
                     self._complete(block)
 
     def _prepare(self, item: tuple[np.ndarray, Queue]) -> Block:
-        """Draw a block, guard the steps of all events and pack the first."""
+        """Draw a block, apply the stability guard to all events, and pack the first event."""
         parts = self.run.events(*item)
         unstable = [
             guard(*part, self.on_unstable, findings) for part, findings in zip(parts, self.findings, strict=True)
@@ -146,7 +146,7 @@ class Pipeline:
         return block
 
     def _start(self, block: Block, map_function: MapFunction) -> None:
-        """Start the event of a block whose turn it is, on what the one before has left."""
+        """Start the present event of a block, from the final states of the previous event."""
         began = time.perf_counter()
         whole, block.standing = block.whole, np.arange(block.whole.sample.size)
         block.own = self._rows_of_event(whole) if self.several else block.rows
@@ -165,12 +165,12 @@ class Pipeline:
         self.seconds_integrating += time.perf_counter() - began
 
     def _rows_of_event(self, whole: Ensemble) -> Arrays:
-        """Return memory for an event's samples: what the dataset has of them, and the state that they leave."""
+        """Return memory for an event's samples: their columns of the dataset, and their final states."""
         rows = whole.model.blank_outputs(whole.sample.size)
         return blank_rows(whole.model, self._of_event, whole.sample.size) | rows
 
     def _mark_fallen(self, block: Block, status: np.ndarray) -> None:
-        """Say of samples that are not run what became of them before, and nothing else."""
+        """Give samples that are not run their earlier status, and NaN for all else."""
         fallen = status != OK
         for name in block.whole.model.shapes:
             values = block.own[name]
@@ -179,7 +179,7 @@ class Pipeline:
         self.advance(int(np.count_nonzero(fallen)))
 
     def _finish(self, block: Block, map_function: MapFunction) -> None:
-        """Wait for an event of a block and complete its rows; blocks come in the order in which they began."""
+        """Wait for an event of a block and complete its rows; blocks finish in the order in which they started."""
         whole, unstable, event = block.whole, block.unstable[block.event], block.event
         outputs = {name: block.own[name].T for name in whole.model.shapes}
         stands = np.zeros(whole.sample.size, dtype=bool)
@@ -201,7 +201,7 @@ class Pipeline:
         if self.kept is not None:
             self.kept.add(whole, outputs["status"])
         if self.estimates:
-            # What was not run has no errors to be estimated.
+            # Samples that were not run are excluded from the estimate.
             self.estimates[event].add(whole, outputs | {"status": np.where(stands, outputs["status"], DIVERGED)})
         if self.several:
             for name in self._of_event:
@@ -210,14 +210,14 @@ class Pipeline:
         block.outputs = outputs
 
     def _complete(self, block: Block) -> None:
-        """Hand over the rows of a block that has gone through all events."""
+        """Write the rows of a block whose events are all finished."""
         if self.several:
             fill_inputs(block.whole, {name: rows for name, rows in block.rows.items() if name not in self._of_event})
         self.table.add(block.rows)
 
 
 def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Iterator:
-    """Yield the work on each item; that on so many of the next is begun before, in another thread, in their order."""
+    """Yield the results of work on items in order, while another thread works on up to `depth` items ahead."""
     if depth == 0:
         yield from map(work, items)
         return

@@ -1,4 +1,4 @@
-"""What a building's springs do when they are pushed slowly, by the kernels' own storey laws."""
+"""Quasi-static response of a building's storeys: hysteresis and pushover, by the kernels' storey laws."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from warpdyn.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.structures.p_delta import stiffness_under_gravity, storey_weight_over_height
 from warpdyn.structures.shear_building import ShearBuilding
 
-TOLERANCE = 1e-9  # of storey forces off balance, over the base shear
+TOLERANCE = 1e-9  # largest unbalanced storey force, over the base shear
 ITERATIONS = 50
-SHORTENINGS = 40  # of one correction
-SHORTEST_STEP = 2.0**-10  # of one that was asked for
-LEAST_STIFFNESS = 1e-6  # over the initial one, of what a correction takes for a storey without any
+SHORTENINGS = 40  # halvings of one correction
+SHORTEST_STEP = 2.0**-10  # as a share of a requested step
+LEAST_STIFFNESS = 1e-6  # over the initial stiffness, in place of a smaller tangent in a correction
 
 
 def _spring_and_coefficients(building: ShearBuilding) -> tuple[str, np.ndarray]:
@@ -34,15 +34,15 @@ def _spring_and_coefficients(building: ShearBuilding) -> tuple[str, np.ndarray]:
 
 
 def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
-    """Return the forces of a building's storeys that are taken slowly through given drifts, in double precision.
+    """Return the forces of a building's storeys under given quasi-static drifts, in double precision.
 
     Args:
         building: The building.
-        drift: Storey drifts to go through, from 0 [m], shape [step] for all storeys alike or [step, storey].
+        drift: Storey drifts [m], starting from 0, shape [step], the same for all storeys, or [step, storey].
 
     Returns:
-        `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], the work done less what is still stored, by
-        the trapezoidal rule; all of shape [step, storey]. The attribute `building` is the building as JSON.
+        `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], the work done less the stored energy, by the
+        trapezoidal rule; all of shape [step, storey]. The attribute `building` is the building as JSON.
 
     Raises:
         ValueError: If a drift is not finite or the shape is another.
@@ -66,17 +66,17 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
 def pushover(
     building: ShearBuilding, roof_displacement: ArrayLike, *, pattern: str | ArrayLike = "first_mode"
 ) -> xr.Dataset:
-    """Push a building slowly by lateral loads of one pattern until its roof has gone through given displacements.
+    """Push a building quasi-statically by lateral loads of one pattern, through given roof displacements.
 
-    The roof's displacement is prescribed and the base shear follows, so that a building is pushed past its peak; within
-    a step every storey goes straight to its next drift. Where storeys soften, a step ends in the balance that is
-    downhill from an elastic step. Viscous damping has no say. With a gravity load (P-Delta) the lateral load is what
-    the springs resist less what gravity pushes with, and falls below 0 where that is more.
+    The roof displacement is prescribed and the base shear follows, so that a building can be pushed past its peak;
+    within a step every storey moves straight to its next drift. If storeys soften, a step ends in the equilibrium
+    downhill from an elastic step. Viscous damping has no effect. With a gravity load (P-Delta) the lateral load is the
+    springs' resistance less the P-Delta force, and may be negative.
 
     Args:
         building: The building.
-        roof_displacement: To go through, from 0 [m], in steps that are short beside the yield displacement for
-            Bouc-Wen storeys, to and fro if asked; shape [step].
+        roof_displacement: Roof displacements [m], starting from 0, which may reverse, shape [step]; for Bouc-Wen
+            storeys in steps that are short beside the yield displacement.
         pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
             "uniform" (floor mass), or floor loads of any scale, shape [floor].
 
@@ -87,7 +87,7 @@ def pushover(
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
-        RuntimeError: If a step finds no balance.
+        RuntimeError: If no equilibrium is found in a step.
         TypeError: If `building` is no ShearBuilding.
     """
     check_kind("pushover", "a ShearBuilding", building, ShearBuilding)
@@ -116,20 +116,20 @@ def pushover(
 
 
 class _PushedChain:
-    """A chain of storeys in balance under lateral loads, and its way to the next roof displacement."""
+    """A chain of storeys in equilibrium under lateral loads, which is moved to the next roof displacement."""
 
     def __init__(self, building: ShearBuilding, shears: np.ndarray) -> None:
         storeys = building.storeys
         row, coefficients = _spring_and_coefficients(building)
         self.shears, self.stiffness = shears, stiffness_under_gravity(building.parameters)
-        # What gravity pushes the storeys over with, over their drifts.
+        # P-Delta forces over storey drifts.
         self.leaning = storey_weight_over_height(building.parameters) if "gravity_load" in building.parameters else 0.0
         # Elastic drifts under the loads, of sum 1, and the base shear of a roof displacement of 1.
         self.elastic_drift = shears / self.stiffness
         self.roof_stiffness = 1 / self.elastic_drift.sum()
         self.elastic_drift *= self.roof_stiffness
         memory = (max(1, spring_row(row).memory), storeys)
-        # The kernel and numpy share these.
+        # The kernel and numpy share this memory.
         self.drift, self.trial = np.zeros(storeys), np.zeros(storeys)
         self.memory, self.trial_memory = np.zeros(memory), np.full(memory, np.nan)
         self.trial_force, self.tangent, self.trial_recoverable = (np.full(storeys, np.nan) for _ in range(3))
@@ -141,7 +141,7 @@ class _PushedChain:
         self.largest_shear = 0.0
 
     def push(self, displacement: float) -> float:
-        """Take the roof to a displacement, in shorter steps where one is too long; return the base shear."""
+        """Move the roof to a displacement, in shorter steps if one is too long; return the base shear."""
         begin, done, share = float(self.drift.sum()), 0.0, 1.0
         while done < 1:
             base_shear = self._step(begin + (done + share) * (displacement - begin))
@@ -156,13 +156,13 @@ class _PushedChain:
         return base_shear
 
     def _step(self, displacement: float) -> float | None:
-        """Take the roof to a displacement in one step; return the base shear, or None if there is no balance."""
+        """Move the roof to a displacement in one step; return the base shear, or None without equilibrium."""
         move = displacement - self.drift.sum()
         scale = max(self.largest_shear, abs(move) * self.roof_stiffness)
         self.trial[:] = self.drift + move * self.elastic_drift
         self.launch.launch()
         for _ in range(ITERATIONS):
-            # Each storey's estimate of the base shear; in balance they agree.
+            # Each storey's estimate of the base shear; in equilibrium they agree.
             shear = self._resistance() / self.shears
             base_shear, correction = self._correction(shear, (self.tangent - self.leaning) / self.shears)
             if np.abs(self._resistance() - base_shear * self.shears).max() <= TOLERANCE * scale:
@@ -173,14 +173,14 @@ class _PushedChain:
         return None
 
     def _resistance(self) -> np.ndarray:
-        """Return what of the storeys' forces is left to lateral loads [N]."""
+        """Return the storeys' forces less the P-Delta forces [N]."""
         return self.trial_force - self.leaning * self.trial
 
     def _correction(self, shear: np.ndarray, slope: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the base shear and the corrections of the drifts, of sum 0, by Newton's rule.
 
-        A balance is a minimum of the work, sum of integral F / S d(drift), at the given sum of drifts. Where the
-        tangents do not lead down, the initial stiffnesses do.
+        An equilibrium is a minimum of the work, sum of integral F / S d(drift), at the given sum of drifts. If the
+        tangents do not lead downhill, the initial stiffnesses do.
         """
         initial = self.stiffness / self.shears
         least = LEAST_STIFFNESS * initial
@@ -193,12 +193,12 @@ class _PushedChain:
                 break
         base_shear = float((shear * flexibility).sum() / flexibility.sum())
         correction = (base_shear - shear) * flexibility
-        # What rounding leaves of the sum goes to the softest storey, which minds it least.
+        # The rounding error of the sum is given to the softest storey, whose force it changes least.
         correction[np.abs(flexibility).argmax()] -= correction.sum()
         return base_shear, correction
 
     def _descend(self, base_shear: float, correction: np.ndarray) -> None:
-        """Go along the correction, less far where the work would rise again beyond."""
+        """Move along the correction, and less far if the work would rise again."""
         start, share = self.trial.copy(), 1.0
         downhill = self._slope(base_shear, correction)
         for _ in range(SHORTENINGS):
@@ -209,7 +209,7 @@ class _PushedChain:
             share *= 0.5
 
     def _slope(self, base_shear: float, correction: np.ndarray) -> float:
-        """Return how the work changes along a correction, less what is 0 as its sum is."""
+        """Return the derivative of the work along a correction."""
         return float((self._resistance() / self.shears - base_shear) @ correction)
 
     def _accept(self) -> None:

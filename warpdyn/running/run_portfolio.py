@@ -1,4 +1,4 @@
-"""The run of a portfolio: a few ordinary runs, one a group of buildings, and one dataset of all."""
+"""Runs of portfolios: an ordinary run for each group of buildings, and one dataset of all."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from warpdyn.scene.scene import Scene
 def run_portfolio(
     scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
 ) -> xr.Dataset:
-    """Return what `simulate` does of a portfolio; arguments as of `run_scene`.
+    """Return what `simulate` returns of a portfolio; arguments as of `run_scene`.
 
-    Buildings of as many storeys, one law and one damping run together, whatever their archetypes. A building's step is
-    that of its archetype in a run by itself, rounded down to 10 ms over a power of 2, so that nothing else in the
-    portfolio changes a bit of what becomes of it; but how often samples that fail are run again at shorter steps is
-    counted over all buildings that run together, so that where many fail, other buildings decide which of them stay
-    failed. With a target error a plan is made for each group.
+    Buildings with the same number of storeys, law and damping run together, whatever their archetypes. A building's
+    step is that of its archetype in a run by itself, rounded down to 10 ms over a power of 2, so that its results do
+    not depend on the rest of the portfolio. Only reruns of failed samples do, since they are limited over all buildings
+    that run together: if many fail, other buildings decide which of them stay failed. With a target error a plan is
+    made for each group.
     """
     started = time.perf_counter()
     seed, portfolio, excitation = whole_number("seed", seed, 0), portfolio_of(scene), scene.excitation
@@ -49,9 +49,9 @@ def run_portfolio(
     excitation.check_structures(portfolio.buildings)
     archetypes = checked_archetypes(scene, integration.method)
     first = next(iter(portfolio.archetypes.values())).building
-    with warnings.catch_warnings():  # which come with the runs
+    with warnings.catch_warnings():  # the runs give the warnings
         warnings.simplefilter("ignore")
-        # What is wrong with a setting is said before anything is drawn: it is about no archetype.
+        # Settings are checked before anything is drawn, since their errors concern no archetype.
         build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
     path = None if kept.path is None else check_writable(kept.path)
     groups = groups_of(portfolio, archetypes, integration, seed)
@@ -63,7 +63,7 @@ def run_portfolio(
         if path is not None:
             own = tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.")
             folder = Path(stack.enter_context(own))
-        if integration.target_error is None:  # or else each group's method is yet to be chosen
+        if integration.target_error is None:  # else the method of each group is not chosen yet
             compile_side_by_side(_plans(groups, integration, execution, kept), execution.devices[0], execution.cores)
         runs = []
         for number, group in enumerate(groups):
@@ -81,7 +81,7 @@ def run_portfolio(
 
 
 def _plans(groups: list[Group], integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
-    """Yield the plans of the kernels that the groups run, and of those that check them."""
+    """Yield the plans of the groups' kernels, and of the kernels for their error estimates."""
     for group in groups:
         dynamics = dynamics_of(group.scene)
         for dtype in [integration.dtype] + ["float64"] * (kept.checked_share is not None):

@@ -1,4 +1,4 @@
-"""The run of a scene of one structure: block by block it is drawn, packed, integrated on its devices, and labelled."""
+"""Runs of scenes of one structure: drawn, integrated and labelled block by block."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from warpdyn.scene.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Kept:
-    """What is kept of a run beside its demands, and where; arguments as of `simulate`."""
+    """What is kept of a run besides its demands, and where; arguments as of `simulate`."""
 
     checked_share: float | None = None
     histories: Histories | None = None
@@ -53,19 +53,19 @@ class Kept:
 def run_scene(
     scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
 ) -> xr.Dataset:
-    """Return what `simulate` does of a scene of one structure.
+    """Return what `simulate` returns of a scene of one structure.
 
     Args:
         scene: The scene.
-        structures: Structures to draw.
+        structures: Number of structures to draw.
         integration: How they are integrated.
-        execution: Where.
+        execution: Devices, threads and memory.
         kept: What is kept of them.
         seed: Seed of every random draw.
     """
     started = time.perf_counter()
     if integration.target_error is not None and integration.longest_step is None:
-        build_run(scene, structures, integration, execution, seed)  # what is wrong is said before the pilot runs
+        build_run(scene, structures, integration, execution, seed)  # errors are raised before the pilot runs
         choice = plan(
             scene,
             integration.target_error,
@@ -124,7 +124,7 @@ def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
 
 
 def _findings(run: Run, blocks: list[np.ndarray], queue: Queue, integration: Integration) -> list[Findings]:
-    """Return where it is kept what there is to tell of each event; with "raise", say what is beyond its limit."""
+    """Return the findings of each event; with "raise", raise an error if a step is beyond its limit."""
     events = run.model.scene.excitation.event_names
     counts = zip(run.samples_by_event, events, strict=True)
     findings = [Findings(count, integration.method, name) for count, name in counts]
@@ -138,7 +138,7 @@ def _findings(run: Run, blocks: list[np.ndarray], queue: Queue, integration: Int
 
 
 def _estimates(run: Run, share: float, blocks: list[np.ndarray]) -> list[ErrorEstimate]:
-    """Return what estimates the errors of each event, of so large a share of its samples."""
+    """Return an error estimate for each event, from a share of its samples."""
     return [
         ErrorEstimate(count, share, run.model.seed, len(blocks[0]) * count // run.structures)
         for count in run.samples_by_event
@@ -146,7 +146,7 @@ def _estimates(run: Run, share: float, blocks: list[np.ndarray]) -> list[ErrorEs
 
 
 def _attributes(run: Run, integration: Integration) -> dict[str, object]:
-    """Return what the dataset says of how it was integrated."""
+    """Return the attributes of a dataset that say how it was integrated."""
     steps = np.unique(run.model.timeline.steps)
     attributes = {
         "seed": run.model.seed,

@@ -8,14 +8,14 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, whole_number
 from warpdyn.core.units import IN_G
 
-OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # drift ratio of all storeys
+OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio of all storeys
 
 
 def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return one event of a run of an EventSequence as an ordinary run, which has each history of the event once.
+    """Return one event of a run of an EventSequence as an ordinary run, with each history of the event once.
 
-    A history of an event is part of as many samples as follow from it in the events after; here the first of them
-    stands for it. In `run.sel(event=name)` it is in all of them, side by side with what became of them later.
+    A history of an event belongs to all samples of later events that follow from it; here the first of these samples
+    represents it. In `run.sel(event=name)` it is in all of them, sample by sample beside the later events.
 
     Args:
         run: What `simulate` returned, or some of its samples.
@@ -45,7 +45,7 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return the samples of one archetype, with as many storeys as it has, as an ordinary run.
+    """Return the samples of one archetype, with its number of storeys, as an ordinary run.
 
     Args:
         run: What `simulate` returned of a portfolio, or some of its samples.
@@ -67,15 +67,15 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
-    """Return a run with some of its storeys and floors alone, counted from 1, to take demands of the building itself.
+    """Return a run with some of its storeys and floors, for demands of a building without isolators or mass damper.
 
-    Of a building on isolators its own storeys begin with the second; under a tuned mass damper they end with the last
-    but one. What is said of the largest drift ratio of all storeys is left out; the status, collapse included, and
-    what is recorded of the whole building stay.
+    The storeys are counted from 1 again. The own storeys of a building on isolators begin with the second; with a tuned
+    mass damper they end with the last but one. Variables of the largest drift ratio of all storeys are removed; the
+    status, with collapse, and variables of the whole building stay.
 
     Args:
-        run: What `simulate` returned, or `select_archetype`; of a portfolio, of buildings all on isolators.
-        first, last: The lowest storey and the highest, counted from 1.
+        run: What `simulate` or `select_archetype` returned; a portfolio only if all its buildings are on isolators.
+        first, last: Lowest and highest storey, counted from 1.
 
     Raises:
         ValueError: If the run has no such storeys.

@@ -1,4 +1,4 @@
-"""The public run of a scene: what it is asked for is checked at this door and goes on in three parts."""
+"""The public function that runs a scene: it checks the arguments and passes them on in three parts."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ def simulate(
             estimate the relative error of every demand; None for none.
         path: NetCDF file to write the samples to, block by block. It appears when the run has finished; a file that
             stood there before stays until then. The returned dataset reads values from the file when they are asked
-            for: close it when done. Files of a portfolio's groups stand beside it meanwhile, as large together. None to
-            return the dataset in memory.
+            for: close it when done. During the run of a portfolio, files of its groups stand beside it and take as much
+            room again. None to return the dataset in memory.
 
         device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
             samples; None for the first GPU, or the CPU where there is none.

@@ -1,4 +1,4 @@
-"""Where the samples of a run go as they come: into memory, or block after block into a file."""
+"""Tables that take the samples of a run block by block: in memory, or in a file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from warpdyn.running.labels import Arrays, Column, labelled, lengths
 
 
 class Table(Protocol):
-    """What takes the rows of a run's samples, to be entered before the first and left after the last.
+    """A table that takes the rows of a run's samples, used in a `with` statement.
 
     Args:
-        columns: What the dataset holds of each sample.
+        columns: Variables of the dataset with one value for each sample.
     """
 
     columns: dict[str, Column]
@@ -27,13 +27,13 @@ class Table(Protocol):
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None: ...
 
     def rows_for(self, samples: int) -> Arrays:
-        """Return where the next samples go."""
+        """Return memory for the next samples."""
 
     def add(self, rows: Arrays) -> None:
-        """Take samples whose rows are complete, after all those before them."""
+        """Add samples whose rows are complete, after all earlier samples."""
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
-        """Return the dataset, with the variables and attributes that are known at the end."""
+        """Return the dataset, with the variables and attributes that are known only at the end."""
 
 
 class InMemory:
@@ -41,8 +41,8 @@ class InMemory:
 
     Args:
         model: How the samples are integrated.
-        columns: What the dataset holds of each sample.
-        samples: Samples there will be.
+        columns: Variables of the dataset with one value for each sample.
+        samples: Number of samples in the run.
     """
 
     def __init__(self, model: Model, columns: dict[str, Column], samples: int) -> None:
@@ -56,12 +56,12 @@ class InMemory:
         pass
 
     def rows_for(self, samples: int) -> Arrays:
-        """Return where the next samples go."""
+        """Return memory for the next samples."""
         self._given += samples
         return {name: values[self._given - samples : self._given] for name, values in self._rows.items()}
 
     def add(self, rows: Arrays) -> None:
-        """Take samples whose rows are complete: they are where they belong."""
+        """Add samples whose rows are complete; nothing is copied, as they are in place."""
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
         """Return the dataset, with the variables and attributes that are known at the end."""
@@ -71,11 +71,11 @@ class InMemory:
 
 
 class InFile:
-    """A netCDF file that grows; a block's rows are let go of once they are written.
+    """A netCDF file that grows; a block's rows are freed when they have been written.
 
     Args:
         model: How the samples are integrated.
-        columns: What the dataset holds of each sample.
+        columns: Variables of the dataset with one value for each sample.
         file: The file.
     """
 
@@ -90,7 +90,7 @@ class InFile:
         self.file.__exit__(kind, error, trace)
 
     def rows_for(self, samples: int) -> Arrays:
-        """Return where the next samples go."""
+        """Return memory for the next samples."""
         return blank_rows(self.model, self.columns, samples)
 
     def add(self, rows: Arrays) -> None:
@@ -104,5 +104,5 @@ class InFile:
 
 
 def blank_rows(model: Model, columns: dict[str, Column], samples: int) -> Arrays:
-    """Return memory for what the dataset holds of some samples."""
+    """Return memory for the columns of some samples."""
     return {name: np.empty((samples, *lengths(model, column)), column.dtype) for name, column in columns.items()}
