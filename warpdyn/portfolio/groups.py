@@ -1,4 +1,4 @@
-"""A portfolio as a few scenes: buildings of one kernel and of like steps go together."""
+"""Groups of a portfolio's buildings that share a kernel and a default step, each as one scene."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from warpdyn.structures.p_delta import buckling_problem
 from warpdyn.structures.shear_building import ShearBuilding
 from warpdyn.structures.structure import Structure
 
-# Default steps are 10 ms divided by a power of 2: those of most records divide by them, so that rounding down costs
-# little, and buildings of like periods share a launch.
+# Default steps are 10 ms divided by a power of 2: they divide the steps of most records, so that rounding down costs
+# little, and buildings of similar periods share a launch.
 ROUND_STEP = 0.01  # s
 
 
@@ -33,9 +33,9 @@ class Group:
     """Buildings that are integrated by one run.
 
     Args:
-        scene: Their scene, every parameter listed.
+        scene: Their scene, in which the values of every parameter are given.
         buildings: Their numbers in the portfolio, increasing.
-        longest_step: Step [s] that theirs are not longer than; None to leave it to the run.
+        longest_step: Upper bound of their steps [s]; None for the settings of the run.
         archetypes: Names of their archetypes.
     """
 
@@ -46,7 +46,7 @@ class Group:
 
     @contextmanager
     def named_in_messages(self) -> Iterator[None]:
-        """Say in errors and warnings which buildings they speak of."""
+        """Put the buildings before the message of errors and warnings."""
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
         who = f"{self.buildings.size} buildings of {self.scene.structure.dofs} storeys (archetype{many} {shown})"
@@ -101,9 +101,9 @@ def checked_archetypes(scene: Scene, method: str) -> dict[str, tuple[Scene, Dyna
 def groups_of(
     portfolio: Portfolio, archetypes: dict[str, tuple[Scene, Dynamics]], integration: Integration, seed: int
 ) -> list[Group]:
-    """Return the buildings in as few groups as there are kernels and default steps.
+    """Return the buildings in groups, one for each kernel and default step.
 
-    A building's kernel, its step and its parameters do not depend on what else is in the portfolio.
+    A building's kernel, its step and its parameters do not depend on the rest of the portfolio.
 
     Args:
         portfolio: The buildings.
@@ -118,10 +118,10 @@ def groups_of(
     members: dict[tuple, list[int]] = {}
     names, drawn = list(archetypes), []
     for place, (name, (own, dynamics)) in enumerate(archetypes.items()):
-        drawn.append(parameters_of(portfolio, name, seed))  # before the step: what is wrong is said of what is drawn
+        drawn.append(parameters_of(portfolio, name, seed))  # before the step, so that errors name drawn values
         longest = None if integration.is_stepped else _rounded_step(own, dynamics, row)
-        # The kernel, which values may decide on, too (a law's exponents, the kind of viscous dampers), and what it is
-        # fed by; the type of numbers and the device are common to all.
+        # The kernel, which may depend on parameter values (a law's exponents, the kind of viscous dampers), and its
+        # inputs; the number type and the device are common to all.
         kernel = plan_of(own, dynamics, method, "float32", is_gpu=False)
         members.setdefault((kernel, *_kind(own.structure), longest), []).append(place)
     groups = []
@@ -137,7 +137,7 @@ def groups_of(
 
 
 def _kind(building: Structure) -> tuple:
-    """Return what a building is beside its kernel and the values of its parameters."""
+    """Return the properties of a building besides its kernel and its parameter values."""
     assert isinstance(building, ShearBuilding)
     damping = building.damping, building.damping_modes, building.damped_storeys
     return building.storey_laws, building.devices, tuple(building.parameters), *damping
@@ -172,6 +172,6 @@ def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.nd
 
 
 def _rounded_step(scene: Scene, dynamics: Dynamics, method: Method) -> float:
-    """Return the step that an archetype would take by itself, rounded down."""
+    """Return the default step of an archetype by itself, rounded down."""
     step = default_step(central_vibration(scene, dynamics, method))
     return ROUND_STEP / 2.0 ** max(0, int(np.ceil(np.log2(ROUND_STEP / step) - 1e-9)))

@@ -1,4 +1,4 @@
-"""From the runs of a portfolio's groups to one dataset, in the order of the buildings."""
+"""One dataset from the runs of a portfolio's groups, in the order of the buildings."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import xarray as xr
 from warpdyn.core.netcdf import GrowingFile, trace
 from warpdyn.scene.portfolio import Portfolio
 
-SAMPLES_AT_A_TIME = 2**17  # that are joined in memory on their way to a file
+SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file
 
 
 class Joined:
-    """The samples of several runs, those of a building side by side.
+    """The samples of several runs in the order of their buildings.
 
     Args:
         portfolio: The buildings.
         buildings: The numbers of the buildings of each run, increasing.
         runs: What `simulate` returned of them.
-        samples_per_building: Samples a building.
-        attributes: What the dataset says of all of them.
-        seconds: Time spent on drawing before the runs [s].
+        samples_per_building: Samples of each building.
+        attributes: Attributes of the dataset.
+        seconds: Time of drawing before the runs [s].
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class Joined:
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
         self.attributes = attributes | _common_attributes(runs, seconds)
         self.estimate = _largest_estimate(runs)
-        # By name the variable of the first run that has it, and the type that holds those of all.
+        # By name the variable of the first run that has it, and the type that holds the values of all.
         found: dict[str, xr.Variable] = {}
         for _, variables in self.parts:
             found = variables | found
@@ -50,7 +50,7 @@ class Joined:
         self.coordinates = {name for run in runs for name in run.coords}
 
     def in_memory(self) -> xr.Dataset:
-        """Return the dataset; the runs' variables are let go of one after the other."""
+        """Return the dataset; the memory of the runs' variables is freed one after the other."""
         rows = {}
         for name in list(self.columns):
             rows[name] = self._rows(name, 0, self.portfolio.buildings)
@@ -60,7 +60,7 @@ class Joined:
         return dataset.merge(self.estimate).assign_attrs(dataset.attrs | self.attributes)
 
     def in_file(self, path: str | os.PathLike) -> xr.Dataset:
-        """Write the dataset to a file, some buildings at a time, and return it as the file has it."""
+        """Write the dataset to a file, some buildings at a time, and return the dataset of the file."""
         together = max(1, SAMPLES_AT_A_TIME // self.samples_per_building)
         with GrowingFile(path, self.portfolio.buildings * self.samples_per_building) as file:
             for first in range(0, self.portfolio.buildings, together):
@@ -71,7 +71,7 @@ class Joined:
         return xr.open_dataset(path, engine="netcdf4")
 
     def _rows(self, name: str, first: int, last: int) -> np.ndarray:
-        """Return a variable of all samples of some buildings; storeys that a building does not have are NaN."""
+        """Return a variable for all samples of some buildings, NaN at storeys that a building does not have."""
         widths = (int(self.portfolio.storeys.max()),) * (self.columns[name].ndim - 1)
         dtype = self.dtypes[name]
         rows = np.full((last - first, self.samples_per_building, *widths), np.nan if dtype.kind == "f" else 0, dtype)
@@ -85,7 +85,7 @@ class Joined:
         return rows.reshape(-1, *widths)
 
     def _named(self, rows: dict[str, np.ndarray], first: int) -> dict[str, np.ndarray]:
-        """Return rows with the numbers of their samples and buildings in the portfolio, the first building's given."""
+        """Return rows with the numbers of their samples and buildings in the portfolio, from a first building on."""
         count = len(rows["sample"]) // self.samples_per_building
         rows["sample"] = (np.arange(len(rows["sample"])) + first * self.samples_per_building).astype(np.int32)
         del rows["structure"]
@@ -124,7 +124,7 @@ class Joined:
 
 
 def _common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
-    """Return what is said of how all runs were integrated; where they differ, all that there is."""
+    """Return the attributes of how the runs were integrated; where runs differ, the values of all."""
     attributes = {name: runs[0].attrs[name] for name in ("on_unstable", "device")}
     for name in ("method", "dtype", "kernel", "resampled"):
         texts = dict.fromkeys(str(run.attrs[name]) for run in runs if name in run.attrs)
@@ -141,7 +141,7 @@ def _common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, obje
 
 
 def _largest_estimate(runs: list[xr.Dataset]) -> xr.Dataset:
-    """Return the largest of the runs' error estimates, which no quantile over all of their samples is beyond."""
+    """Return the largest of the runs' error estimates, which bounds every quantile over all of their samples."""
     found = [run["estimated_relative_error"] for run in runs if "estimated_relative_error" in run]
     if not found:
         return xr.Dataset()
