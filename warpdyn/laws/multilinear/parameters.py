@@ -53,7 +53,7 @@ class Trilinear(Law):
     hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
 
     opensees = ("MultiLinear",)
-    rows = {"multilinear_2": Coefficient.names(5)}
+    rows = {"multilinear_2": Coefficient.names(Coefficient.STIFFNESS_3)}
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
@@ -81,7 +81,7 @@ class Quadrilinear(Law):
     hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
 
     opensees = ("MultiLinear",)
-    rows = {"multilinear_3": Coefficient.names(7)}
+    rows = {"multilinear_3": Coefficient.names()}
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
