@@ -56,9 +56,8 @@ class Coefficient(Layout):
 class BaberNoori(BoucWen):
     """A Bouc-Wen storey that degrades and pinches with the energy it dissipated (OpenSees: BoucWen and BWBN).
 
-    The equations are those of Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); `warpdyn.laws.
-    baber_noori.parameters` has them, and where OpenSees differs. Losses and rates are over the energy Fy dy of yield,
-    which OpenSees has in J.
+    The equations are those of Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the help of its module
+    has them, and where OpenSees differs. Losses and rates are over the energy Fy dy of yield, which OpenSees has in J.
 
     Example:
         >>> BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)

@@ -100,8 +100,8 @@ def _row(law: type[Law], p: Values) -> str:
 class IbarraMedinaKrawinklerBilinear(Law):
     """A storey with a capping point and cyclic deterioration, bilinear (OpenSees: IMKBilin).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); `warpdyn.laws.ibarra_medina_krawinkler.
-    parameters` has the rules, and where OpenSees differs. The stiffness is OpenSees' Ke.
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); the help of its module has the rules,
+    and where OpenSees differs. The stiffness is OpenSees' Ke.
 
     Example:
         >>> IbarraMedinaKrawinklerBilinear(
@@ -143,8 +143,8 @@ class IbarraMedinaKrawinklerBilinear(Law):
 class IbarraMedinaKrawinklerPeakOriented(Law):
     """A storey with a capping point and cyclic deterioration that reloads towards peaks (OpenSees: IMKPeakOriented).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); `warpdyn.laws.ibarra_medina_krawinkler.
-    parameters` has the rules, and where OpenSees differs. The stiffness is OpenSees' Ke.
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); the help of its module has the rules,
+    and where OpenSees differs. The stiffness is OpenSees' Ke.
 
     Example:
         >>> IbarraMedinaKrawinklerPeakOriented(
@@ -185,8 +185,8 @@ class IbarraMedinaKrawinklerPeakOriented(Law):
 class IbarraMedinaKrawinklerPinching(Law):
     """A storey with a capping point and cyclic deterioration that pinches (OpenSees: IMKPinching).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); `warpdyn.laws.ibarra_medina_krawinkler.
-    parameters` has the rules, and where OpenSees differs. The stiffness is OpenSees' Ke.
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); the help of its module has the rules,
+    and where OpenSees differs. The stiffness is OpenSees' Ke.
 
     Example:
         >>> law = IbarraMedinaKrawinklerPinching(
