@@ -98,4 +98,5 @@ def unoptimised_file() -> Iterator[None]:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Let `-m fast` leave out the thorough cases of a file that is marked `fast`."""
     if config.option.markexpr == "fast":
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("thorough")])
         items[:] = [item for item in items if not item.get_closest_marker("thorough")]
