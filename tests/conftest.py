@@ -8,7 +8,6 @@ import resource
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -60,8 +59,13 @@ def _forget_kernels() -> None:
                     factory.cache_clear()
 
 
-@contextmanager
-def _without_optimisation() -> Iterator[None]:
+@pytest.fixture
+def unoptimised() -> Iterator[None]:
+    """Compile a test's kernels without optimisation, in half the time; those of other tests are as shipped.
+
+    For what combines parts and compares runs with each other. A value that is read where it was not set, which an
+    optimiser may happen to put right, shows here.
+    """
     shipped = wp.config.optimization_level
     _forget_kernels()
     wp.config.optimization_level = 0
@@ -74,24 +78,6 @@ def _without_optimisation() -> Iterator[None]:
 def compile_here() -> None:
     """Compile each kernel where it is first launched: every processor core has a process of tests of its own."""
     compilation.MOST_PROCESSES = 1
-
-
-@pytest.fixture
-def unoptimised() -> Iterator[None]:
-    """Compile a test's kernels without optimisation, in half the time; those of other tests are as shipped.
-
-    It is for tests that combine parts and compare runs with each other. It also reveals values that are read before
-    they are set, which an optimiser may hide.
-    """
-    with _without_optimisation():
-        yield
-
-
-@pytest.fixture(scope="module")
-def unoptimised_file() -> Iterator[None]:
-    """Do so for all tests of a file, for studies: what they show is not how the compiler optimises."""
-    with _without_optimisation():
-        yield
 
 
 @pytest.hookimpl(tryfirst=True)

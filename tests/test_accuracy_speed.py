@@ -22,7 +22,6 @@ points, scenes_of, promises, decision, figures = (
 )
 study, command_line = (importlib.import_module(name) for name in ("accuracy_speed", "parts.command_line"))
 
-pytestmark = pytest.mark.usefixtures("unoptimised_file")
 METHODS = ("rk4", "newmark_average")
 RECORDS = slice(-4, -2)  # the two shortest of 0.01 s
 SETTINGS = points.Settings(samples=32, device="cpu", seed=3)

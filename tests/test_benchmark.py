@@ -18,7 +18,6 @@ import xarray as xr
 from conftest import ROOT
 from matplotlib import image
 
-pytestmark = pytest.mark.usefixtures("unoptimised_file")  # what is measured here is not read
 needs_compiler = pytest.mark.skipif(shutil.which("g++") is None, reason="the C++ peer is compiled by g++")
 STUDIES = ROOT / "studies"
 
