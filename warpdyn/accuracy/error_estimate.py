@@ -166,7 +166,7 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
         Schedule.joined([part.schedule for part in parts]),
         np.concatenate([part.sample for part in parts]),
         parts[-1].queue,
-        first.before and joined([part.before for part in parts]),
+        joined([part.before for part in parts if part.before is not None]) if first.before is not None else None,
     )
     whole.state = {name: np.concatenate([part.state[name] for part in parts]) for name in first.state}
     return whole

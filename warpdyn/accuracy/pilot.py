@@ -155,7 +155,7 @@ class _Pilot:
         only = (scene.structure.demand,)
         self.scene, self.target_error = replace(scene, recorders=only, collapse_drift_ratio=None), target_error
         self.known: dict[str, Drawn] = {}
-        self.settings = {"seed": seed, "device": device, "threads": threads}
+        self.seed, self.device, self.threads = seed, device, threads
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
         self.structures = _fixed_structures(scene)
         if self.structures == 0:
@@ -184,7 +184,9 @@ class _Pilot:
             dtype=dtype,
             longest_step=longest_step,
             known=self.known,
-            **self.settings,
+            seed=self.seed,
+            device=self.device,
+            threads=self.threads,
         )
 
     def _run(self, method: str, dtype: str, longest_step: float) -> tuple[Ensemble, float]:

@@ -25,7 +25,7 @@ def plain(value: Any) -> Any:
         if value.size > LONGEST_ARRAY:
             return f"array of shape {value.shape}"
         # JSON has no NaN, which stands where a storey's law does not take a parameter.
-        return np.where(np.isnan(value), None, value).tolist() if value.dtype.kind == "f" else value.tolist()
+        return np.where(np.isnan(value), np.array(None), value).tolist() if value.dtype.kind == "f" else value.tolist()
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, Mapping):

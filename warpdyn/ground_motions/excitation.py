@@ -21,7 +21,9 @@ MOST_STEPS = 2**30  # steps are counted in 32 bits, with room for a look at the 
 class Sampled(Protocol):
     """A history that is linear between its samples and zero after the last."""
 
-    step: float
+    @property
+    def step(self) -> float:
+        """Time between samples [s]."""
 
     @property
     def label(self) -> str:
@@ -108,24 +110,40 @@ class Excitation:
     """What shakes a structure: a base acceleration or nodal forces, sampled, random or a formula, or nothing at all.
 
     Attributes:
-        kernel_load: Row of the kernels' LOADS.
-        motions: Sampled histories; empty where the load is a formula or noise.
-        samples_per_structure: Samples that each structure has in all, of the last event.
-        event_names: Names of the events that follow one another; one without a name where there is but one.
-        forcing_frequency: Circular frequency of a load that is a sine [rad/s]; None for any other.
         is_force: Whether it acts as forces on the degrees of freedom.
         has_tail: Whether free vibration follows it.
         is_design: Whether it says which motions each structure runs under: Stripes, Cloud or such.
     """
 
-    kernel_load = "base_acceleration"
-    motions: tuple[Sampled, ...]
-    samples_per_structure: int
-    event_names: tuple[str, ...] = ("",)
-    forcing_frequency: float | None = None
     is_force = False
     has_tail = True
     is_design = False
+
+    if TYPE_CHECKING:  # a property of the base would be taken for the default of the fields of this name
+
+        @property
+        def motions(self) -> Sequence[Sampled]:
+            """Sampled histories; empty where the load is a formula or noise."""
+
+    @property
+    def samples_per_structure(self) -> int:
+        """Samples that each structure has in all, of the last event."""
+        raise NotImplementedError
+
+    @property
+    def kernel_load(self) -> str:
+        """Row of the kernels' LOADS."""
+        return "base_acceleration"
+
+    @property
+    def event_names(self) -> tuple[str, ...]:
+        """Names of the events that follow one another; one without a name where there is but one."""
+        return ("",)
+
+    @property
+    def forcing_frequency(self) -> float | None:
+        """Circular frequency of a load that is a sine [rad/s]; None for any other."""
+        return None
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
@@ -168,7 +186,7 @@ class Excitation:
         Raises:
             ValueError: If the step does not divide a motion's step.
         """
-        motions = self.motions
+        motions = tuple(self.motions)
         if resample and step is not None:
             motions = tuple(motion if divides(step, motion.step) else motion.resampled(step) for motion in motions)
         substeps = [
@@ -221,7 +239,11 @@ class Excitation:
 class SingleLoad(Excitation):
     """A load that every structure runs under once, as it is."""
 
-    motions: tuple[Sampled, ...] = ()
+    @property
+    def motions(self) -> Sequence[Sampled]:
+        """None."""
+        return ()
+
     samples_per_structure = 1
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:

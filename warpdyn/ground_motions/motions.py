@@ -169,14 +169,14 @@ class HarmonicForce(FormulaLoad):
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
         """Return amplitude, circular frequency and phase."""
         return {
-            "amplitude": self.amplitude,
+            "amplitude": np.asarray(self.amplitude),
             "circular_frequency": np.array([self.circular_frequency]),
             "phase": np.array([self.phase]),
         }
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
         """Return the modes' share of the sine."""
-        return self.amplitude @ shape
+        return np.asarray(self.amplitude) @ shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +218,7 @@ class ForceHistory(SingleLoad):
 
     def check_fits(self, structure: Structure) -> None:
         """Raise a ValueError unless there is a column for each degree of freedom."""
-        columns = self.force.shape[1]
+        columns = self.values.shape[1]
         if columns != structure.dofs:
             raise ValueError(f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom")
 
@@ -271,7 +271,8 @@ class FreeVibration(FormulaLoad):
         return np.array([part @ momentum for part in self.initial_state(momentum.shape[1])])
 
 
-def _check_width(name: str, values: np.ndarray, structure: Structure, *, serves_all: bool) -> None:
+def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_all: bool) -> None:
     """Raise a ValueError unless there is one value a degree of freedom, or one that serves all."""
-    if values.size != structure.dofs and (values.size != 1 or not serves_all):
-        raise ValueError(f"{name} has {values.size} values for {structure.dofs} degrees of freedom")
+    size = np.size(values)
+    if size != structure.dofs and (size != 1 or not serves_all):
+        raise ValueError(f"{name} has {size} values for {structure.dofs} degrees of freedom")

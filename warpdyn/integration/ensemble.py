@@ -122,7 +122,7 @@ class Ensemble:
             )
         return self.schedule.with_substeps(samples, substeps)
 
-    def common_step(self, samples: Sequence[int]) -> float:
+    def common_step(self, samples: Sequence[int] | np.ndarray) -> float:
         """Return the longest step [s] of some samples; raise unless the others' steps divide it."""
         steps = self.schedule.step[list(samples)]
         longest = int(steps.argmax())
@@ -146,9 +146,9 @@ class Ensemble:
         rows = {name: rows[name] for name in self.model.shapes}
         output = self.queue.blank(rows, self.plan.dtype)
         history = self.queue.upload("History", {}, self.plan.dtype)
-        if self._packed is None:
-            self.pack()
         packed, self._packed = self._packed, None
+        if packed is None:
+            packed = self._pack(np.arange(self.sample.size, dtype=np.int32))
         self._launch(self.plan, packed, output, history, advance=advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()})
 
@@ -164,7 +164,9 @@ class Ensemble:
         part.finish(rows)
         return {name: values.T for name, values in rows.items()}
 
-    def integrate_histories(self, kept: Sequence[int], every: int, common_step: float) -> tuple[np.ndarray, Arrays]:
+    def integrate_histories(
+        self, kept: Sequence[int] | np.ndarray, every: int, common_step: float
+    ) -> tuple[np.ndarray, Arrays]:
         """Return the time grid [s] and each variable's histories, shape [history, time, dof], NaN after a run's end.
 
         Args:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warpdyn.core.thread_pool import in_parts
+from warpdyn.core.thread_pool import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.propagators import pack_linear
@@ -42,6 +42,8 @@ def pack_structures(
         return dynamics.pack(values, plan, rayleigh[structures])
 
     count = len(rayleigh)
+    if count <= STRUCTURES_AT_A_TIME:
+        return {name: np.ascontiguousarray(values, plan.dtype) for name, values in part(slice(None)).items()}
     whole = {name: np.empty((*of_one.shape[:-1], count), plan.dtype) for name, of_one in part(slice(1)).items()}
 
     def fill(structures: slice) -> None:

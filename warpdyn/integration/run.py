@@ -31,12 +31,14 @@ class Run:
         model: How all samples are integrated.
         sampler: Sampler of the structures.
         structures: Number of structures.
+        first: Scattered parameters of the first of them.
         execution: Devices, threads and memory.
     """
 
     model: Model
     sampler: Sampler
     structures: int
+    first: Arrays
     execution: Execution
 
     @property
@@ -116,13 +118,14 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
             "another method for an EventSequence, or run its events by themselves"
         )
     excitation.check_structures(structures)
-    sampler.draw(np.arange(1))  # so that a scatter out of bounds is reported for a drawn value, not for its median
+    # A scatter out of bounds is reported for a drawn value, not for its median.
+    first = sampler.draw(np.arange(1))
     central = central_vibration(scene, dynamics, row)
     timeline = build_timeline(scene, central, integration.step, integration.longest_step, integration.resample)
     plan = plan_of(scene, dynamics, method, integration.dtype, is_gpu=execution.is_gpu)
     tolerance = DEFAULT_TOLERANCE if integration.tolerance is None else integration.tolerance
     model = Model(scene, dynamics, row, plan, timeline, tolerance, seed, execution.cores)
-    return Run(model, sampler, structures, execution)
+    return Run(model, sampler, structures, first, execution)
 
 
 def prepare(

@@ -110,8 +110,8 @@ class Sampler:
                 raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
         if not is_all:
             return
-        values = {**self.structure.parameters, **drawn}
-        problem = self.structure.storey_law.problem(values) or buckling_problem(values)
+        everything = {**self.structure.parameters, **drawn}
+        problem = self.structure.storey_law.problem(everything) or buckling_problem(everything)
         if problem:
             counted = f", counted from structure {structures[0]}" if structures[0] else ""
             raise ValueError(f"drawn{counted}: {problem}")
@@ -139,6 +139,7 @@ class Sampler:
 
     def _sobol_rows(self, structures: np.ndarray) -> np.ndarray:
         """Return Sobol points of consecutive indices; those before them are skipped, which takes 5 ns each."""
+        assert self._sobol is not None
         first, count = int(structures[0]), structures.size
         if first < self._sobol.num_generated:
             self._sobol.reset()

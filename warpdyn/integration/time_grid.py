@@ -49,12 +49,14 @@ class Schedule:
 
     def select(self, samples: np.ndarray) -> Schedule:
         """Return the schedule of some of the samples."""
-        return Schedule(*(column[samples] for column in self.columns))
+        run_intervals, substeps, step, residual_steps = (column[samples] for column in self.columns)
+        return Schedule(run_intervals, substeps, step, residual_steps)
 
     @staticmethod
     def joined(parts: Sequence[Schedule]) -> Schedule:
         """Return the schedules of several blocks of samples as one."""
-        return Schedule(*(np.concatenate(columns) for columns in zip(*(part.columns for part in parts), strict=True)))
+        columns = [np.concatenate(column) for column in zip(*(part.columns for part in parts), strict=True)]
+        return Schedule(columns[0], columns[1], columns[2], columns[3])
 
     def with_substeps(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
         """Return the schedule with another number of substeps for some samples, which run for the same time."""
@@ -176,4 +178,5 @@ def build_schedule(
     step = interval / substeps
     residual_steps = np.clip(np.round(window / step), 1, run * substeps)
     values = run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32)
-    return Schedule(*(np.repeat(column, assignment.repeats) for column in values), assignment.repeats)
+    columns = [np.repeat(column, assignment.repeats) for column in values]
+    return Schedule(columns[0], columns[1], columns[2], columns[3], assignment.repeats)

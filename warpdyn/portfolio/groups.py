@@ -71,9 +71,10 @@ def scenes_of(scene: Scene) -> dict[str, Scene]:
     """
     scenes = {}
     for name, archetype in portfolio_of(scene).archetypes.items():
-        own = {"structure": archetype.building, "scatter": archetype.scatter, "correlation": archetype.correlation}
         with named(name):
-            scenes[name] = replace(scene, **own)
+            scenes[name] = replace(
+                scene, structure=archetype.building, scatter=archetype.scatter, correlation=archetype.correlation
+            )
     return scenes
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -35,7 +36,9 @@ class Joined:
         seconds: float,
     ) -> None:
         self.portfolio, self.samples_per_building = portfolio, samples_per_building
-        self.parts = [(of_run, dict(run.variables)) for of_run, run in zip(buildings, runs, strict=True)]
+        self.parts = [
+            (of_run, {str(k): v for k, v in run.variables.items()}) for of_run, run in zip(buildings, runs, strict=True)
+        ]
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
         self.attributes = attributes | _common_attributes(runs, seconds)
         self.estimate = _largest_estimate(runs)
@@ -81,7 +84,8 @@ class Joined:
                 continue
             values = variables[name][begin * self.samples_per_building : end * self.samples_per_building].values
             values = values.reshape(end - begin, self.samples_per_building, *values.shape[1:])
-            rows[(buildings[begin:end] - first, slice(None), *(slice(width) for width in values.shape[2:]))] = values
+            place: tuple[Any, ...] = (slice(None), *(slice(width) for width in values.shape[2:]))
+            rows[(buildings[begin:end] - first, *place)] = values
         return rows.reshape(-1, *widths)
 
     def _named(self, rows: dict[str, np.ndarray], first: int) -> dict[str, np.ndarray]:
@@ -98,13 +102,13 @@ class Joined:
 
     def _labelled(self, rows: dict[str, np.ndarray]) -> xr.Dataset:
         """Return the dataset of some samples."""
-        own = {
+        own: dict[str, tuple] = {
             "building": (("sample",), {"long_name": "number of the building in the portfolio", "units": "1"}),
             "archetype_index": (("sample",), {"long_name": "index along the dimension archetype", "units": "1"}),
         }
         own |= {name: (variable.dims, variable.attrs) for name, variable in self.columns.items()}
         variables = {name: xr.Variable(own[name][0], values, own[name][1]) for name, values in rows.items()}
-        coordinates = {
+        coordinates: dict[str, Any] = {
             name: variables.pop(name)
             for name in list(variables)
             if name in self.coordinates | {"building", "archetype_index"}

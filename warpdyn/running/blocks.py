@@ -66,7 +66,7 @@ def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, flo
     width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
     row = sum(column.dtype.itemsize * int(np.prod(lengths(model, column))) for column in columns.values())
     outputs = sum(real * width ** len(shape) for shape in model.shapes.values())
-    drawn = run.sampler.draw(np.arange(1))
+    drawn = run.first
     parameters = model.dynamics.parameters_of(drawn)
     steps = model.timeline.steps
     packed = packing.pack_structures(model, parameters, steps[:1], np.zeros((1, 2)))

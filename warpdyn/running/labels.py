@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import collections.abc
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -36,7 +37,7 @@ class Column:
 
     dims: tuple[str, ...]
     dtype: np.dtype
-    attributes: dict[str, object]
+    attributes: Mapping[str, object]
     is_coordinate: bool = False
 
 
@@ -67,7 +68,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
         dims = ("storey",) if structure.is_by_storey(name) else ()
         columns[structure.input_name(name)] = Column(dims, real, attributes)
     sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
-    coordinates = {
+    coordinates: dict[str, tuple[np.dtype, Mapping[str, object]]] = {
         "sample": (integer, sample),
         "structure": (integer, {"long_name": "index of the drawn structure", "units": "1"}),
     }
@@ -86,8 +87,8 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
         coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
     elif levels[0].im_level is not None:
         coordinates["im_level"] = (double, _level_attributes(levels[0]))
-    for name, (dtype, attributes) in coordinates.items():
-        columns[name] = Column((), dtype, attributes, is_coordinate=True)
+    for name, (dtype, said) in coordinates.items():
+        columns[name] = Column((), dtype, said, is_coordinate=True)
     return _by_event(scene, columns) if len(levels) > 1 else columns
 
 
@@ -127,7 +128,7 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
         rows: The rows.
         map_function: A map over the variables, which may be parallel.
     """
-    of_sample = {
+    of_sample: dict[str, Any] = {
         "sample": run.sample,
         "structure": run.assignment.structure,
         "motion_index": run.assignment.motion,
@@ -217,9 +218,7 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
     }
 
 
-def history_variables(
-    samples: collections.abc.Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]
-) -> xr.Dataset:
+def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:
     """Return whole histories along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
@@ -216,7 +216,7 @@ class Pipeline:
         self.table.add(block.rows)
 
 
-def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Iterator:
+def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Generator:
     """Yield the results of work on items in order, while another thread works on up to `depth` items ahead."""
     if depth == 0:
         yield from map(work, items)

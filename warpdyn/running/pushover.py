@@ -55,7 +55,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     if path.ndim != 2 or path.shape[1] != building.storeys or not path.size:
         raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
     spring, coefficients = _spring_and_coefficients(building)
-    arrays = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
+    arrays: list[wp.array] = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
     results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
     kernel = storey_path_kernel(spring, "float64")
     wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
@@ -135,25 +135,27 @@ class _PushedChain:
         self.trial_force, self.tangent, self.trial_recoverable = (np.full(storeys, np.nan) for _ in range(3))
         given = (coefficients, self.drift, self.memory, self.trial)
         found = (self.trial_memory, self.trial_force, self.tangent, self.trial_recoverable)
-        self.kept = [wp.array(values, dtype=wp.float64, device="cpu", copy=False) for values in (*given, *found)]
+        self.kept: list[wp.array] = [
+            wp.array(values, dtype=wp.float64, device="cpu", copy=False) for values in (*given, *found)
+        ]
         self.launch = wp.launch(storey_step_kernel(row), dim=storeys, inputs=self.kept, device="cpu", record_cmd=True)
         self.force, self.work, self.recoverable = np.zeros(storeys), np.zeros(storeys), np.zeros(storeys)
         self.largest_shear = 0.0
 
     def push(self, displacement: float) -> float:
         """Move the roof to a displacement, in shorter steps if one is too long; return the base shear."""
-        begin, done, share = float(self.drift.sum()), 0.0, 1.0
+        begin, done, share, reached = float(self.drift.sum()), 0.0, 1.0, 0.0
         while done < 1:
             base_shear = self._step(begin + (done + share) * (displacement - begin))
             if base_shear is not None:
-                done += share
+                done, reached = done + share, base_shear
             elif share > SHORTEST_STEP:
                 share *= 0.5
             else:
                 raise RuntimeError(
                     "the storeys find no balance, in however short steps; one may soften faster than the others unload"
                 )
-        return base_shear
+        return reached
 
     def _step(self, displacement: float) -> float | None:
         """Move the roof to a displacement in one step; return the base shear, or None without equilibrium."""

@@ -76,8 +76,7 @@ def run_scene(
             device=execution.device,
             threads=execution.threads,
         )
-        chosen = {"method": choice.method, "dtype": choice.dtype, "longest_step": choice.longest_step}
-        integration = replace(integration, **chosen)
+        integration = replace(integration, method=choice.method, dtype=choice.dtype, longest_step=choice.longest_step)
     run = build_run(scene, structures, integration, execution, seed)
     columns = columns_of(run.model, kept.keep_inputs)
     blocks = divide(run, columns, execution.memory)

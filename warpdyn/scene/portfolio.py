@@ -6,12 +6,11 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from warpdyn.core.checks import whole_number
-from warpdyn.laws import Parameter
 from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.structures.shear_building import ShearBuilding, numbered_storeys
 from warpdyn.structures.structure import Structure
@@ -55,8 +54,8 @@ class Portfolio(Structure):
     family = "chain"
     demand = "drift"
     is_many = True
-    parameters: ClassVar[Mapping[str, np.ndarray]] = MappingProxyType({})
-    parameter_table: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
+    parameters = MappingProxyType({})
+    parameter_table = MappingProxyType({})
 
     archetypes: Mapping[str, Archetype]
     counts: np.ndarray = field(init=False, repr=False)

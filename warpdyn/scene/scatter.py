@@ -6,9 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Real
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number, real_numbers
 from warpdyn.scene.distributions import Distribution
@@ -145,7 +145,7 @@ class GivenValues(ParameterScatter):
         ValueError: If a value is not finite or the shape is another.
     """
 
-    values: ArrayLike
+    values: Any  # like an array when given, an array once it is checked
 
     def __post_init__(self) -> None:
         values = real_numbers("GivenValues.values", self.values)
@@ -235,8 +235,11 @@ def correlation_factor(
     for row, (p, i) in enumerate(variables):
         for column, (q, j) in enumerate(variables[:row]):
             value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))
-            if i != j and scatter[p].per == scatter[q].per == "storey":
-                value *= np.sqrt(scatter[p].storey_correlation * scatter[q].storey_correlation)
+            of_p, of_q = scatter[p], scatter[q]
+            assert isinstance(of_p, RandomScatter)
+            assert isinstance(of_q, RandomScatter)
+            if i != j and of_p.per == of_q.per == "storey":
+                value *= np.sqrt(of_p.storey_correlation * of_q.storey_correlation)
             matrix[row, column] = matrix[column, row] = value
     if not variables:
         return variables, matrix
@@ -247,7 +250,7 @@ def correlation_factor(
             "lower a correlation between parameters, or raise a storey_correlation"
         )
     # QR of the symmetric root gives a triangular factor also for correlations of exactly 1, where Cholesky fails.
-    factor = np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r").T
+    factor = np.asarray(np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r")).T
     factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
     factor[np.abs(factor) < 1e-14] = 0.0
     return variables, factor

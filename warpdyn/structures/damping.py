@@ -92,9 +92,9 @@ class Damping:
             dampers: Slopes of viscous dampers' forces [N s/m], shape [structure, storey], or 0.
         """
         mass = parameters["mass"]
-        dashpots = self.dashpots(parameters, rayleigh[1])
-        dashpots = (0.0 if dashpots is None else dashpots) + dampers
-        matrix = chain_stiffness_matrix(np.broadcast_to(dashpots, mass.shape))
+        inherent = self.dashpots(parameters, rayleigh[1])
+        dashpots = np.broadcast_to((0.0 if inherent is None else inherent) + dampers, mass.shape)
+        matrix = chain_stiffness_matrix(dashpots)
         matrix += rayleigh[0][:, None, None] * mass[:, :, None] * np.eye(mass.shape[1])
         own = self.own_matrix(parameters)
         if own is not None:

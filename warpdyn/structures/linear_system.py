@@ -61,9 +61,9 @@ class LinearSystem(Structure):
                 )
             matrix.flags.writeable = False
             matrices[name] = matrix
-        self.dofs = matrices["mass"].shape[0]
-        if not 1 <= self.dofs <= MAXIMUM_DOFS:
-            raise ValueError(f"a linear system has 1 to {MAXIMUM_DOFS} degrees of freedom, got {self.dofs}")
+        dofs = matrices["mass"].shape[0]
+        if not 1 <= dofs <= MAXIMUM_DOFS:
+            raise ValueError(f"a linear system has 1 to {MAXIMUM_DOFS} degrees of freedom, got {dofs}")
         smallest, largest = np.linalg.eigvalsh(matrices["mass"])[[0, -1]]
         if smallest <= 1e-13 * abs(largest):
             raise ValueError(
@@ -84,14 +84,19 @@ class LinearSystem(Structure):
                 "stiffness": Parameter("1", "factor on the stiffness matrix", low=0.0, low_open=True),
             }
         )
-        self.influence = np.ones(self.dofs) if influence is None else finite_numbers("influence", influence)
-        if self.influence.shape != (self.dofs,):
-            raise ValueError(f"influence must be {self.dofs} finite values, one a degree of freedom")
+        self.influence = np.ones(dofs) if influence is None else finite_numbers("influence", influence)
+        if self.influence.shape != (dofs,):
+            raise ValueError(f"influence must be {dofs} finite values, one a degree of freedom")
         self.modal()  # says what is wrong with a stiffness that is not positive definite
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped system."""
         return modal_properties(self.parameters["mass"], self.parameters["stiffness"], self.influence)
+
+    @property
+    def dofs(self) -> int:
+        """Degrees of freedom."""
+        return len(self.parameters["mass"])
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:

@@ -70,22 +70,23 @@ class ProtectedChain:
             ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
                 or there is P-Delta.
         """
+        values: dict[str, Any] = dict(parameters)
         if not isinstance(law, str):
             (law,), own = laws_and_values(law, parameters)
-            parameters = own | parameters
+            values = own | parameters
         one_of("law of isolators", law, ISOLATORS)
         mass = real_number("base_mass [kg]", base_mass, above=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
         if law == "friction_pendulum":
             weight = STANDARD_GRAVITY * (mass + self.parameters["mass"].sum())
-            parameters = {"weight": weight} | parameters
+            values = {"weight": weight} | values
         if "gravity_load" in self.parameters:
             raise ValueError(
                 "a building with a gravity_load takes no isolators: P-Delta across them is in their tested stiffness, "
                 "and their storey has no height for it"
             )
-        own = {"mass": mass, "height": capacity / CAPACITY_RATIO, **parameters}
-        return self._with_storey(0, law, own, damper_coefficient)
+        values = {"mass": mass, "height": capacity / CAPACITY_RATIO, **values}
+        return self._with_storey(0, law, values, damper_coefficient)
 
     def with_tuned_mass_damper(
         self,

@@ -135,7 +135,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
         lengths = {"law": several} | {n: array.size for n, array in arrays.items() if n not in BUILDING_PARAMETERS}
         longest = max(lengths, key=lambda name: lengths[name])
-        self.storeys = self.dofs = lengths[longest]
+        self.storeys = lengths[longest]
         if several not in (1, self.storeys):
             raise ValueError(_unequal("law", several, longest, self.storeys))
         if not 1 <= self.storeys <= MAXIMUM_STOREYS:
@@ -177,6 +177,11 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         takes = np.isin(self.storey_laws, laws)
         values[~takes] = np.nan
         return values, takes
+
+    @property
+    def dofs(self) -> int:
+        """Degrees of freedom: one for each storey."""
+        return self.storeys
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:

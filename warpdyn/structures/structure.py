@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from warpdyn.laws import Law, Parameter
+from warpdyn.laws.building_law import BuildingLaw
 
 
 class Structure(ABC):
@@ -20,7 +21,6 @@ class Structure(ABC):
         can_yield: Whether it may come out of an earthquake in another state than it went into it.
         is_many: Whether it stands for many structures of several kinds, each of which is one.
         is_scaled: Whether scatter can only multiply its parameters, being matrices.
-        dofs: Degrees of freedom.
         law: Name of the storey laws and devices; "elastic" of a linear structure.
         storey_laws: The law of each storey, or the one of all.
         storey_law: The law of all storeys as one.
@@ -35,14 +35,18 @@ class Structure(ABC):
     can_yield: ClassVar[bool] = True
     is_many: ClassVar[bool] = False
     is_scaled: ClassVar[bool] = False
-    dofs: int
     law: str
     storey_laws: tuple[str, ...]
-    storey_law: Law
+    storey_law: type[Law] | BuildingLaw
     devices: tuple[str, ...]
     damping: str
     parameters: Mapping[str, np.ndarray]
     parameter_table: Mapping[str, Parameter]
+
+    @property
+    @abstractmethod
+    def dofs(self) -> int:
+        """Degrees of freedom."""
 
     @property
     @abstractmethod
