@@ -29,6 +29,7 @@ class ChainDynamics(Dynamics):
     """The equation of motion of shear buildings; arguments and attributes as of Dynamics."""
 
     structure: ShearBuilding
+    steps_modes = False
     histories = tuple(HISTORY)
 
     def __init__(self, structure: ShearBuilding, representative: Mapping[str, np.ndarray]) -> None:

@@ -77,6 +77,7 @@ class Dynamics(ABC):
         has_gravity: Whether there is P-Delta.
         couples_modes: Whether damping couples the undamped modes.
         needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
+        steps_modes: Whether implicit methods advance its modes, and not its degrees of freedom.
         histories: Variables of whole histories.
     """
 
@@ -87,6 +88,7 @@ class Dynamics(ABC):
     has_gravity: bool
     couples_modes: bool
     needs_eigenvalues: bool
+    steps_modes: bool
     histories: tuple[str, ...]
 
     @abstractmethod

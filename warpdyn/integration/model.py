@@ -113,7 +113,7 @@ class Model:
     @property
     def needs_step(self) -> bool:
         """Whether the kernel's arrays of a structure depend on the integration step."""
-        return self.method.kind == "exact" or (self.method.kind == "implicit" and self.plan.family == "dense")
+        return self.method.kind == "exact" or (self.method.kind == "implicit" and self.dynamics.steps_modes)
 
     @cached_property
     def by_event(self) -> tuple[Model, ...]:

@@ -228,18 +228,14 @@ def correlation_factor(
     Two parameters have their correlation at the same storey; at different storeys it is multiplied by the geometric
     mean of their storey correlations. A parameter drawn once for the building has its correlation with every storey.
     """
-    variables: list[tuple[str, int]] = []
-    for name, spread in scatter.items():
-        variables += [(name, i) for i in range(variables_of(structure, spread))]
+    random = {name: spread for name, spread in scatter.items() if isinstance(spread, RandomScatter)}
+    variables = [(name, i) for name, spread in random.items() for i in range(spread.variables(structure.dofs))]
     matrix = np.eye(len(variables))
     for row, (p, i) in enumerate(variables):
         for column, (q, j) in enumerate(variables[:row]):
             value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))
-            of_p, of_q = scatter[p], scatter[q]
-            assert isinstance(of_p, RandomScatter)
-            assert isinstance(of_q, RandomScatter)
-            if i != j and of_p.per == of_q.per == "storey":
-                value *= np.sqrt(of_p.storey_correlation * of_q.storey_correlation)
+            if i != j and random[p].per == random[q].per == "storey":
+                value *= np.sqrt(random[p].storey_correlation * random[q].storey_correlation)
             matrix[row, column] = matrix[column, row] = value
     if not variables:
         return variables, matrix
