@@ -5,6 +5,7 @@ compared with it.
 """
 
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache, partial
 from itertools import pairwise
 
@@ -136,6 +137,16 @@ def test_error_weights_of_dormand_and_prince():
     fourth = [5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40]
     np.testing.assert_allclose(np.array(method.b) - np.array(method.error), fourth, atol=1e-15)
     np.testing.assert_array_equal(method.a[-1], method.b)  # the last stage is the next step's first
+
+
+def test_no_last_digit_of_a_kernels_constants_is_the_processors():
+    # A tableau's products are sums in full, rounded once; a matrix product adds in an order of each processor's own.
+    method = METHODS["dormand_prince54"]
+    for weights, products in ((method.b, method.displacement_b), (method.a[4], method.displacement_a[4])):
+        columns = zip(*method.a, strict=True)
+        terms = [[Fraction(weight * a) for weight, a in zip(weights, each, strict=True)] for each in columns]
+        assert products.tolist() == [float(sum(column)) for column in terms]
+    np.testing.assert_array_equal(method.displacement_a[-1], method.displacement_b)
 
 
 def test_stability_polynomials_in_closed_form():

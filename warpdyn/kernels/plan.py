@@ -12,7 +12,7 @@ import warp as wp
 from warpdyn.kernels.registry import fields, parts_in
 from warpdyn.laws.rate_law import POWERS
 from warpdyn.laws.springs import spring_row
-from warpdyn.methods.kinds import ExplicitMethod
+from warpdyn.methods.kinds import ExplicitMethod, product
 from warpdyn.methods.stability_limits import relaxation_limit
 from warpdyn.methods.table import METHODS
 
@@ -106,7 +106,7 @@ def tableau(plan: Plan) -> SimpleNamespace:
         a_displacement=constants(plan, np.vstack([method.displacement_a, method.displacement_b])),
         ends=constants(plan, [*method.c, 1.0]),
         error=constants(plan, error),
-        error_displacement=constants(plan, error @ a),
+        error_displacement=constants(plan, product(error, a)),
     )
 
 

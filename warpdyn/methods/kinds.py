@@ -7,6 +7,7 @@ Hughes and Taylor (1977), Chung and Hulbert (1993) and Wilson (1973). The exact 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -15,6 +16,11 @@ import numpy as np
 Matrix = tuple[tuple[float, ...], ...]
 # Steps (w h) at which a method's order is checked, and the part of an order that the next error term may hide there.
 CHECKED_STEPS, ORDER_HIDDEN = (0.2, 0.1), 0.3
+
+
+def product(weights: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """Return weights @ table, with the same last digits on every processor: `@` adds in an order of each one's own."""
+    return np.apply_along_axis(math.fsum, -2, weights[..., None] * table)
 
 
 def _check_order(method: ExplicitMethod | ImplicitMethod) -> None:
@@ -119,12 +125,12 @@ class ExplicitMethod:
     @property
     def displacement_a(self) -> np.ndarray:
         """Coefficients of earlier accelerations in a stage's displacement, over h^2, shape [stage, stage]."""
-        return np.array(self.a_displacement) if self.is_nystroem else np.array(self.a) @ np.array(self.a)
+        return np.array(self.a_displacement) if self.is_nystroem else product(np.array(self.a), np.array(self.a))
 
     @property
     def displacement_b(self) -> np.ndarray:
         """Weights of the accelerations in the displacement at the step's end, over h^2, shape [stage]."""
-        return np.array(self.b_displacement) if self.is_nystroem else np.array(self.b) @ np.array(self.a)
+        return np.array(self.b_displacement) if self.is_nystroem else product(np.array(self.b), np.array(self.a))
 
     @property
     def stability_polynomial(self) -> tuple[float, ...]:
@@ -135,8 +141,8 @@ class ExplicitMethod:
         """
         a, slope, coefficients = np.array(self.a), np.ones(self.stages), [1.0]
         for _ in range(self.stages):
-            coefficients.append(float(np.dot(self.b, slope)))
-            slope = a @ slope
+            coefficients.append(math.fsum(self.b * slope))
+            slope = product(slope, a.T)
         return tuple(coefficients)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
