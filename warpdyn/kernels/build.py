@@ -7,16 +7,23 @@ from dataclasses import replace
 import warp as wp
 
 from warpdyn.kernels.composition import Composed, compose, kernel_of
-from warpdyn.kernels.dense import dense_kernel
-from warpdyn.kernels.implicit_chain import implicit_chain_kernel
-from warpdyn.kernels.linear import linear_kernel
 from warpdyn.kernels.plan import Plan, keeps_slopes, options, values_held
+from warpdyn.kernels.skeletons.dense import integrate_dense
 from warpdyn.kernels.skeletons.explicit_chain import integrate_chain
+from warpdyn.kernels.skeletons.implicit_chain import integrate_implicit_chain
+from warpdyn.kernels.skeletons.propagated import advance_linear
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
 # (structure's family, method's kind) -> the course that is composed to a kernel.
-SKELETONS = {("chain", "explicit"): integrate_chain}
+SKELETONS = {
+    ("chain", "explicit"): integrate_chain,
+    ("chain", "implicit"): integrate_implicit_chain,
+    ("chain", "exact"): advance_linear,
+    ("dense", "explicit"): integrate_dense,
+    ("dense", "implicit"): advance_linear,
+    ("dense", "exact"): advance_linear,
+}
 
 
 def composed(plan: Plan) -> Composed:
@@ -27,18 +34,10 @@ def composed(plan: Plan) -> Composed:
 @functools.cache
 def composed_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel that a plan's text describes."""
-    return kernel_of(composed(plan), options(plan))
+    is_explicit_chain = plan.family == "chain" and METHODS[plan.method].kind == "explicit"
+    chosen = options(plan) if is_explicit_chain else {"max_unroll": plan.max_unroll}
+    return kernel_of(composed(plan), chosen)
 
-
-# (structure's family, method's kind) -> kernel factory.
-FAMILIES = {
-    ("chain", "explicit"): composed_kernel,
-    ("chain", "implicit"): implicit_chain_kernel,
-    ("chain", "exact"): linear_kernel,
-    ("dense", "explicit"): dense_kernel,
-    ("dense", "implicit"): linear_kernel,
-    ("dense", "exact"): linear_kernel,
-}
 
 # Measured on AVX-512 and AVX2: rows of 16 samples fill the vector registers (32 where a single storey leaves them
 # waiting for each other), and storey loops unroll well as long as those over lanes stay rolled.
@@ -63,7 +62,7 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
     """Return a plan with the lanes of a thread, the unrolling and the threads of a sample that suit a device."""
     row = METHODS[plan.method]
     lanes, unroll, sections = (GPU_LANES, GPU_UNROLL, 1) if is_gpu else (CPU_LANES, CPU_UNROLL, 1)
-    if plan.family == "dense" or FAMILIES[plan.family, row.kind] is linear_kernel:
+    if plan.family == "dense" or SKELETONS[plan.family, row.kind] is advance_linear:
         unrolls = is_gpu and plan.dofs <= GPU_UNROLLED_MATRIX  # a processor gains little by it
     else:
         unrolls = row.kind != "explicit" or not keeps_slopes(row) or plan.dofs * row.stages <= UNROLLED_SLOPES
@@ -98,7 +97,7 @@ def _sections(plan: Plan) -> int:
 
 def build_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel of a plan; the same plan gives the same kernel."""
-    return FAMILIES[plan.family, METHODS[plan.method].kind](plan)
+    return composed_kernel(plan)
 
 
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:

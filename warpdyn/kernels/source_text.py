@@ -248,6 +248,8 @@ class _Rewriter:
         if decides in [each for each in found if isinstance(each, bool)]:
             return decides
         left = [each for each in found if isinstance(each, str)]
+        if not left:
+            return not decides
         if len(left) == 1:
             return left[0]
         word = " or " if decides else " and "

@@ -21,6 +21,16 @@ def read_sample():
     mass_damping[j] = structures.mass_damping[s]
 
 
+def read_storey():
+    if IMPLICIT_CHAIN:
+        solved_mass[i, j] += of_damping * mass_damping[j] * mass[i, j]
+
+
+def add_to_net():
+    if IMPLICIT_CHAIN:
+        net -= mass_damping[j] * mass[i, j] * vs[i, j]
+
+
 def add_to_acceleration():
     ai -= mass_damping[j] * vi
 

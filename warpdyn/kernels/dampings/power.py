@@ -1,6 +1,6 @@
 """Viscous dampers in the storeys, whose force is a power of the velocity."""
 
-from warpdyn.laws.devices.viscous_damper import VALUES, damper_force
+from warpdyn.laws.devices.viscous_damper import VALUES, damper_force, damper_tangent
 
 order = 10
 
@@ -41,6 +41,16 @@ def add_to_dashpot():
         power_damper[i * VALUES + 2, j],
     )
     dashpot += of_velocity_power
+
+
+def add_to_storey():
+    of_velocity_power = damper_tangent(
+        rate,
+        power_damper[i * VALUES, j],
+        power_damper[i * VALUES + 1, j],
+        power_damper[i * VALUES + 2, j],
+    )
+    storey += force_share * gamma * theta * h[j] * of_velocity_power
 
 
 def add_to_foot():

@@ -22,6 +22,8 @@ def declare():
 
 def read_storey():
     damping[i, j] = structures.storey_damping[g, s]
+    if IMPLICIT_CHAIN:
+        solved_damping[i, j] = of_damping * damping[i, j]
 
 
 def add_to_dashpot():

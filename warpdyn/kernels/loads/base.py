@@ -2,7 +2,10 @@
 
 from warpdyn.kernels.loads import LOADS
 
-FIELDS = {"Load": {"intervals": "int32[]"}}  # of each motion, between its samples
+FIELDS = {
+    "Load": {"intervals": "int32[]"},  # of each motion, between its samples
+    "Structure": {"influence": "float[]"},  # of full matrices, [dof]
+}
 
 
 def wanted(plan):
@@ -14,16 +17,62 @@ def declare():
     base = row()
     da = row()
     base_last = row()  # at the end of the step before
+    base_end = row()  # at the end of this step, once the state there is looked for
+    influence = matrix()  # of full matrices: what of it each degree of freedom feels
+
+
+def start_row():
+    influence[i, j] = structures.influence[i]
+
+
+def in_interval():
+    if IMPLICIT_CHAIN:
+        # Where a motion ends other than in zero, the acceleration jumps with it.
+        for i in range(N):
+            for j in range(LANES):
+                a[i, j] -= a0[j] - base_end[j]
+
+
+def begin_step():
+    if PROPAGATED:
+        for j in range(LANES):
+            load_start[0, j] = a0[j] + dtype(substep) * inverse_substeps * da[j]
+            load_end[0, j] = a0[j] + dtype(substep + 1) * inverse_substeps * da[j]
+            rise[0, j] = inverse_substeps * da[j]
+    if IMPLICIT_CHAIN:
+        for j in range(LANES):
+            base[j] = a0[j] + position * da[j]
+
+
+def begin_search():
+    base_end[j] = a0[j] + position_end * da[j]
 
 
 def begin_walk():
-    base[j] = a0[j] + dtype(substep) * da[j] + node[stage] * da[j]
-    if ADAPTIVITY:
-        base[j] = a0[j] + dtype(substep) * da[j] + (done[j] + node[stage] * part[j]) * da[j]
+    if DENSE:
+        at = (dtype(substep) + node[stage]) * inverse_substeps
+        if ADAPTIVITY:
+            at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
+        base[j] = a0[j] + at * da[j]
+    if EXPLICIT_CHAIN:
+        base[j] = a0[j] + dtype(substep) * da[j] + node[stage] * da[j]
+        if ADAPTIVITY:
+            base[j] = a0[j] + dtype(substep) * da[j] + (done[j] + node[stage] * part[j]) * da[j]
 
 
 def add_base():
-    ai -= base[j]
+    if DENSE:
+        ai -= influence[i, j] * base[j]
+    else:
+        ai -= base[j]
+
+
+def add_base_to_net():
+    net -= mass[i, j] * (base[j] + load_reach * (base_end[j] - base[j]))
+
+
+def add_supply_of_entry():
+    power_in[j] -= momentum_of_entry * influence[k, j] * base[j]
 
 
 def add_supply_of_walk():

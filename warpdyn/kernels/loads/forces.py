@@ -16,24 +16,85 @@ def wanted(plan):
 def declare():
     f0 = matrix()  # the force at the interval's start, and its change over it
     df = matrix()
+    one_force = row()  # on one degree of freedom
+    one_change = row()
+    force_end = matrix()  # at the end of this step, once the state there is looked for
 
 
 def settle_lane():
-    for i in range(N):
-        slot("number_storey")
-        if not HAS_PADS or g < STOREYS:
-            begin, change = sampled(loads, motion[j], interval, live_intervals[j], STOREYS, g, scale[j])
-            f0[i, j] = begin
-            df[i, j] = change
+    if STOREY_LAWS:
+        for i in range(N):
+            slot("number_storey")
+            if not HAS_PADS or g < STOREYS:
+                begin, change = sampled(loads, motion[j], interval, live_intervals[j], STOREYS, g, scale[j])
+                f0[i, j] = begin
+                df[i, j] = change
+
+
+def in_interval():
+    if IMPLICIT_CHAIN:
+        # Where a history ends other than in zero, the acceleration jumps with it.
+        for i in range(N):
+            for j in range(LANES):
+                a[i, j] += (f0[i, j] - force_end[i, j]) * inverse_mass[i, j]
+    if DENSE:
+        for i in range(N):
+            for j in range(LANES):
+                f0[i, j] = dtype(0.0)
+                df[i, j] = dtype(0.0)
+                for k in range(N):
+                    share = structures.flexibility_of_mass[i, k] / structures.mass_factor[structure[j]]
+                    begin, change = sampled(loads, motion[j], interval, live_intervals[j], N, k, scale[j])
+                    f0[i, j] += share * begin
+                    df[i, j] += share * change
+    if PROPAGATED:
+        for i in range(N):  # mode i
+            for j in range(LANES):
+                f0[i, j] = dtype(0.0)
+                df[i, j] = dtype(0.0)
+        for k in range(N):
+            for j in range(LANES):
+                begin, change = sampled(loads, motion[j], interval, live_intervals[j], N, k, scale[j])
+                one_force[j] = begin
+                one_change[j] = change
+            for i in range(N):
+                for j in range(LANES):
+                    share = structures.modal_load[k * N + i, pair[j]]
+                    f0[i, j] += share * one_force[j]
+                    df[i, j] += share * one_change[j]
+
+
+def begin_step():
+    if PROPAGATED:
+        for k in range(N):
+            for j in range(LANES):
+                load_start[k, j] = f0[k, j] + dtype(substep) * inverse_substeps * df[k, j]
+                load_end[k, j] = f0[k, j] + dtype(substep + 1) * inverse_substeps * df[k, j]
+                rise[k, j] = inverse_substeps * df[k, j]
+
+
+def begin_search_of_storey():
+    force_end[i, j] = f0[i, j] + position_end * df[i, j]
 
 
 def add_load():
-    at = (dtype(substep) + node[stage]) * inverse_substeps
-    if ADAPTIVITY:
-        at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
-    force = f0[i, j] + at * df[i, j]
-    net += force
+    if IMPLICIT_CHAIN:
+        force = f0[i, j] + position * df[i, j]
+        net += force + load_reach * (force_end[i, j] - force)
+    else:
+        at = (dtype(substep) + node[stage]) * inverse_substeps
+        if ADAPTIVITY:
+            at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
+        force = f0[i, j] + at * df[i, j]
+        net += force
 
 
 def add_supply():
     power_in[j] += force * vi
+
+
+def add_supply_of_entry():
+    at = (dtype(substep) + node[stage]) * inverse_substeps
+    if ADAPTIVITY:
+        at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
+    power_in[j] += momentum_of_entry * (f0[k, j] + at * df[k, j])

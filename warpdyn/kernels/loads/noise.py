@@ -36,5 +36,6 @@ def start():
 
 def begin_interval():
     a0, da, processes = noise_over_interval(loads, control.key, number, interval, live_intervals, scale, processes)
-    for j in range(LANES):
-        da[j] = da[j] * inverse_substeps
+    if EXPLICIT_CHAIN:
+        for j in range(LANES):
+            da[j] = da[j] * inverse_substeps

@@ -50,6 +50,6 @@ def in_interval():
     for j in range(LANES):
         begin, end, factor = at_ends(base_at_end[j], value[j], gain[j], interval == silent_from[j])
         a0[j] = begin
-        da[j] = (end - begin) * inverse_substeps
+        da[j] = (end - begin) * inverse_substeps if EXPLICIT_CHAIN else end - begin
         base_at_end[j] = end
         gain[j] = factor

@@ -89,6 +89,10 @@ def add_to_force():
     f -= weight_over_height[i, j] * drift
 
 
+def add_to_stiffness():
+    stiffness -= weight_over_height[i, j]
+
+
 def finish():
     fallen[j] = dtype(0.0)
 

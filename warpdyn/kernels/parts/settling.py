@@ -7,7 +7,7 @@ from warpdyn.methods.table import METHODS
 
 def wanted(plan):
     method = METHODS[plan.method]
-    is_followed = method.kind == "explicit" and not method.is_adaptive
+    is_followed = method.kind == "implicit" or (method.kind == "explicit" and not method.is_adaptive)
     return plan.family == "chain" and is_followed and spring_row(plan.law).relaxation_rate is not None
 
 
@@ -16,13 +16,15 @@ def names(plan):
 
     from warpdyn.kernels.plan import DTYPES, constants, settling_limit, settling_polynomial
 
+    is_implicit = METHODS[plan.method].kind == "implicit"
     dtype, law = DTYPES[plan.dtype], spring_row(plan.law)
     return {
         "relaxation_of": law.relaxation_rate,
+        "relaxation_along": law.relaxation_over_step,
         "BY_VELOCITY": law.relaxes_by_velocity,
         "largest_deviation": wp.constant(dtype(LARGEST_DEVIATION)),
         "settling": constants(plan, settling_polynomial(plan)),
-        "settles_until": wp.constant(dtype(settling_limit(plan))),
+        **({} if is_implicit else {"settles_until": wp.constant(dtype(settling_limit(plan)))}),
     }
 
 
@@ -35,7 +37,12 @@ def declare():
 
 
 def read_sample():
-    watched_from[j] = settles_until
+    if EXPLICIT_CHAIN:
+        watched_from[j] = settles_until
+
+
+def settle_storey():
+    fastest[j] = larger(fastest[j], relaxation_along(drift - drift_before, memory, c))
 
 
 def end_storey():
@@ -50,25 +57,33 @@ def end_storey():
 
 
 def end_step():
-    # Below the limit deviations only fade: most steps have nothing to follow.
-    astray_lanes = int(0)
-    for j in range(LANES):
-        if SECTIONS:
-            fastest[j] = across(fastest[j], THREADS)
-        risky[j] = wp.where(fastest[j] * h[j] <= watched_from[j], 0, 1)
-    for j in range(LANES):
-        astray_lanes += risky[j]
-    if astray_lanes > 0:
+    if EXPLICIT_CHAIN:
+        # Below the limit deviations only fade: most steps have nothing to follow.
+        astray_lanes = int(0)
         for j in range(LANES):
-            grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
+            if SECTIONS:
+                fastest[j] = across(fastest[j], THREADS)
+            risky[j] = wp.where(fastest[j] * h[j] <= watched_from[j], 0, 1)
+        for j in range(LANES):
+            astray_lanes += risky[j]
+        if astray_lanes > 0:
+            for j in range(LANES):
+                grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
+                deviation[j] = grown
+                if not grown <= astray[j]:
+                    astray[j] = grown
+                watched_from[j] = settles_until
+                if not grown <= dtype(1.0):
+                    watched_from[j] = -dtype(1.0)
+        if not BY_VELOCITY:
+            for j in range(LANES):
+                fastest[j] = dtype(0.0)
+    if IMPLICIT_CHAIN:
+        for j in range(LANES):
+            grown = deviation_after(deviation[j], fastest[j], settling)
             deviation[j] = grown
             if not grown <= astray[j]:
                 astray[j] = grown
-            watched_from[j] = settles_until
-            if not grown <= dtype(1.0):
-                watched_from[j] = -dtype(1.0)
-    if not BY_VELOCITY:
-        for j in range(LANES):
             fastest[j] = dtype(0.0)
 
 

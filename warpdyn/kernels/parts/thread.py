@@ -38,6 +38,7 @@ def names(plan):
         "LANES": lanes,
         "STOREYS": plan.dofs,
         "N": -(-plan.dofs // plan.sections),  # of a thread
+        "IS_CHAIN": plan.family == "chain",
         "row": row,
         "row64": row64,
         "indices": indices,

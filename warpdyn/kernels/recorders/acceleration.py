@@ -25,12 +25,19 @@ def declare():
 
 def settle_lane():
     # What stands still feels the same acceleration again, unless it is forced.
-    if HAS_ADD_LOAD:
+    if HAS_ADD_LOAD and not IMPLICIT_CHAIN:
         lives[j] = dtype(0.0)
         seen[j] = dtype(0.0)
         if interval < live_intervals[j]:
             lives[j] = dtype(1.0)
         if interval <= live_intervals[j]:
+            seen[j] = dtype(1.0)
+
+
+def begin_walk():
+    if HAS_ADD_LOAD and IMPLICIT_CHAIN:
+        seen[j] = dtype(0.0)
+        if h_last[j] + h[j] > dtype(0.0):
             seen[j] = dtype(1.0)
 
 
@@ -42,10 +49,13 @@ def see_forces():
 
 
 def end_step():
-    if HAS_ADD_LOAD:
+    if HAS_ADD_LOAD and not IMPLICIT_CHAIN:
         for j in range(LANES):
             seen[j] = lives[j]
 
 
 def finish_storey():
-    output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
+    if IS_CHAIN:
+        output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
+    else:
+        output.peak_acceleration[i, o] = peak_acceleration[i, j]

@@ -32,6 +32,10 @@ def declare():
     peak_drift = matrix()
 
 
+def start_drift():
+    peak_drift[i, j] = wp.abs(drift)
+
+
 def see_drift():
     peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift))
 
@@ -44,5 +48,6 @@ def judge_demand():
     largest = worst_storey(output, structures, o, samples.structure[sample[j]], STOREYS)
     if largest > control.collapse_drift_ratio:
         status = collapsed
-    if largest > blown_up:
-        status = diverged
+    if not PROPAGATED:  # what is linear and exact cannot blow up
+        if largest > blown_up:
+            status = diverged

@@ -18,9 +18,10 @@ def wanted(plan):
 
 
 def names(plan):
+    from warpdyn.kernels.powers import lost_share, supplied_share
     from warpdyn.kernels.recording import balance_error
 
-    return {"balance_error": balance_error}
+    return {"balance_error": balance_error, "lost_share": lost_share, "supplied_share": supplied_share}
 
 
 def values_held(plan):
@@ -33,7 +34,8 @@ def declare():
     absorbed = matrix()
     initial_energy = row()
     supplied = row()  # the most energy the sample ever held: what the balance error is relative to
-    h_last = row()
+    if EXPLICIT_CHAIN:
+        h_last = row()
     power_in = row()
     momentum = row()
     power_viscous = row()
@@ -42,6 +44,24 @@ def declare():
     safe_in = row()  # what a rejected part of a step must not leave behind
     safe_viscous = row()
     safe_absorbed = matrix()
+    last_drift = matrix()  # of an implicit step's start
+    last_force = matrix()
+    # Of full matrices: what is stored in the stiffness, followed by its power.
+    energy_elastic = row()
+    power_elastic = row()
+    safe_elastic = row()
+    safe_supplied = row()
+    if PROPAGATED:
+        modal_mass = row()
+        behind = row()  # the step that led to this state
+        rise = inputs()  # what the load would gain over this step, and the last one, at its rate at this state
+        last_rise = inputs()
+        last_load = inputs()  # what the last step had the load at this state
+
+
+def read_sample():
+    if PROPAGATED:
+        modal_mass[j] = structures.modal_mass[s]
 
 
 def start_storey():
@@ -54,6 +74,7 @@ def start_storey():
         slot("remember")
         absorbed[i, j] = recoverable_of(drift, memory, c)
         initial_energy[j] += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+        last_drift[i, j] = drift
         slot("add_to_initial_energy")
 
 
@@ -61,40 +82,125 @@ def start():
     if SECTIONS:
         for j in range(LANES):
             initial_energy[j] = together(initial_energy[j], THREADS)
+    if DENSE:
+        for i in range(N):
+            for k in range(N):
+                for j in range(LANES):
+                    momentum_of_entry = dtype(0.5) * mass[i * N + k, j] * v[i, j]
+                    initial_energy[j] += momentum_of_entry * v[k, j]
+                    for q in range(N):
+                        energy_elastic[j] += (
+                            dtype(0.5) * u[i, j] * mass[i * N + k, j] * stiffness[k * N + q, j] * u[q, j]
+                        )
+        for j in range(LANES):
+            initial_energy[j] += energy_elastic[j]
+    if PROPAGATED:
+        for m in range(N):
+            for j in range(LANES):
+                swing = x[N + m, j] * x[N + m, j] + stiffness[m, j] * x[m, j] * x[m, j]
+                initial_energy[j] += dtype(0.5) * modal_mass[j] * swing
+
+
+def see_mode():
+    speed = x[N + m, j]
+    ahead = live[j] * step[j]
+    before = dtype(0.0)
+    if BASE or HARMONIC or FORCES:
+        share = dtype(1.0) if FORCES else modal_load[m, j]
+        before = share * last_load[m % WIDTH, j]
+        was = share * last_rise[m % WIDTH, j]
+        will = share * rise[m % WIDTH, j]
+        work = supplied_share(behind[j], ahead, before, driven, was, will, speed, inner)
+        energy_in[j] += modal_mass[j] * work
+    loss = lost_share(behind[j], ahead, before, driven, speed, inner, total[j])
+    energy_viscous[j] += modal_mass[j] * loss
+
+
+def see_modes():
+    for j in range(LANES):
+        supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
 
 
 def save():
     safe_in[j] = energy_in[j]
     safe_viscous[j] = energy_viscous[j]
-    for i in range(N):
-        safe_absorbed[i, j] = absorbed[i, j]
+    if DENSE:
+        safe_elastic[j] = energy_elastic[j]
+        safe_supplied[j] = supplied[j]
+    else:
+        for i in range(N):
+            safe_absorbed[i, j] = absorbed[i, j]
 
 
 def take_back():
     energy_in[j] = safe_in[j]
     energy_viscous[j] = safe_viscous[j]
+    if DENSE:
+        energy_elastic[j] = safe_elastic[j]
+        supplied[j] = safe_supplied[j]
+    else:
+        for i in range(N):
+            absorbed[i, j] = safe_absorbed[i, j]
+
+
+def see_products():
     for i in range(N):
-        absorbed[i, j] = safe_absorbed[i, j]
+        for k in range(N):
+            for j in range(LANES):
+                momentum_of_entry = mass[i * N + k, j] * vs[i, j]
+                power_viscous[j] += momentum_of_entry * viscous[k, j]
+                power_elastic[j] += momentum_of_entry * elastic[k, j]
+                slot("add_supply_of_entry")
+    for j in range(LANES):
+        share = h[j] * weight[stage]
+        energy_in[j] += share * power_in[j]
+        energy_viscous[j] += share * power_viscous[j]
+        energy_elastic[j] += share * power_elastic[j]
+        supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
 
 
 def begin_walk():
     power_in[j] = dtype(0.0)
     momentum[j] = dtype(0.0)
     power_viscous[j] = dtype(0.0)
+    power_elastic[j] = dtype(0.0)
 
 
 def add_powers():
-    if TRAPEZOIDAL:
-        if stage == 0:
-            absorbed[i, j] += dtype(0.5) * (h_last[j] + h[j]) * restoring * rate
+    if IMPLICIT_CHAIN:
+        absorbed[i, j] += dtype(0.5) * (last_force[i, j] + restoring) * (drift - last_drift[i, j])
+        last_force[i, j] = restoring
+        last_drift[i, j] = drift
+        # Half of the steps before and after this state: its weight in the trapezoidal rule.
+        weight = dtype(0.5) * (h_last[j] + h[j])
+        # The load may end one step with one value and start the next with another.
+        if BASE:
+            impulse = dtype(0.5) * (h_last[j] * base_end[j] + h[j] * base[j])
+            energy_in[j] -= impulse * mass[i, j] * vi
+        if HARMONIC:
+            energy_in[j] += weight * amplitude[i, j] * sine[j] * vi
+        if FORCES:
+            energy_in[j] += dtype(0.5) * (h_last[j] * force_end[i, j] + h[j] * force) * vi
+        if HAS_ADD_TO_DASHPOT:
+            energy_viscous[j] += weight * dashpot * rate
+        if MASS:
+            energy_viscous[j] += weight * mass_damping[j] * mass[i, j] * vi * vi
+        if MODAL:
+            energy_viscous[j] += weight * damping_force[i, j] * vi
+        if i == 0:
+            supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
     else:
-        absorbed[i, j] += h[j] * weight[stage] * restoring * rate
-    momentum_of_floor = mass[i, j] * vi
-    momentum[j] += momentum_of_floor
-    slot("add_supply")
-    if HAS_ADD_TO_DASHPOT:
-        power_viscous[j] += dashpot * rate
-    slot("add_loss")
+        if TRAPEZOIDAL:
+            if stage == 0:
+                absorbed[i, j] += dtype(0.5) * (h_last[j] + h[j]) * restoring * rate
+        else:
+            absorbed[i, j] += h[j] * weight[stage] * restoring * rate
+        momentum_of_floor = mass[i, j] * vi
+        momentum[j] += momentum_of_floor
+        slot("add_supply")
+        if HAS_ADD_TO_DASHPOT:
+            power_viscous[j] += dashpot * rate
+        slot("add_loss")
 
 
 def end_stage():
@@ -122,21 +228,47 @@ def end_stages():
 
 
 def end_step():
-    for j in range(LANES):
-        put_in = energy_in[j]
-        if SECTIONS:
-            put_in = together(put_in, THREADS)
-        supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + put_in))
+    if EXPLICIT_CHAIN:
+        for j in range(LANES):
+            put_in = energy_in[j]
+            if SECTIONS:
+                put_in = together(put_in, THREADS)
+            supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + put_in))
+    if PROPAGATED:
+        if BASE or FORCES:
+            for k in range(WIDTH):
+                for j in range(LANES):
+                    last_load[k, j] = load_end[k, j]
+                    last_rise[k, j] = rise[k, j]
+        for j in range(LANES):
+            behind[j] = live[j] * step[j]
 
 
 def finish():
     kept = dtype(0.0)  # energy that is still there, or was absorbed
+    if IMPLICIT_CHAIN:
+        unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
+    if DENSE:
+        for i in range(N):
+            for k in range(N):
+                kept += dtype(0.5) * mass[i * N + k, j] * v[i, j] * v[k, j]
+
+
+def finish_storey():
+    if PROPAGATED:
+        swing = x[N + i, j] * x[N + i, j] + stiffness[i, j] * x[i, j] * x[i, j]
+        kept += dtype(0.5) * modal_mass[j] * swing
+        if IS_CHAIN:
+            output.hysteretic_energy[i, o] = dtype(0.0)  # elastic storeys give back all they take
 
 
 def finish_drift():
     stored = recoverable_of(drift, memory, c)
     output.hysteretic_energy[g, o] = absorbed[i, j] - stored
-    kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+    if IMPLICIT_CHAIN:
+        unaccounted -= absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+    else:
+        kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
 
 
 def after_finish():
@@ -149,7 +281,10 @@ def after_finish():
 def write():
     output.input_energy[o] = energy_in[j]
     output.viscous_energy[o] = energy_viscous[j]
-    unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j] - kept
+    if DENSE:
+        unaccounted = initial_energy[j] + energy_in[j] - kept - energy_viscous[j] - energy_elastic[j]
+    elif not IMPLICIT_CHAIN:
+        unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j] - kept
     most = wp.max(supplied[j], initial_energy[j])
     slot("add_to_supplied")
     output.energy_balance_error[o] = balance_error(unaccounted, most)

@@ -36,14 +36,28 @@ def declare():
 
 def read_sample():
     start = live_intervals[j] * substeps - samples.residual_steps[sample[j]]
+    if PROPAGATED:
+        start += 1  # a state is seen in the step that leaves it
     residual_start = wp.min(residual_start, start)
 
 
+def see_state():
+    if PROPAGATED:
+        slot("add_to_means")
+
+
 def end_step():
+    if not PROPAGATED:
+        slot("add_to_means")
+
+
+def add_to_means():
     if index >= residual_start:
         for j in range(LANES):
             steps = samples.residual_steps[sample[j]]
             since = index - (live_intervals[j] * substeps - steps)
+            if PROPAGATED:
+                since -= 1
             # A lane that repeats the last sample must not add to its mean again.
             if since >= 0 and since < steps and block * LANES + j < control.samples:
                 o = samples.output[sample[j]]
@@ -51,6 +65,9 @@ def end_step():
                 for i in range(N):
                     slot("number_storey")
                     if not HAS_PADS or g < STOREYS:
-                        slot("accepted_drift")
-                        ratio = drift * inverse_height[i, j]
+                        if PROPAGATED:
+                            ratio = ratio_of_storey[i, j]
+                        else:
+                            slot("accepted_drift")
+                            ratio = drift * inverse_height[i, j]
                         add_to_mean(output.residual_drift_ratio, g, o, share * ratio, since)

@@ -24,6 +24,10 @@ def declare():
     ratio_now = row()
 
 
+def start_drift():
+    worst_ratio[j] = larger(worst_ratio[j], wp.abs(drift) * inverse_height[i, j])
+
+
 def see_drift():
     ratio_now[j] = larger(ratio_now[j], wp.abs(drift) * inverse_height[i, j])
 
@@ -34,7 +38,7 @@ def see_state():
             ratio_now[j] = across(ratio_now[j], THREADS)
         if ratio_now[j] > worst_ratio[j]:
             worst_ratio[j] = ratio_now[j]
-            worst_time[j] = dtype(index) * step[j]
+            worst_time[j] = dtype(index + 1 if IMPLICIT_CHAIN else index) * step[j]
             if ADAPTIVITY:
                 worst_time[j] = (dtype(index) + done[j]) * step[j]
         ratio_now[j] = dtype(0.0)

@@ -8,7 +8,7 @@ order = 1
 
 def wanted(plan):
     method = METHODS[plan.method]
-    return plan.family == "chain" and method.kind == "explicit" and keeps_slopes(method)
+    return method.kind == "explicit" and keeps_slopes(method)
 
 
 def names(plan):

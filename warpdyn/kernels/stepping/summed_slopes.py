@@ -6,7 +6,7 @@ from warpdyn.methods.table import METHODS
 
 def wanted(plan):
     method = METHODS[plan.method]
-    return plan.family == "chain" and method.kind == "explicit" and not keeps_slopes(method)
+    return method.kind == "explicit" and not keeps_slopes(method)
 
 
 def names(plan):
