@@ -58,6 +58,9 @@ class Plan:
     resumes: bool = False
 
 
+# A study's terminal is for its results; what warp compiles and caches is told by its log at INFO.
+wp.config.log_level = wp.LOG_WARNING
+
 # On a processor too, products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where
 # there are any, of which the compiler makes no use on some by default, at half the speed.
 CPU_FLAGS = f"{wp.config.cpu_compiler_flags} -ffp-contract=fast -mprefer-vector-width=512"

@@ -8,12 +8,14 @@ from __future__ import annotations
 import ast
 import functools
 import inspect
+import re
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType, ModuleType
 from typing import Any
 
 HAVE_EFFECTS = {"output", "history"}  # a statement that names one of these is never left out
+SLOT = re.compile(r'^( *)slot\("(\w+)"((?:, \w+=\w+)*)\)(?:  #.*)?$')
 
 
 def source_of(function: Callable) -> str:
@@ -23,7 +25,7 @@ def source_of(function: Callable) -> str:
 
 def slots_of(function: Callable) -> set[str]:
     """Return the names of the slots in a function's text."""
-    return {call.args[0].value for call in map(_slot, ast.walk(ast.parse(source_of(function)))) if call}
+    return {slot[2] for slot in map(SLOT.match, source_of(function).splitlines()) if slot}
 
 
 def bodies_of(part: Any) -> dict[str, FunctionType]:
@@ -35,18 +37,21 @@ def bodies_of(part: Any) -> dict[str, FunctionType]:
 
 def spliced(text: str, parts: Sequence[Any]) -> str:
     """Return a text in whose slots the parts' bodies stand."""
-    lines = text.splitlines()
-    calls = [call for call in map(_slot, ast.walk(ast.parse(text))) if call]
-    for call in sorted(calls, key=lambda call: -call.lineno):
-        bodies = [bodies_of(part).get(call.args[0].value) for part in parts]
-        inside = [
-            _body(each, tuple((word.arg, str(word.value.value)) for word in call.keywords)) for each in bodies if each
-        ]
-        put = textwrap.indent("\n".join(inside), " " * call.col_offset).splitlines()
-        # What stands for no statement is still a place: an empty branch is found by `folded`.
-        lines[call.lineno - 1 : call.end_lineno] = put or [" " * call.col_offset + "pass"]
-    changed = "\n".join(lines) + "\n"
-    return spliced(changed, parts) if any(map(_slot, ast.walk(ast.parse(changed)))) else changed
+    bodies = [bodies_of(part) for part in parts]
+
+    def filled(lines: Sequence[str], margin: str) -> Iterator[str]:
+        for line in lines:
+            slot = SLOT.match(line)
+            if slot is None:
+                yield margin + line
+                continue
+            inside = [each[slot[2]] for each in bodies if slot[2] in each]
+            for body in inside:
+                yield from filled(_body(body, slot[3]), margin + slot[1])
+            if not inside:  # a place for no statement is one still: `folded` finds empty branches
+                yield f"{margin}{slot[1]}pass"
+
+    return "\n".join(filled(text.splitlines(), "")) + "\n"
 
 
 def folded(text: str, known: Mapping[str, Any]) -> str:
@@ -66,13 +71,6 @@ def without_unread(text: str) -> str:
         text = changed
 
 
-def _slot(node: ast.AST) -> ast.Call | None:
-    """Return the call by which a statement marks a slot; None of any other node."""
-    call = node.value if isinstance(node, ast.Expr) else None
-    is_slot = isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "slot"
-    return call if is_slot else None
-
-
 def with_names(text: str, written: Mapping[str, str]) -> str:
     """Return a text in which others stand for some names."""
     lines = text.splitlines()
@@ -84,13 +82,14 @@ def with_names(text: str, written: Mapping[str, str]) -> str:
 
 
 @functools.cache
-def _body(function: FunctionType, written: tuple[tuple[str, str], ...]) -> str:
-    """Return the text of a function's body without its docstring, with others written for some names."""
-    text = with_names(source_of(function), dict(written))
+def _body(function: FunctionType, written: str) -> list[str]:
+    """Return the lines of a function's body without its docstring, with numbers for some variables: ", i=0"."""
+    numbers = dict(each.split("=") for each in written.split(", ") if each)
+    text = with_names(source_of(function), numbers)
     [definition] = ast.parse(text).body
     lines = text.splitlines()
     first = definition.body[0].end_lineno if ast.get_docstring(definition) else _header_end(lines, definition.lineno)
-    return textwrap.dedent("\n".join(lines[first : definition.end_lineno]))
+    return textwrap.dedent("\n".join(lines[first : definition.end_lineno])).splitlines()
 
 
 def _header_end(lines: Sequence[str], line: int) -> int:
@@ -154,7 +153,7 @@ class _Rewriter:
     def __init__(self, text: str, known: Mapping[str, Any], unread: Sequence[str] | set[str] = ()) -> None:
         self.lines, self.known, self.unread = text.splitlines(), known, set(unread)
         self.function = ast.parse(text).body[0]
-        self.choices = [node for node in ast.walk(self.function) if isinstance(node, ast.IfExp)]
+        self.choices = [node for node in ast.walk(self.function) if known and isinstance(node, ast.IfExp)]
 
     def text(self) -> str:
         """Return the text that is left."""
