@@ -29,43 +29,82 @@ branches without statements: a skeleton can read the mass of every storey, and o
 functions called in an assignment must have no effect but their value, unless `output` or `history` is among their
 arguments.
 
-The slots of all skeletons, and the local variables that can be named there:
+The slots of all skeletons, and the local variables that can be named there. i counts storeys of a thread (or degrees
+of freedom), j lanes; g is the storey in the building, the same as i but where threads share a sample. `h[j]` is the
+step of lane j, 0 once it is done; `u[i, j]`, `v[i, j]`, `z[i * M + m, j]` are the accepted state, `us[i, j]`,
+`vs[i, j]` the one that is tried.
 
-declare         variables of the part, before all else. `row()` holds a value for each lane, `matrix()` one for each
-                storey (or degree of freedom) and lane, `indices()` a whole number for each lane.
-read_sample     of lane j: structure s, `sample[j]`, `motion[j]`, `scale[j]`, `step[j]`, `live_intervals[j]`
-read_storey     of storey i (storey g of the building) and lane j: `mass[i, j]`, `inverse_mass[i, j]`,
-                `inverse_height[i, j]`, and the initial state `u[i, j]`, `v[i, j]`, `z[i * M + m, j]`
-start_storey    of storey i and lane j: all is read; `drift`, and of laws the memory `memory` and coefficients `c`
-start           all is read, before the first interval
-begin_interval  before the lanes' steps `h[j]` are set; `interval`
-settle_lane     of lane j: `h[j]` is the step, 0 for a lane that is done
-in_interval     after that; what a load has at the interval's start, and its change over it
-begin_step      `index` counts steps, `substep` those of the interval
-begin_attempt, end_attempt   around the stages of a step, which an adaptive method goes through several times
-begin_stage     of the stage `stage`, with the state `us[i, j]`, `vs[i, j]`: what loads and dampings have there
-begin_walk      before the storeys are gone through from the top down: what is summed up over them starts anew
-before_storey   storey i, before its lanes are gone through
-add_to_force    of storey i and lane j, as those below: `drift`, `rate`, `restoring`; adds to the storey's force `f`
-add_to_dashpot  adds to `dashpot`, the force of what is viscous in the storey
-add_to_net      adds to `net`, the force on the floor
-add_to_acceleration   adds to `ai`, the floor's acceleration
-see_drift       the accepted state, seen once a step: `drift`, `rate`, `i`, `j`
-see_forces      the accepted state, with the forces there: `restoring`, `f`, and `ai`, the floor's absolute acceleration
-keep_history    the same, and `ui`, `vi`
-add_base        `ai` becomes relative to the base
-add_powers      the powers of the forces in the storey
-end_storey      the storey's slopes are known: `vi`, `ai`
-after_storey    storey i, after its lanes have been gone through
-see_state       after the walk at an accepted state: what was collected over the storeys
-end_stage       after the walk
-end_step        the step is accepted: `u[i, j]`, `v[i, j]`, `z[i * M + m, j]`
-finish          of lane j, once the run has ended: `o`, its column of the outputs
-finish_storey   of storey i (g) and lane j: outputs of storeys
-finish_drift    the same, with `drift`, `memory` and `c`
-after_finish    of lane j: what was summed up over the storeys
-judge           of lane j: sets `status`
-write           of lane j: outputs of samples
+    declare                variables, before all else: `row()` has a value for each lane, `matrix()` one for each storey
+                           and lane, `indices()` a whole number for each lane
+    place                  of which storeys of which samples a thread is
+    take_sample            lane j takes its sample
+    read_sample            of lane j and its structure s; the same with read_storey, read_entry (of full matrices, in
+                           row i and column k) and start_row
+    number_storey          sets g
+    fill_pad, leave_pad    storeys that only fill a section up
+    look_around            all is read; threads that share a sample exchange it
+    start_storey           of storey i and lane j, before the first step; start_drift the same, with `drift`
+    start                  before the first interval
+
+Every interval:
+
+    begin_interval         before anything of it is known
+    stop_lane              of lane j: may set its step to 0
+    settle_lane            of lane j: `h[j]` is settled, unless an adaptive method divides it
+    in_interval            what loads have at its start, and their change over it
+
+Every step, with `index` from the first one on and `substep` from the interval's start:
+
+    begin_step, end_step   with the accepted state
+    begin_attempt, end_attempt   of an explicit method's stages, through which an adaptive method goes until lanes agree
+    save, take_back        of lane j: what an attempt that fails must not leave behind
+    miss_turns             of storey i and lane j: what an error estimate does not see
+    begin_stage, end_stage around a stage, `stage` counts them; end_stages after the last
+    begin_search           of lane j, before an implicit method looks for the state at the step's end;
+                           begin_search_of_storey the same of storey i, end_search once it is over
+    damp_modes             the forces of modal damping, of `vs`
+
+Every walk through the storeys, from the top down:
+
+    begin_walk             of lane j
+    before_storey, after_storey   storey i, before and after its lanes
+    state_of_stage         sets `drift` and `vi` of storey i and lane j; state_below takes those of the storey below off
+                           `drift` and `rate`, memory_of_stage sets `memory`
+    accepted_drift, storey_coefficients, accepted_memory   set `drift`, `c` and `memory` as the accepted state has them;
+                           reached_drift, reached_drift_in_stage set `reached_drift[j]`
+    restore                sets `f`, the law's force, where it is no function of the memory as it stands
+    add_to_force           of what else is a force of the drift
+    add_to_dashpot         the first part there sets `dashpot`, others add to it: what is viscous in the storey
+    add_to_foot, restore_foot   the same of the section's lowest storey, whose force the section below needs
+    add_to_net, add_load   of dampers to the ground and loads, to `net`: the force on the floor
+    add_to_acceleration    of dampers to the ground in proportion to mass, to `ai`
+    see_forces             the accepted state: `restoring`, the law's force, and `ai` of the floor, absolute
+    see_drift              the accepted state: `drift`
+    see_state              all storeys have been seen
+    add_base               takes the base's acceleration off `ai`; add_base_to_net off `net`
+    add_powers             of storey i and lane j: the powers of its forces
+    end_storey             `vi` and `ai` are known
+    add_to_stiffness, add_to_storey, add_to_imbalance, eliminate, follow_slope   of an implicit method's system
+    judge_walk, substitute, choose_change   whether the state is found, and the next one to try
+    settle_storey          of storey i and lane j: the step is accepted, the memory is still that of before
+
+Energies, in parts of the recorder that sums them up:
+
+    add_to_initial_energy, remember   of what an event starts with
+    add_supply, add_supply_of_walk, add_supply_of_entry   of loads, to `power_in[j]`
+    add_loss               of dampings beside `dashpot`, to `power_viscous[j]`
+    keep_end_of_step       of what the next step must know of a load
+    add_to_supplied        of what else was supplied, at the end
+    see_products           of full matrices: all products are known; see_mode, see_modes: those of a mode, and of all
+
+At the end of a run, of lane j:
+
+    finish                 `o` is the sample's column of the outputs
+    finish_storey          of storey i: writes outputs; finish_drift the same, with `drift`, `memory` and `c`
+    add_to_means           of means over the end of a run
+    after_finish           what was summed up over storeys
+    judge_demand, judge_state, judge_step   set `status`; what comes later overrides what came before
+    write                  outputs of samples
 """
 
 import ast

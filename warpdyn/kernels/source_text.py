@@ -32,7 +32,7 @@ def bodies_of(part: Any) -> dict[str, FunctionType]:
     """Return the functions of a part that are bodies for slots, by the slots' names."""
     functions = {name: each for name, each in vars(part).items() if isinstance(each, FunctionType)}
     own = part.__name__ if isinstance(part, ModuleType) else part.__module__
-    return {name: each for name, each in functions.items() if each.__module__ == own}
+    return {name: each for name, each in functions.items() if each.__module__ == own and not each.__code__.co_argcount}
 
 
 def spliced(text: str, parts: Sequence[Any]) -> str:

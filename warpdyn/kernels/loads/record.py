@@ -21,7 +21,7 @@ def names(plan):
 def declare():
     next_value = indices()  # where the value at the first interval's end stands
     last_value = indices()
-    silent_from = indices()
+    silent_from = indices()  # nothing shakes after the last sample; a run that ends with it sees it
     value = row()  # at the end of the interval
     base_at_end = row()
     gain = row()  # the scale, and 0 after the last sample
@@ -29,10 +29,10 @@ def declare():
 
 
 def read_sample():
+    last = loads.intervals[motion[j]]
     next_value[j] = loads.first[motion[j]] + 1
-    last_value[j] = loads.first[motion[j]] + loads.intervals[motion[j]]
-    # Nothing shakes after the last sample; a run that ends with it sees it.
-    silent_from[j] = wp.where(loads.intervals[motion[j]] < live_intervals[j], loads.intervals[motion[j]], 2147483647)
+    last_value[j] = loads.first[motion[j]] + last
+    silent_from[j] = wp.where(last < live_intervals[j], last, 2147483647)
     gain[j] = scale[j]
     base_at_end[j] = loads.values[next_value[j] - 1] * scale[j]
     differing_motions += wp.where(motion[j] != motion[0], 1, 0)

@@ -32,8 +32,8 @@ def declare():
 
 
 def before_storey():
-    # All glide, and those that decide something are gone through again: what becomes of a sample depends on no other
-    # one, to the last bit.
+    # All glide, and those that decide something are gone through again: what becomes of a sample
+    # depends on no other one, to the last bit.
     is_last = stage == LAST_STAGE
     if stage > 0:
         deciding = int(0)

@@ -51,7 +51,7 @@ def look_around():
 
 
 def begin_stage():
-    # The force of the storey above is worked out there before the walk, and once more when the walk comes to it.
+    # The force of the storey above is worked out there before the walk, and again when it comes to it.
     for j in range(LANES):
         top_u = us[N - 1, j]
         top_v = vs[N - 1, j]

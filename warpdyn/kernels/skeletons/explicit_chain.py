@@ -176,8 +176,7 @@ def integrate_chain(
             status = ok
             slot("judge_demand")
             slot("judge_state")
-            # Infinities and NaN never leave a sum: a finite one clears the whole state.
-            if not wp.isfinite(total):
+            if not wp.isfinite(total):  # infinities and NaN never leave a sum
                 status = diverged
             slot("judge_step")
             output.status[o] = status

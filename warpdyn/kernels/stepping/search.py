@@ -99,9 +99,9 @@ def judge_walk():
             ):
                 mode[j] = 0
             elif NEWTON:
-                # A step minimises a convex function, and `slope` is that along the correction: one that overshoots the
-                # bottom, as from one side of a yield point to the other and back for ever, is halved (Matthies and
-                # Strang 1979, IJNME 14).
+                # A step minimises a convex function, and `slope` is that along the correction: one that
+                # overshoots the bottom, as from one side of a yield point to the other and back,
+                # is halved (Matthies and Strang 1979, IJNME 14).
                 if not (slope_end[j] >= -dtype(0.5) * slope[j]):
                     mode[j] = 2
             slope[j] = wp.where(mode[j] == 2, dtype(0.5) * slope[j], slope_next[j])

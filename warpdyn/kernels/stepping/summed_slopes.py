@@ -37,7 +37,7 @@ def end_storey():
     ha = h[j] * reach[stage]
     if IS_RATE:
         z_rate = rate_of(rate, memory, c)
-    u_slope = weight[stage] * vi  # summed up, so that the state is rounded once a step, not once a stage
+    u_slope = weight[stage] * vi  # summed up: the state is rounded once a step, not a stage
     v_slope = weight[stage] * ai
     if stage > 0:
         u_slope += un[i, j]

@@ -1,0 +1,117 @@
+"""The parts of kernels: what they declare, and that each kernel's text holds only what its scene names."""
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+from warpdyn.core.output_variables import RECORDERS
+from warpdyn.kernels import build, composition, registry, source
+from warpdyn.kernels.plan import Plan, structs
+from warpdyn.kernels.source_text import bodies_of, slots_of
+
+SKELETONS = set(build.SKELETONS.values())
+EVERY = tuple(sorted(RECORDERS["chain"]))
+PLAIN = Plan("chain", 5, "bilinear", "rayleigh", "base_acceleration", ("drift",), "rk4", "float32")
+
+
+def text_of(plan, is_gpu=False):
+    return build.composed(build.fitted(plan, is_gpu)).text
+
+
+def slots():
+    """Return the names of all slots, of skeletons and of parts."""
+    bodies = [body for part in registry.all_parts() for body in bodies_of(part).values()]
+    return set().union(*map(slots_of, [*SKELETONS, *bodies]))
+
+
+@pytest.mark.parametrize("part", registry.all_parts(), ids=lambda part: part.__name__.removeprefix("warpdyn.kernels."))
+def test_every_function_of_a_part_stands_in_a_slot(part):
+    assert part.__doc__
+    assert set(bodies_of(part)) <= slots()
+
+
+def test_every_slot_is_described():
+    described = composition.__doc__[composition.__doc__.index("The slots of all skeletons") :]
+    missing = slots() - set(re.findall(r"\w+", described))
+    assert not missing
+
+
+def test_a_plain_building_has_a_short_text():
+    structure = wd.ShearBuilding(
+        np.full(5, 1e5), 8e7, 3.0, law="bilinear", yield_force=4e5, hardening_ratio=0.05, damping="rayleigh",
+        damping_ratio=0.05,
+    )  # fmt: skip
+    scene = wd.Scene(structure, wd.GroundMotion(np.ones(100), 0.01), recorders=("drift",))
+    text = source(scene, device="cpu")
+    assert text == text_of(PLAIN)
+    assert text.count("\n") <= 150
+    # Nothing is there of what it does not name.
+    assert "peak_drift" in text
+    for name in ("energy", "peak_acceleration", "weight_over_height", "section", "trial", "initial_memory", "HAS_"):
+        assert name not in text, name
+
+
+PLANS = [
+    replace(PLAIN, recorders=EVERY),
+    replace(PLAIN, recorders=EVERY, method="dormand_prince54", p_delta=True, viscous_dampers="power"),
+    replace(PLAIN, recorders=EVERY, method="velocity_verlet", law="peak_oriented", load="harmonic_force"),
+    replace(PLAIN, recorders=(*EVERY, "state"), law="bouc_wen", damping="rayleigh_tangent", resumes=True),
+    replace(PLAIN, recorders=EVERY, dofs=50, law="hysteretic", load="force_history", p_delta=True),
+    replace(PLAIN, recorders=EVERY, method="newmark_average", law="pinching4", damping="modal", load="kanai_tajimi"),
+    replace(PLAIN, recorders=EVERY, method="exact", law="elastic", damping="general"),
+    Plan(
+        "dense",
+        3,
+        "elastic",
+        "matrix",
+        "base_acceleration",
+        ("acceleration", "displacement", "energy"),
+        "rk4",
+        "float64",
+    ),
+]
+
+
+@pytest.mark.parametrize("is_gpu", [False, True])
+@pytest.mark.parametrize("plan", PLANS, ids=lambda plan: f"{plan.method}-{plan.law}-{plan.load}")
+def test_texts_are_laid_out_like_the_rest(plan, is_gpu):
+    text = text_of(plan, is_gpu)
+    assert max(map(len, text.splitlines())) <= 120
+    assert "slot(" not in text
+    assert "\n\n\n" not in text
+    assert not any(line != line.rstrip() for line in text.splitlines())
+
+
+def test_recorders_are_read_without_warp():
+    # As a module of the package, whose own face needs it.
+    code = """
+import sys, types
+package = types.ModuleType("warpdyn")
+package.__path__ = [sys.argv[1]]
+sys.modules["warpdyn"] = package
+from warpdyn.kernels.registry import recorders
+assert "drift" in recorders()["chain"]
+assert "warp" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", code, wd.__path__[0]], check=True)
+
+
+def test_arguments_are_what_parts_declare():
+    types = structs("float32")
+    assert set(vars(types)) == {"Control", "History", "Load", "Output", "Samples", "Structure"}
+    outputs = {name for rows in RECORDERS.values() for variables in rows.values() for name in variables}
+    assert outputs < set(types.Output.vars)
+    assert types.Output.vars["peak_storey_drift"].type.ndim == 2
+
+
+def test_parts_that_disagree_on_a_field_are_told(monkeypatch):
+    registry.fields.cache_clear()
+    monkeypatch.setattr(registry.parts_in("dampings")[0], "FIELDS", {"Output": {"status": "float[]"}})
+    with pytest.raises(ValueError, match="status is"):
+        registry.fields()
+    registry.fields.cache_clear()
