@@ -54,9 +54,8 @@ CITY = wd.Portfolio(ARCHETYPES)
 
 def simulate(portfolio, excitation, **settings):
     """Run a portfolio, given what its scene and what its run takes together."""
-    of_scene = {
-        key: settings.pop(key) for key in ("motion_index", "tail", "collapse_drift_ratio", "scatter") if key in settings
-    }
+    names = ("recorders", "tail", "collapse_drift_ratio", "scatter")
+    of_scene = {key: settings.pop(key) for key in names if key in settings}
     return wd.simulate(wd.Scene(portfolio, excitation, **of_scene), **settings)
 
 
