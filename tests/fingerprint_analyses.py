@@ -239,7 +239,7 @@ def intensity_measures() -> dict[str, object]:
         wd.AverageSpectralAcceleration([0.2, 0.4, 0.9]),
     ]
     table = {"table": wd.intensity_measures(MOTIONS)}
-    return table | {measure.name: measure.of_all(MOTIONS) for measure in measures}
+    return table | {measure.name: measure.values(MOTIONS) for measure in measures}
 
 
 # Fragility.

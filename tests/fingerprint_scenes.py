@@ -224,7 +224,7 @@ def plans() -> dict[str, object]:
     parts: dict[str, object] = {}
     for method, error in (("rk4", 0.01), ("velocity_verlet", 0.003)):
         choice = make_plan(scene, error, 4, method=method)
-        parts[f"{method} table"] = choice.table.drop_vars("seconds_a_sample")
+        parts[f"{method} table"] = choice.table.drop_vars("seconds_per_sample")
         parts[f"{method} chosen"] = f"{choice.method} {choice.dtype} {choice.longest_step!r}"
         carried = {name: number for name, number in choice.carried.items() if "time" not in name}
         parts[f"{method} carried"] = carried

@@ -14,7 +14,7 @@ import warpdyn as wd
 from warpdyn.core.random_numbers import key_of
 from warpdyn.integration.run import prepare
 from warpdyn.kernels.arguments import brought
-from warpdyn.kernels.noise import noise_of
+from warpdyn.kernels.functions.noise import noise_of
 from warpdyn.kernels.plan import Plan, row_types, structs
 
 LANES = 2

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.core.output_variables import RECORDERS
 from warpdyn.kernels import build, composition, registry, source
+from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.plan import Plan, structs
 from warpdyn.kernels.source_text import bodies_of, slots_of
 

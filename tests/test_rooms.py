@@ -32,8 +32,6 @@ ROOMS = (
 )
 MOST_FILES = 13  # a dozen, and `__init__.py`
 MOST_LINES = 400
-# Files that are still too long. The list must be empty in the end.
-LONG = ("kernels/chain.py", "kernels/implicit_chain.py", "kernels/linear.py")
 MOST_HOMONYMS = 1  # of a function, in other rooms
 # Functions that still have more. The list must be empty in the end.
 OF_MANY_ROOMS: tuple[str, ...] = ()
@@ -78,22 +76,13 @@ def test_a_folder_holds_a_dozen_files_at_most():
         assert len(list(folder.glob("*.py"))) <= MOST_FILES, folder.relative_to(PACKAGE)
 
 
-def lines_of(name: str) -> int:
-    return len((PACKAGE / name).read_text().splitlines())
+def lines_of(path: Path) -> int:
+    return len(path.read_text().splitlines())
 
 
 def test_files_are_short():
-    names = {path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")}
-    assert names >= set(LONG), "a file that is no longer there stands in LONG"
-    too_long = {name: lines_of(name) for name in names - set(LONG) if lines_of(name) > MOST_LINES}
+    too_long = {path: lines_of(path) for path in PACKAGE.rglob("*.py") if lines_of(path) > MOST_LINES}
     assert not too_long
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.xfail(strict=True, reason="is being divided")) for name in LONG]
-)
-def test_long_file(name):
-    assert lines_of(name) <= MOST_LINES
 
 
 def rooms_of_functions() -> dict[str, set[str]]:

@@ -21,7 +21,7 @@ def values_held(plan):
 
 
 def names(plan):
-    from warpdyn.kernels.noise import noise_of
+    from warpdyn.kernels.functions.noise import noise_of
 
     noise = noise_of(plan)
     return {"Processes": noise.Processes, "Numbers": noise.Numbers, "noise_over_interval": noise.over_interval}

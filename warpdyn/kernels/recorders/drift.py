@@ -19,7 +19,7 @@ def wanted(plan):
 
 
 def names(plan):
-    from warpdyn.kernels.recording import worst_storey
+    from warpdyn.kernels.functions.recording import worst_storey
 
     return {"worst_storey": worst_storey}
 

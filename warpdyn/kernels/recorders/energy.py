@@ -18,8 +18,8 @@ def wanted(plan):
 
 
 def names(plan):
-    from warpdyn.kernels.powers import lost_share, supplied_share
-    from warpdyn.kernels.recording import balance_error
+    from warpdyn.kernels.functions.powers import lost_share, supplied_share
+    from warpdyn.kernels.functions.recording import balance_error
 
     return {"balance_error": balance_error, "lost_share": lost_share, "supplied_share": supplied_share}
 

@@ -20,7 +20,7 @@ def wanted(plan):
 
 
 def names(plan):
-    from warpdyn.kernels.recording import keep_force, keep_state
+    from warpdyn.kernels.functions.recording import keep_force, keep_state
 
     return {"keep_force": keep_force, "keep_state": keep_state}
 

@@ -21,7 +21,7 @@ def wanted(plan):
 
 
 def names(plan):
-    from warpdyn.kernels.recording import add_to_mean, weight_in_mean
+    from warpdyn.kernels.functions.recording import add_to_mean, weight_in_mean
 
     return {"add_to_mean": add_to_mean, "weight_in_mean": weight_in_mean}
 

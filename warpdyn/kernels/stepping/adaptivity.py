@@ -1,6 +1,6 @@
 """Methods that choose each sample's step by their errors: they go through a step of the time grid in parts."""
 
-from warpdyn.kernels.adaptive import SHORTEST_PART, done_after, excess_of, next_part
+from warpdyn.kernels.functions.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.kernels.plan import tableau
 from warpdyn.methods.table import METHODS
 
