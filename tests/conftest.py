@@ -12,10 +12,14 @@ from pathlib import Path
 
 import pytest
 import warp as wp
+from hypothesis import HealthCheck, settings
 
 from warpdyn.kernels import compilation
 
 ROOT = Path(__file__).parents[1]
+# Hypothesis times its examples and fails a test whose examples come slowly: what a busy machine or a slow one does.
+settings.register_profile("warpdyn", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("warpdyn")
 
 
 def readme_commands() -> list[str]:

@@ -166,7 +166,7 @@ def test_full_correlation(sign):
     of_strength=st.floats(0, 1),
     per=st.lists(st.sampled_from(["building", "storey"]), min_size=2, max_size=2),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_factor_of_any_correlation_matrix(correlation, of_stiffness, of_strength, per):
     scatter = {
         name: wd.RandomFactor(wd.Normal(1, 0.1), per=p, storey_correlation=rho if p == "storey" else 0.0)
@@ -224,7 +224,7 @@ SCATTER = {
 
 
 @given(few=st.integers(1, 70), more=st.integers(0, 200), seed=st.integers(0, 2**64), sampling=st.sampled_from(SAMPLING))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_samples_depend_on_seed_and_index_alone(few, more, seed, sampling):
     pair = {("stiffness", "mass"): 0.2}
     if sampling == "latin_hypercube":
@@ -242,7 +242,7 @@ def test_samples_depend_on_seed_and_index_alone(few, more, seed, sampling):
     sampling=st.sampled_from(SAMPLING),
     parts=st.lists(st.sets(st.integers(0, 119), min_size=1), min_size=1, max_size=4),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_any_structures_can_be_drawn_in_any_order(count, seed, sampling, parts):
     sampler = Sampler(BUILDING, SCATTER, {("stiffness", "mass"): 0.2}, sampling, count, seed)
     whole = drawn(SCATTER, count, seed, sampling, {("stiffness", "mass"): 0.2})
