@@ -114,7 +114,7 @@ def make_structure(family, dofs, damping, spring):
         stiffness = np.diag([8e5] * (dofs - 1) + [4e5]) - 4e5 * (np.eye(dofs, k=1) + np.eye(dofs, k=-1))
         return wd.LinearSystem(mass, modal_damping_matrix(mass, stiffness, VALUES["damping_ratio"]), stiffness)
     law, values = springs_of_laws()[spring]
-    values = values | {name: VALUES[name] for name in DAMPING[damping]}
+    values = values | {name: VALUES[name] for name in DAMPING[damping].parameters}
     return wd.ShearBuilding(np.full(dofs, 1e3), 4e5, 3.0, law=law, damping=damping, **values)
 
 

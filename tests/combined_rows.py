@@ -30,6 +30,6 @@ SOME = ("rk4", "nystroem4", "velocity_verlet", "dormand_prince54", "central_diff
 def combined_structure(row, damping):
     """Return a building of a row of COMBINED."""
     given = COMBINED[row]
-    taken = {name for law in given["law"] for name in LAWS[law].parameters} | set(DAMPING[damping])
+    taken = {name for law in given["law"] for name in LAWS[law].parameters} | set(DAMPING[damping].parameters)
     values = {name: VALUES[name] for name in taken if name in VALUES}
     return wd.ShearBuilding(np.full(len(given["law"]), 1e3), 4e5, 3.0, damping=damping, **values | given)

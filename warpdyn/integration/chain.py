@@ -83,7 +83,7 @@ class ChainDynamics(Dynamics):
             stable = stable_step_of_yielding(method, highest, rate, stable)
         return period, decay, stable, rayleigh.T
 
-    def modes(self, parameters: Arrays, excitation: Excitation) -> Modes:
+    def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
         """Return the modes of shear chains, their shapes as storey drifts, of unit modal mass."""
         inherent, mass, stiffness = (
             self.structure.inherent_damping,
@@ -98,7 +98,7 @@ class ChainDynamics(Dynamics):
         squared = (stiffness[:, None, :] @ drift**2)[:, 0]
         rayleigh = inherent.rayleigh(parameters, np.sqrt(squared).T)
         of_mass = inherent.of_mass(parameters, squared, rayleigh)
-        if self.couples_modes:
+        if is_coupled:
             dashpots = inherent.dashpots(parameters, rayleigh[1])
             dashpots = np.zeros_like(mass) if dashpots is None else dashpots
             if self.viscous_dampers != "none":

@@ -49,12 +49,12 @@ class DenseDynamics(Dynamics):
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
         return 2 * np.pi / lowest, slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
 
-    def modes(self, parameters: Arrays, excitation: Excitation) -> Modes:
+    def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
         """Return the modes of scaled linear systems: one set of shapes, with the factor of the mass as modal mass."""
         nominal, mass = self.structure.parameters, parameters["mass"]
         squared, shape = eigh(nominal["stiffness"], nominal["mass"])
         damping = shape.T @ nominal["damping"] @ shape
-        if not self.couples_modes:
+        if not is_coupled:
             damping = np.diag(damping)
         of_damping = (parameters["damping"] / mass).reshape(-1, *[1] * damping.ndim)
         of_stiffness = (parameters["stiffness"] / mass)[:, None]

@@ -127,8 +127,14 @@ class Dynamics(ABC):
         """Return period [s], slowest decay [1/s], longest stable step [s] and Rayleigh damping of some structures."""
 
     @abstractmethod
-    def modes(self, parameters: Arrays, excitation: Excitation) -> Modes:
-        """Return the undamped modes of some structures, given every parameter of them."""
+    def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
+        """Return the undamped modes of some structures, given every parameter of them.
+
+        Args:
+            parameters: Every parameter of some structures, `structure` first.
+            excitation: The excitation.
+            is_coupled: Whether the damping is wanted as a full matrix.
+        """
 
     @abstractmethod
     def pack(self, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:

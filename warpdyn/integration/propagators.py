@@ -30,7 +30,8 @@ def pack_linear(
         parameters: Every parameter of the structures, pair first.
         step: Integration step [s], shape [pair].
     """
-    modes = dynamics.modes(parameters, excitation)
+    # An implicit method solves for all modes together, whether damping couples them or not.
+    modes = dynamics.modes(parameters, excitation, is_coupled=dynamics.couples_modes or method.kind == "implicit")
     pairs, number = modes.stiffness.shape
     frequency = excitation.forcing_frequency
     by_force = modes.load.ndim == 3  # then every mode has a load of its own, not a share of the one load
