@@ -1,8 +1,10 @@
 """The parts of kernels: what they declare, and that each kernel's text holds only what its scene names."""
 
+import functools
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -115,3 +117,19 @@ def test_parts_that_disagree_on_a_field_are_told(monkeypatch):
     with pytest.raises(ValueError, match="status is"):
         registry.fields()
     registry.fields.cache_clear()
+
+
+def test_threads_build_one_kernel(monkeypatch):
+    # Python 3.11 fails where two threads parse at once.
+    built = []
+    monkeypatch.setattr(build, "_kernel_of_plan", functools.cache(build._kernel_of_plan.__wrapped__))
+    monkeypatch.setattr(build, "kernel_of", lambda *given: built.append(given) or composition.kernel_of(*given))
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)  # so that all begin before one has ended
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            kernels = list(pool.map(build.build_kernel, [PLAIN] * 8))
+    finally:
+        sys.setswitchinterval(interval)
+    assert len(built) == 1
+    assert all(kernel is kernels[0] for kernel in kernels)

@@ -2,6 +2,7 @@
 
 import functools
 import os
+import threading
 from dataclasses import replace
 
 import warp as wp
@@ -32,12 +33,15 @@ def composed(plan: Plan) -> Composed:
 
 
 @functools.cache
-def composed_kernel(plan: Plan) -> wp.Kernel:
-    """Return the kernel that a plan's text describes."""
+def _kernel_of_plan(plan: Plan) -> wp.Kernel:
     is_explicit_chain = plan.family == "chain" and METHODS[plan.method].kind == "explicit"
     chosen = options(plan) if is_explicit_chain else {"max_unroll": plan.max_unroll}
     return kernel_of(composed(plan), chosen)
 
+
+# Threads that load kernels side by side build them one after another: each plan has one kernel, and Python 3.11 cannot
+# parse in two threads at once (SystemError: AST constructor recursion depth mismatch).
+BUILDING = threading.Lock()
 
 # Measured on AVX-512 and AVX2: rows of 16 samples fill the vector registers (32 where a single storey leaves them
 # waiting for each other), and storey loops unroll well as long as those over lanes stay rolled.
@@ -96,8 +100,9 @@ def _sections(plan: Plan) -> int:
 
 
 def build_kernel(plan: Plan) -> wp.Kernel:
-    """Return the kernel of a plan; the same plan gives the same kernel."""
-    return composed_kernel(plan)
+    """Return the kernel of a plan; the same plan gives the same kernel, in every thread."""
+    with BUILDING:
+        return _kernel_of_plan(plan)
 
 
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:
