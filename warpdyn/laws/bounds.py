@@ -35,6 +35,6 @@ def place_of(place: tuple[int, ...]) -> str:
     return ", ".join([f"structure {i}" for i in structure] + [f"storey {storey + 1}"])
 
 
-def above(values: ArrayLike, bounds: ArrayLike) -> np.ndarray:
+def above(values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     """Return where values are above bounds that are computed, whose rounding is forgiven."""
     return values > bounds + 1e-12 * np.abs(bounds)

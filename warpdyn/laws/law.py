@@ -29,7 +29,6 @@ from types import MappingProxyType
 from typing import Any, ClassVar, dataclass_transform
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers
 from warpdyn.laws.parameter import Parameter, did_you_mean, names_of
@@ -151,7 +150,7 @@ class StoreyElement:
         return next(iter(cls.rows), "")
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         """Return what a row's device functions read, by the names in `rows`.
 
         Args:

@@ -107,7 +107,7 @@ class BaberNoori(BoucWen):
         return f"{name}_1" if np.all(p["exponent"] == 1) else name
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
         values = {
             "hardening_stiffness": hardening * stiffness,

@@ -33,7 +33,7 @@ class Bilinear(Law):
     rows = {"bilinear": Coefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         stiffness, hardening = p["stiffness"], p["hardening_ratio"]
         return {
             "hardening_stiffness": hardening * stiffness,
@@ -56,7 +56,7 @@ class ElasticPerfectlyPlastic(Law):
     rows = {"bilinear": Coefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         return {
             "hardening_stiffness": np.zeros_like(p["stiffness"]),
             "yielding_stiffness": p["stiffness"],

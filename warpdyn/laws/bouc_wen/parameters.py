@@ -56,7 +56,7 @@ class BoucWen(Law):
         return "bouc_wen"
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
         rate = stiffness / strength
         values = {

@@ -48,7 +48,7 @@ class FrictionDamper(Device):
     rows = {"friction_damper": FrictionCoefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         # A brace that no joint holds is not there.
         brace = np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0)
         drift = np.divide(p["slip_force"], brace, out=np.zeros_like(brace), where=brace > 0)
@@ -85,7 +85,7 @@ class Gap(Device):
     rows = {"gap": StopCoefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         given_back = p["restitution"] ** 2  # of the energy
         ahead = np.broadcast_to(p["clearance"], given_back.shape)
         return {
@@ -111,7 +111,7 @@ class OneSidedGap(Gap):
     opensees = ("ElasticPPGap",)
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         both = Gap.named_coefficients(p, row)
         return both | {"clearance_behind": np.full_like(both["clearance_ahead"], NO_STOP)}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 
-from numpy.typing import ArrayLike
+import numpy as np
 
 from warpdyn.laws.law import Law, Layout, Values
 
@@ -27,5 +27,5 @@ class Elastic(Law):
     rows = {"elastic": Coefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         return {"stiffness": p["stiffness"]}

@@ -83,7 +83,7 @@ class Hysteretic(Law):
         return "hysteretic_softer_unloading" if np.any(p["unloading_exponent"] > 0) else "hysteretic"
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         (_, d2, d3), (_, f2, f3) = corners(p, 3)
         second, third = (f2 - 1) / (d2 - 1), (f3 - f2) / (d3 - d2)
         # Where the parts' lines come to no force, if they do so before the next corner.

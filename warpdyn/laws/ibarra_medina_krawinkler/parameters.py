@@ -130,7 +130,7 @@ class IbarraMedinaKrawinklerBilinear(Law):
         return _row(cls, p)
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         found = _coefficients(p, row)
         # Its capping line falls the less the weaker the storey is.
         return found | {"falling_slope": found["falling_slope"] / (1 - p["residual_force_ratio"])}
@@ -174,7 +174,7 @@ class IbarraMedinaKrawinklerPeakOriented(Law):
         return _row(cls, p)
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         return _coefficients(p, row)
 
     @staticmethod
@@ -222,7 +222,7 @@ class IbarraMedinaKrawinklerPinching(Law):
         return _row(cls, p)
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         return _coefficients(p, row) | {
             "pinching_force_ratio": p["pinching_force_ratio"],
             "pinching_drift_share": 1 - p["pinching_drift_ratio"],
@@ -233,7 +233,7 @@ class IbarraMedinaKrawinklerPinching(Law):
         return _problem(p)
 
 
-def _coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+def _coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
     """Return what all kinds read, in units of yield drift and force."""
     rate = p["stiffness"] / p["yield_force"]
 

@@ -27,7 +27,7 @@ class LeadRubberBearing(Law):
     rows = {"bilinear": Coefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         stiffness, after = p["stiffness"], p["post_yield_stiffness"]
         return {
             "hardening_stiffness": after,
@@ -68,7 +68,7 @@ class FrictionPendulum(Law):
     rows = {"bilinear": Coefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         restoring = _pendulum_stiffness(p)
         return {
             "hardening_stiffness": restoring,

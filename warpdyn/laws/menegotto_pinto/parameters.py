@@ -89,7 +89,7 @@ class MenegottoPinto(Law):
         return "menegotto_pinto_isotropic" if np.any(p["isotropic_hardening"]) else "menegotto_pinto"
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
         values = {
             "inverse_yield_drift": stiffness / strength,

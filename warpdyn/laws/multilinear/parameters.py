@@ -56,7 +56,7 @@ class Trilinear(Law):
     rows = {"multilinear_2": Coefficient.names(Coefficient.STIFFNESS_3)}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         return _coefficients(p, 2)
 
     @staticmethod
@@ -84,7 +84,7 @@ class Quadrilinear(Law):
     rows = {"multilinear_3": Coefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         return _coefficients(p, 3)
 
     @staticmethod
@@ -94,7 +94,9 @@ class Quadrilinear(Law):
 
 def _slopes(p: Values, corners: int) -> list[np.ndarray]:
     """Return the slopes of the backbone over the initial stiffness, the first of them 1."""
-    slopes, ductility, force = [np.ones_like(p["yield_force"])], 1.0, 1.0
+    slopes = [np.ones_like(p["yield_force"])]
+    ductility: float | np.ndarray = 1.0
+    force: float | np.ndarray = 1.0
     for corner in range(2, corners + 1):
         further, stronger = p[f"ductility_{corner}"], p[f"force_ratio_{corner}"]
         slopes.append((stronger - force) / (further - ductility))
@@ -102,7 +104,7 @@ def _slopes(p: Values, corners: int) -> list[np.ndarray]:
     return [*slopes, p["hardening_ratio"]]
 
 
-def _coefficients(p: Values, corners: int) -> dict[str, ArrayLike]:
+def _coefficients(p: Values, corners: int) -> dict[str, np.ndarray]:
     """Return the hardening stiffness, then for each corner what stiffness is lost there and its drift."""
     slopes = _slopes(p, corners)
     yield_drift = p["yield_force"] / p["stiffness"]
@@ -115,7 +117,8 @@ def _coefficients(p: Values, corners: int) -> dict[str, ArrayLike]:
 
 def _problem(p: Values, corners: int) -> str | None:
     """Return what is wrong with a backbone, which must lead on and bend down at each corner."""
-    ductility, force = np.ones_like(p["yield_force"]), 1.0
+    ductility = np.ones_like(p["yield_force"])
+    force: float | np.ndarray = 1.0
     for corner in range(2, corners + 1):
         names = f"ductility_{corner}", f"force_ratio_{corner}"
         further, stronger = (p[name] for name in names)

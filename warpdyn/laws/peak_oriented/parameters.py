@@ -76,7 +76,7 @@ class PeakOriented(Law):
     rows = {"peak_oriented": Coefficient.names(Coefficient.UNLOADING_EXPONENT)}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         cracking, cracked = p["cracking_ratio"], p["cracked_stiffness_ratio"]
         yield_drift = p["yield_force"] / p["stiffness"] * (cracking + (1 - cracking) / cracked)
         initial = p["stiffness"] * yield_drift / p["yield_force"]
@@ -122,7 +122,7 @@ class Takeda(PeakOriented):
     rows = {"takeda": Coefficient.names()}
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         return PeakOriented.named_coefficients(p, row) | {
             "unloading_exponent": p["unloading_exponent"],
             "uncracked": np.where(p["cracking_ratio"] < 1, 0.0, -1.0),

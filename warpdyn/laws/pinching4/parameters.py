@@ -170,7 +170,7 @@ class Pinching4(Law):
         return f"pinching4_{'cycle' if np.any(p['counts_cycles'] > 0) else 'energy'}_damage"
 
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, ArrayLike]:
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         drift, force = corners(p, 4)
         length, rise = (np.diff(values, axis=0) for values in (drift, force))
         slope = rise / length
