@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Device, Law, StoreyElement
 from warpdyn.laws.parameter import Parameter
@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # what editors complete; the tables below need no entry
     from warpdyn.laws.peak_oriented.parameters import PeakOriented, Takeda
     from warpdyn.laws.pinching4.parameters import Pinching4
 
+_Kind = TypeVar("_Kind", bound=StoreyElement)
 FIRST = ("elastic", "bilinear", "bouc_wen")  # folders that come first in messages; the others follow by name
 
 
@@ -48,9 +49,9 @@ def law_folders() -> list[str]:
     return [name for name in FIRST if name in found] + [name for name in found if name not in FIRST]
 
 
-def find(kind: type[StoreyElement]) -> dict[str, type[StoreyElement]]:
+def find(kind: type[_Kind]) -> dict[str, type[_Kind]]:
     """Return the laws, or the devices, of all folders, by their names in a scene."""
-    found = {}
+    found: dict[str, type[_Kind]] = {}
     for folder in law_folders():
         module = importlib.import_module(f"{__name__}.{folder}.parameters")
         for value in vars(module).values():

@@ -95,7 +95,7 @@ class BuildingLaw:
                 text = text or parameter.first_violation(name, np.asarray(own[name]), axes)
             text = text or law.problem(own)
             if text and storeys.size:
-                text = re.sub(r"storey (\d+)", lambda found, of=storeys: f"storey {of[int(found[1]) - 1] + 1}", text)
+                text = _counted_in_building(text, storeys)
             if text:
                 return text
         return next(filter(None, (device.problem(p) for device in self.devices)), None)
@@ -105,6 +105,11 @@ class BuildingLaw:
         for law, storeys in zip(self.laws, self.storeys, strict=True):
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(self._own(law, storeys, p))
         return stiffest + sum(device.stiffest(p) for device in self.devices)
+
+
+def _counted_in_building(text: str, storeys: np.ndarray) -> str:
+    """Return a sentence on storeys counted among themselves with their numbers in the building, by their indices."""
+    return re.sub(r"storey (\d+)", lambda found: f"storey {storeys[int(found[1]) - 1] + 1}", text)
 
 
 def _widest(elements: Sequence[type[StoreyElement]]) -> dict[str, Parameter]:

@@ -17,7 +17,7 @@ Given = str | StoreyElement | type[StoreyElement]
 Own = dict[str, ArrayLike]  # parameters that laws or devices bring along
 
 
-def law_name(given: Given) -> str:
+def law_name(given: object) -> str:
     """Return the name of a storey law that is given by its name or OpenSees', its class or an object of it.
 
     Raises:
@@ -26,7 +26,7 @@ def law_name(given: Given) -> str:
     return _name("storey law", given, LAWS)
 
 
-def device_name(given: Given) -> str:
+def device_name(given: object) -> str:
     """Return the name of a device, as `law_name` does that of a law."""
     return _name("device", given, DEVICES)
 
@@ -52,7 +52,7 @@ def devices_and_values(devices: Sequence[Given], others: Collection[str]) -> tup
                 raise ValueError(
                     f"devices {other!r} and {name!r} share the parameter {min(common)!r}: a storey has one"
                 )
-    own = {name: value for each in devices if isinstance(each, Device) for name, value in each.values().items()}
+    own: Own = {name: value for each in devices if isinstance(each, Device) for name, value in each.values().items()}
     _refuse_twice(own, others, "devices")
     return names, own
 
@@ -69,19 +69,20 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
             for a single storey.
     """
     if not isinstance(law, list | tuple):
-        name, own = law_name(law), law.values() if isinstance(law, Law) else {}
+        name = law_name(law)
+        own: Own = {**law.values()} if isinstance(law, Law) else {}
         _refuse_twice(own, others, "law")
         return (name,), own
     names = tuple(law_name(each) for each in law or (None,))
     own = {}
     for name in dict.fromkeys(name for each in law if isinstance(each, Law) for name in each.parameters):
-        own[name] = np.full(len(law), np.nan)
+        own[name] = of_storeys = np.full(len(law), np.nan)
         by_name = [i for i, each in enumerate(law) if not isinstance(each, Law) and name in LAWS[names[i]].parameters]
         if not by_name:
             _refuse_twice({name}, others, "law")
         for storey, each in enumerate(law):
             if isinstance(each, Law) and name in each.parameters:
-                own[name][storey] = _only_value(name, getattr(each, name), storey)
+                of_storeys[storey] = _only_value(name, getattr(each, name), storey)
         for storey in by_name:
             value = others.get(name, LAWS[names[storey]].parameters[name].default)
             if value is None:
@@ -89,7 +90,7 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
             values = real_numbers(name, value)
             if values.size not in (1, len(law)):
                 raise ValueError(f"{name} has {values.size} values and law has {len(law)}: one value a storey, or one")
-            own[name][storey] = np.broadcast_to(values, len(law))[storey]
+            of_storeys[storey] = np.broadcast_to(values, len(law))[storey]
     return names, own
 
 
@@ -106,7 +107,7 @@ def _refuse_twice(own: Collection[str], others: Collection[str], what: str) -> N
             raise ValueError(f"{name} is given twice: by {what}=, and as a parameter of the building")
 
 
-def _name(what: str, given: Given, table: Mapping[str, type[StoreyElement]]) -> str:
+def _name(what: str, given: object, table: Mapping[str, type[StoreyElement]]) -> str:
     """Return the name in a table of what is given by a name, a class or an object."""
     kind = given if isinstance(given, type) else type(given)
     if issubclass(kind, StoreyElement) and kind.name in table:

@@ -42,7 +42,7 @@ _DRIFT_EXPONENT = {kind: Parameter("1", f"power of drift in {name}", low=0.0) fo
 _USE_EXPONENT = {kind: Parameter("1", f"power of energy or cycles in {name}", low=0.0) for kind, name in DAMAGE.items()}
 _LIMIT = {
     kind: Parameter(
-        "1", f"largest {name}", low=0.0, **({} if kind == "reloading" else {"high": 1.0, "high_open": True})
+        "1", f"largest {name}", low=0.0, high=np.inf if kind == "reloading" else 1.0, high_open=kind != "reloading"
     )
     for kind, name in DAMAGE.items()
 }
