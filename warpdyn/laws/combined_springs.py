@@ -67,7 +67,7 @@ def _device_function(name: str, function: Callable) -> Callable:
 
 def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients: int, memory: int) -> Spring:
     """Return the row whose functions `combine` makes of two rows' functions, for each field that either has."""
-    functions = {}
+    functions: dict[str, Any] = {}  # those that a Spring must have, and those that may be None
     for field, absent in ABSENT.items():
         pair = getattr(one, field), getattr(other, field)
         functions[field] = None
@@ -176,6 +176,7 @@ def one_or_other(one_name: str, one: Spring, other_name: str, other: Spring) -> 
                 return of_one(drift, increment, before, after, own(c))
             return of_other(drift, increment, before, after, own(c))
 
-        return {"memory_after": advanced, "tangent": tangents}.get(field, chosen)
+        of_steps: dict[str, Callable] = {"memory_after": advanced, "tangent": tangents}
+        return of_steps.get(field, chosen)
 
     return _row(name, one, other, combine, 1 + C, max(one.memory, other.memory))

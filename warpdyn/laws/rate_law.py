@@ -4,7 +4,6 @@ Their force is a hardening stiffness times the drift and a hysteretic force time
 """
 
 import enum
-from collections.abc import Callable
 from typing import Any
 
 import warp as wp
@@ -32,7 +31,7 @@ class Memory(Layout):
     Z = enum.auto()
 
 
-def along_drift(rate: Callable, relaxation_rate: Callable) -> dict[str, Callable]:
+def along_drift(rate: wp.Function, relaxation_rate: wp.Function) -> dict[str, wp.Function]:
     """Return what a law whose memory has a rate that is proportional to the velocity does over a step: its fields.
 
     Such a memory depends on the path of the drift, not on its speed: it goes along an increment in one step of RK4.

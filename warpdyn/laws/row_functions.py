@@ -2,7 +2,7 @@
 
 import enum
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import warp as wp
 
@@ -34,8 +34,9 @@ def device_functions(row: str, *functions: Callable) -> dict[str, wp.Function]:
 
     Warp tells functions apart by their qualified names: those of two rows must not share one.
     """
-    named = {}
+    named: dict[str, wp.Function] = {}
     for function in functions:
         function.__qualname__ = f"{row}_{function.__name__}"
-        named[function.__name__] = wp.func(function)
+        # Warp's annotation gives back the type of what it is given; what comes back is a Function.
+        named[function.__name__] = cast(wp.Function, wp.func(function))
     return named

@@ -130,12 +130,17 @@ def spring_of(
         energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
         return wp.where(holds, wp.max(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
 
-    functions = device_functions(name, force, return_mapping, memory_on_line, memory_after, tangent, elastic_energy)
+    own = device_functions(name, force, return_mapping, memory_on_line, memory_after, tangent, elastic_energy)
     return Spring(
-        memory=memory,
+        own["force"],
+        own["return_mapping"],
+        own["elastic_energy"],
         coefficients=coefficients,
+        tangent=own["tangent"],
+        memory=memory,
+        memory_after=own["memory_after"],
+        force_at_accepted_state=kept_force,
+        memory_on_line=own["memory_on_line"],
         values_on_line=values_on_line,
         leaves_line=leaves_line,
-        force_at_accepted_state=kept_force,
-        **functions,
     )
