@@ -112,6 +112,7 @@ class StoreyElement:
         opensees: What OpenSees calls its material or element; a scene may use these names.
     """
 
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]  # what `dataclass` gives each subclass
     name: ClassVar[str]
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
     rows: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
@@ -123,7 +124,8 @@ class StoreyElement:
         fields = dataclasses.fields(cls)
         cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         cls.parameters = MappingProxyType({field.name: field.metadata["parameter"] for field in fields})
-        cls.__init__ = _refusing_unknown_names(cls, cls.__init__)
+        # Mypy refuses every assignment to a method, even to one that `dataclass` has just made.
+        cls.__init__ = _refusing_unknown_names(cls, cls.__init__)  # type: ignore[method-assign]
         cls.__doc__ = _described(cls)
 
     def __post_init__(self) -> None:
