@@ -122,7 +122,7 @@ def test_parts_that_disagree_on_a_field_are_told(monkeypatch):
 def test_threads_build_one_kernel(monkeypatch):
     # Python 3.11 fails where two threads parse at once.
     built = []
-    monkeypatch.setattr(build, "_kernel_of_plan", functools.cache(build._kernel_of_plan.__wrapped__))
+    monkeypatch.setattr(build, "_composed_kernel", functools.cache(build._composed_kernel.__wrapped__))
     monkeypatch.setattr(build, "kernel_of", lambda *given: built.append(given) or composition.kernel_of(*given))
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)  # so that all begin before one has ended

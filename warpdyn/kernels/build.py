@@ -33,10 +33,8 @@ def composed(plan: Plan) -> Composed:
 
 
 @functools.cache
-def _kernel_of_plan(plan: Plan) -> wp.Kernel:
-    is_explicit_chain = plan.family == "chain" and METHODS[plan.method].kind == "explicit"
-    chosen = options(plan) if is_explicit_chain else {"max_unroll": plan.max_unroll}
-    return kernel_of(composed(plan), chosen)
+def _composed_kernel(plan: Plan) -> wp.Kernel:
+    return kernel_of(composed(plan), options(plan))
 
 
 # Threads that load kernels side by side build them one after another: each plan has one kernel, and Python 3.11 cannot
@@ -102,7 +100,7 @@ def _sections(plan: Plan) -> int:
 def build_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel of a plan; the same plan gives the same kernel, in every thread."""
     with BUILDING:
-        return _kernel_of_plan(plan)
+        return _composed_kernel(plan)
 
 
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:

@@ -26,7 +26,6 @@ def names(plan):
     from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_DRIFT_RATIO, NOT_CONVERGED, OK, UNSTABLE_STEP
     from warpdyn.device.processor import LARGER
     from warpdyn.kernels.plan import DTYPES, row_types, structs
-    from warpdyn.methods.table import METHODS
 
     dtype, lanes = DTYPES[plan.dtype], plan.lanes
     row, row64, indices = row_types(plan)
@@ -43,7 +42,7 @@ def names(plan):
         "row64": row64,
         "indices": indices,
         "matrix": wp.types.matrix(shape=(-(-plan.dofs // plan.sections), lanes), dtype=dtype),
-        "larger": LARGER[plan.dtype] if (plan.family, METHODS[plan.method].kind) == ("chain", "explicit") else wp.max,
+        "larger": LARGER[plan.dtype],
         "blown_up": wp.constant(dtype(LARGEST_DRIFT_RATIO)),
         **{name: wp.int8(code) for name, code in codes.items()},
     }

@@ -6,6 +6,7 @@ floor, `net`, is an acceleration here.
 
 from __future__ import annotations
 
+from warpdyn.device.processor import align_rows
 from warpdyn.kernels.plan import Plan, tableau
 
 FIELDS = {
@@ -48,6 +49,7 @@ def names(plan: Plan) -> dict[str, object]:
 def integrate_dense(
     first: int, control: Control, samples: Samples, structures: Structure, loads: Load, output: Output, history: History
 ):
+    align_rows()
     block = first + wp.tid()
     structure = indices()
     stiffness = square()  # M^-1 K

@@ -9,6 +9,7 @@ pushes it over, or it loses strength) it takes little off a mass.
 
 from __future__ import annotations
 
+from warpdyn.device.processor import align_rows
 from warpdyn.kernels.plan import DTYPES, Plan
 from warpdyn.kernels.stepping import search
 from warpdyn.kernels.stepping.search import is_newton
@@ -48,6 +49,7 @@ def names(plan: Plan) -> dict[str, object]:
 def integrate_implicit_chain(
     first: int, control: Control, samples: Samples, structures: Structure, loads: Load, output: Output, history: History
 ):
+    align_rows()
     block = first + wp.tid()
     mass = matrix()
     inverse_mass = matrix()

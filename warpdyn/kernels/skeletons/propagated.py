@@ -7,6 +7,7 @@ the step that leaves it, the last one by a step that leads nowhere.
 
 from __future__ import annotations
 
+from warpdyn.device.processor import align_rows
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.plan import DTYPES, Plan
 from warpdyn.methods.table import METHODS
@@ -74,6 +75,7 @@ def names(plan: Plan) -> dict[str, object]:
 def advance_linear(
     first: int, control: Control, samples: Samples, structures: Structure, loads: Load, output: Output, history: History
 ):
+    align_rows()
     block = first + wp.tid()
     pair = indices()
     shaped = indices()  # column of the shapes: linear systems have one set, scaled by their modal mass
