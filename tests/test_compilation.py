@@ -26,7 +26,7 @@ print(*(is_compiled(plan, "cpu") for plan in plans))
 
 def test_every_plan_is_in_the_cache_afterwards(tmp_path):
     script = tmp_path / "script.py"
-    script.write_text(SCRIPT.replace("{recorders}", "motion_index"))
+    script.write_text(SCRIPT)
     environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path / "kernels")}
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment, check=False)
     assert done.stdout.split() == ["False"] * 4 + ["True"] * 4, done.stderr
@@ -40,3 +40,14 @@ def test_a_few_kernels_start_no_process(monkeypatch):
     compilation.compile_side_by_side(["missing", "other", "third"], "cpu", threads=1)
     with pytest.raises(TypeError):  # it would
         compilation.compile_side_by_side(["missing", "other", "third"], "cpu", threads=2)
+
+
+def test_a_process_that_fails_stops_no_run(monkeypatch):
+    def fail(*_arguments, **_settings):
+        raise OSError("no semaphores")
+
+    monkeypatch.setattr(compilation, "MOST_PROCESSES", 8)
+    monkeypatch.setattr(compilation, "is_compiled", lambda _plan, _device: False)
+    monkeypatch.setattr(compilation, "ProcessPoolExecutor", fail)
+    with pytest.warns(UserWarning, match=r"compiled one by one: .* \(no semaphores\)"):
+        compilation.compile_side_by_side(["one", "two", "three"], "cpu", threads=2)

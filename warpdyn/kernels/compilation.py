@@ -6,11 +6,13 @@ processes do not run the user's script again, as those of the standard library d
 """
 
 from collections.abc import Iterable
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
 import warp as wp
 from loky import ProcessPoolExecutor
 
+from warpdyn.core.messages import warn_caller
 from warpdyn.kernels.build import block_size, build_kernel, load_kernel
 from warpdyn.kernels.plan import Plan
 
@@ -42,15 +44,19 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
     if helpers < 1 or len(missing) < FEWEST_KERNELS:
         return  # each is compiled when it is first launched
     settings = {name: value for name, value in vars(wp.config).items() if _is_setting(name, value)}
-    with ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,)) as pool:
-        compiled = [pool.submit(_compile, plan, device) for plan in missing]
-        # This process is ready at once: it compiles from the other end what no helper has begun.
-        for plan, future in zip(reversed(missing), reversed(compiled), strict=True):
-            if future.cancel():
-                load_kernel(plan, device)
-        for future in compiled:
-            if not future.cancelled():
-                future.result()
+    try:
+        with ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,)) as pool:
+            compiled = [pool.submit(_compile, plan, device) for plan in missing]
+            # This process is ready at once: it compiles from the other end what no helper has begun.
+            for plan, future in zip(reversed(missing), reversed(compiled), strict=True):
+                if future.cancel():
+                    load_kernel(plan, device)
+            for future in compiled:
+                if not future.cancelled():
+                    future.result()
+    except (BrokenExecutor, OSError) as error:
+        # Each is compiled when it is first launched.
+        warn_caller(f"kernels are compiled one by one: a process that compiled them side by side failed ({error})")
 
 
 def _is_setting(name: str, value: object) -> bool:
