@@ -10,7 +10,8 @@ from combination_cases import ROW_OF_LAW, springs_of_laws
 from method_sources import thorough_unless
 from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
-from warpdyn.kernels.plan import CPU_FLAGS, DTYPES
+from warpdyn.device.processor import cpu_flags
+from warpdyn.kernels.plan import DTYPES
 from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
 
@@ -29,7 +30,7 @@ STRAYING = STOREYS // 50
 def walking_kernel(row: str, dtype_name: str) -> wp.Kernel:
     """Return a kernel that takes storeys along drifts by their rules, and by lines where nothing is decided."""
     spring, dtype = SPRINGS[row], DTYPES[dtype_name]
-    options = {"cpu_compiler_flags": CPU_FLAGS, "max_unroll": 1}  # products and sums fused, as in whole histories
+    options = {"cpu_compiler_flags": cpu_flags(), "max_unroll": 1}  # products and sums fused, as in whole histories
     evolve, glide, decides, held, C = (
         spring.return_mapping,
         spring.memory_on_line,

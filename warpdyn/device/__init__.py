@@ -3,4 +3,6 @@
 import warp as wp
 
 # Warp prints what it compiles and caches only at log level INFO, so that a terminal shows results.
-wp.config.log_level = wp.LOG_WARNING
+# Another level is the user's own.
+if wp.config.log_level == wp.LOG_INFO:
+    wp.config.log_level = wp.LOG_WARNING

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
+from warpdyn.device.processor import cpu_flags
 from warpdyn.kernels.registry import fields, parts_in
 from warpdyn.laws.rate_law import POWERS
 from warpdyn.laws.springs import spring_row
@@ -58,17 +59,9 @@ class Plan:
     resumes: bool = False
 
 
-# A study's terminal is for its results; what warp compiles and caches is told by its log at INFO.
-wp.config.log_level = wp.LOG_WARNING
-
-# On a processor too, products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where
-# there are any, of which the compiler makes no use on some by default, at half the speed.
-CPU_FLAGS = f"{wp.config.cpu_compiler_flags} -ffp-contract=fast -mprefer-vector-width=512"
-
-
 def options(plan: Plan) -> dict[str, object]:
     """Return the options of the module that a plan's kernel is compiled in."""
-    return {"max_unroll": plan.max_unroll, "cpu_compiler_flags": CPU_FLAGS}
+    return {"max_unroll": plan.max_unroll, "cpu_compiler_flags": cpu_flags()}
 
 
 def row_types(plan: Plan) -> tuple:

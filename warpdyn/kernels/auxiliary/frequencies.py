@@ -12,9 +12,8 @@ import functools
 import numpy as np
 import warp as wp
 
-from warpdyn.device.processor import align_rows
+from warpdyn.device.processor import align_rows, cpu_flags
 from warpdyn.kernels.arguments import lane_rows
-from warpdyn.kernels.plan import CPU_FLAGS
 
 # Measured: a division waits for the one before it, so that more lanes than registers hold are quicker all the same.
 LANES_OF_CHAINS = 64
@@ -35,7 +34,7 @@ def frequencies_kernel(storeys: int, lanes: int) -> wp.Kernel:
     short = wp.constant(double(1 - 8 * np.finfo(float).eps * storeys))
 
     @wp.kernel(
-        module="unique", enable_backward=False, module_options={"max_unroll": 1, "cpu_compiler_flags": CPU_FLAGS}
+        module="unique", enable_backward=False, module_options={"max_unroll": 1, "cpu_compiler_flags": cpu_flags()}
     )
     def find_frequencies(
         mass: wp.array2d(dtype=double),  # [storey, structure]; as many structures as threads have lanes
@@ -101,7 +100,7 @@ def frequencies_kernel(storeys: int, lanes: int) -> wp.Kernel:
                     shift[j] = short * n / (s1[j] + wp.sqrt(spread))
                     floor[j] = least * (shifted[j] + shift[j])
                     d[j] = wp.max(q[0, j] - shift[j], floor[j])
-                    # Each chain's lane stops by itself: what becomes of one must not depend on those beside it.
+                    # Each lane stops its own iteration, so that the result of a chain does not depend on the others.
                     shifted[j] += goes_on[j] * shift[j]
                 for i in range(last):
                     for j in range(LANES):

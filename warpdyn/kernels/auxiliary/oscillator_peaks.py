@@ -24,7 +24,7 @@ from warpdyn.kernels.build import (
     GPU_UNROLL,
     THREADS_OF_A_BLOCK,
 )
-from warpdyn.kernels.queues import SLICES_A_THREAD
+from warpdyn.kernels.queues import SLICES_PER_THREAD
 
 
 @wp.struct
@@ -236,7 +236,7 @@ def largest_displacements(
     def run(edges: tuple[int, int]) -> None:
         wp.launch(kernel, dim=edges[1] - edges[0], inputs=[edges[0], *arguments], device=device)
 
-    edges = np.unique(np.linspace(0, blocks, min(blocks, threads * SLICES_A_THREAD) + 1).astype(int))
+    edges = np.unique(np.linspace(0, blocks, min(blocks, threads * SLICES_PER_THREAD) + 1).astype(int))
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(run, pairwise(edges)))  # a list asks for every result, and raises what a thread raised
     return output.numpy()
