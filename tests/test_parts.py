@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 
 import warpdyn as wd
 from warpdyn.kernels import build, composition, registry, source
@@ -119,6 +120,44 @@ def test_parts_that_disagree_on_a_field_are_told(monkeypatch):
     registry.fields.cache_clear()
 
 
+def small_scene(excitation=None):
+    building = wd.ShearBuilding(1.0, 100.0, 3.0, law="bilinear", yield_force=1.0, hardening_ratio=0.1)
+    return wd.Scene(building, excitation or wd.FreeVibration(1.0, velocity=0.1), recorders=("drift",))
+
+
+def test_a_sequence_shows_the_kernel_of_its_first_event():
+    motion = wd.GroundMotion(np.ones(10), 0.01)
+    sequence = wd.EventSequence({"main shock": motion, "aftershock": motion})
+    assert "final_displacement" in source(small_scene(sequence), device="cpu")
+    assert "final_displacement" not in source(small_scene(motion), device="cpu")
+
+
+CITY = wd.Portfolio({"house": wd.Archetype(wd.ShearBuilding(1.0, 100.0, 3.0), 2)})
+MOTION = wd.GroundMotion(np.ones(10), 0.01)
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings", "message"),
+    [
+        ("scene", {}, r"source\(\) takes a Scene"),
+        (wd.Scene(CITY, wd.OneMotionPerStructure([MOTION])), {}, "one structure, got a Portfolio"),
+        (small_scene(), {"method": "rk5"}, "unknown method 'rk5'"),
+        (small_scene(), {"dtype": "float16"}, "unknown dtype 'float16'"),
+        (small_scene(), {"method": "exact"}, "'exact' does not fit storeys of law 'bilinear'"),
+    ],
+)
+def test_no_kernel_is_shown_that_would_not_run(scene, settings, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        source(scene, device="cpu", **settings)
+
+
+def test_flags_of_the_user_come_first(monkeypatch):
+    own = "-ffp-contract=fast -mprefer-vector-width=512"
+    for configured, first in ((None, "-march=native "), ("", ""), ("-march=x86-64-v3", "-march=x86-64-v3 ")):
+        monkeypatch.setattr(wp.config, "cpu_compiler_flags", configured)
+        assert build.options(PLAIN)["cpu_compiler_flags"] == first + own
+
+
 def test_threads_build_one_kernel(monkeypatch):
     # Python 3.11 fails where two threads parse at once.
     built = []
@@ -133,3 +172,9 @@ def test_threads_build_one_kernel(monkeypatch):
         sys.setswitchinterval(interval)
     assert len(built) == 1
     assert all(kernel is kernels[0] for kernel in kernels)
+
+
+def test_unoptimised_tests_build_kernels_of_their_own(request):
+    shipped = build.build_kernel(PLAIN)
+    request.getfixturevalue("unoptimised")
+    assert build.build_kernel(PLAIN) is not shipped

@@ -33,8 +33,8 @@ ROOMS = (
 MOST_FILES = 13  # a dozen, and `__init__.py`
 MOST_LINES = 400
 MOST_HOMONYMS = 1  # of a function, in other rooms
-# Functions that still have more. The list must be empty in the end.
-OF_MANY_ROOMS: tuple[str, ...] = ()
+# `warpdyn.kernels.source` asks the room that knows what a scene needs, when it is called.
+IMPORTS_LATER_ROOM = {("kernels", "integration")}
 
 
 def imported_rooms(source: str) -> set[str]:
@@ -47,6 +47,8 @@ def imported_rooms(source: str) -> set[str]:
             modules.add(node.module)
         elif isinstance(node, ast.Import):
             modules |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.Call) and getattr(node.func, "attr", None) == "import_module":
+            modules |= {value.value for value in node.args if isinstance(value, ast.Constant)}
     return {module.split(".")[1] for module in modules if module.startswith("warpdyn.")}
 
 
@@ -62,13 +64,14 @@ def test_there_are_no_other_rooms():
 def test_a_room_imports_only_rooms_before_it(room):
     later = {*ROOMS[ROOMS.index(room) + 1 :], "truth"}
     for path in (PACKAGE / room).rglob("*.py"):
-        wrong = imported_rooms(path.read_text()) & later
+        wrong = imported_rooms(path.read_text()) & later - {other for one, other in IMPORTS_LATER_ROOM if one == room}
         assert not wrong, f"{path.relative_to(PACKAGE)} imports {', '.join(sorted(wrong))}, which stand after {room}"
 
 
 def test_the_rule_sees_every_kind_of_import():
     source = "import warpdyn.plots\nfrom warpdyn import running\ndef f():\n    from warpdyn.portfolio.groups import g\n"
-    assert imported_rooms(source) == {"plots", "running", "portfolio"}
+    source += "    importlib.import_module('warpdyn.accuracy.pilot')\n"
+    assert imported_rooms(source) == {"plots", "running", "portfolio", "accuracy"}
 
 
 def test_a_folder_holds_a_dozen_files_at_most():
@@ -98,12 +101,12 @@ def rooms_of_functions() -> dict[str, set[str]]:
 def test_a_function_has_few_homonyms():
     # Who searches for a name finds what is meant.
     shared = {name: sorted(rooms) for name, rooms in rooms_of_functions().items() if len(rooms) > 1 + MOST_HOMONYMS}
-    assert set(shared) == set(OF_MANY_ROOMS), shared
+    assert not shared
 
 
 def test_no_public_name_hides_a_module():
     modules = {path.stem for path in PACKAGE.glob("*.py")} | set(ROOMS)
-    assert not modules & set(wd.__all__) - {"laws", "plots"}  # these two are the rooms themselves
+    assert not modules & set(wd.__all__) - {"kernels", "laws", "plots"}  # these are the rooms themselves
 
 
 def modules_after(statements: str) -> set[str]:

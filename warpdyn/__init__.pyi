@@ -1,6 +1,6 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
-from . import laws as laws, plots as plots, truth as truth
+from . import kernels as kernels, laws as laws, plots as plots, truth as truth
 from .accuracy.pilot import MethodChoice as MethodChoice, plan as plan
 from .core.netcdf import write as write
 from .ground_motions import records as records

@@ -10,7 +10,6 @@ from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
 from warpdyn.kernels.output_table import HISTORY
-from warpdyn.kernels.plan import Plan
 from warpdyn.laws.devices.parameters import damper_values, kind_of_dampers, steepest_damping
 from warpdyn.methods.stability_limits import (
     highest_damping_rate,
@@ -111,7 +110,7 @@ class ChainDynamics(Dynamics):
         load = excitation.modal_load(shape, momentum, np.ones(dofs))
         return Modes(drift, squared, damping, np.ones(len(mass)), load, excitation.modal_start(momentum))
 
-    def pack(self, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:
+    def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
         """Return the arrays of the chain's kernels, structures last."""
         mass, inherent = parameters["mass"], self.structure.inherent_damping
         structures = len(mass)

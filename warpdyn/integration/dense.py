@@ -10,7 +10,6 @@ from scipy.linalg import eigh
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.kernels.output_table import HISTORY
-from warpdyn.kernels.plan import Plan
 from warpdyn.methods.stability_limits import highest_damping_rate, stable_step_of_eigenvalues, state_eigenvalues
 from warpdyn.methods.table import Method
 from warpdyn.structures.linear_system import LinearSystem
@@ -67,7 +66,7 @@ class DenseDynamics(Dynamics):
         start = np.broadcast_to(start, (2, len(mass), self.structure.dofs))
         return Modes(shape[None], of_stiffness * squared, of_damping * damping, mass, load, start)
 
-    def pack(self, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:
+    def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
         """Return the arrays of the dense kernel: the nominal matrices and the factors on them."""
         nominal = self.structure.parameters
         return {

@@ -11,7 +11,6 @@ import numpy as np
 
 from warpdyn.core.thread_pool import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.ground_motions.excitation import Excitation
-from warpdyn.kernels.plan import Plan
 from warpdyn.methods.table import Method
 from warpdyn.structures.structure import Structure
 
@@ -137,12 +136,11 @@ class Dynamics(ABC):
         """
 
     @abstractmethod
-    def pack(self, parameters: Arrays, plan: Plan, rayleigh: np.ndarray) -> Arrays:
+    def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
         """Return the arrays that kernels of stepwise methods read, structures last.
 
         Args:
             parameters: Every parameter of some structures, `structure` first.
-            plan: The kernel's plan.
             rayleigh: Factors of Rayleigh damping, from their vibration.
         """
 

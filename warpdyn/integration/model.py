@@ -7,18 +7,20 @@ from functools import cached_property
 
 import numpy as np
 
+from warpdyn.core.checks import check_kind
 from warpdyn.core.output_variables import Variable
 from warpdyn.ground_motions.excitation import Timeline
 from warpdyn.integration.chain import ChainDynamics
 from warpdyn.integration.dense import DenseDynamics
 from warpdyn.integration.dynamics import Arrays, Dynamics, Vibration
+from warpdyn.integration.settings import Integration
 from warpdyn.kernels import arguments
 from warpdyn.kernels.build import composed, fitted
 from warpdyn.kernels.output_table import RECORDERS, STATE, recorded
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.laws.springs import spring_row
-from warpdyn.methods.table import METHODS, Method
+from warpdyn.methods.table import METHODS, Method, check_fits
 from warpdyn.scene.scene import Scene
 
 FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
@@ -53,10 +55,30 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
     return fitted(plan, is_gpu)
 
 
+def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
+    """Return the plan of each event; each of several events records its final state, and later ones start from one."""
+    if events == 1:
+        return (plan,)
+    recorders = (*plan.recorders, STATE)
+    later = replace(plan, recorders=recorders, resumes=True)
+    return (replace(later, resumes=False), *[later] * (events - 1))
+
+
 def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str | None) -> str:
-    """Return the text of a scene's kernel; the keywords are those of `simulate`."""
+    """Return the text of a scene's kernel, of its first event if it has several; the keywords are those of `simulate`.
+
+    Raises:
+        TypeError, ValueError: If the scene is none or is a portfolio's, or an argument is unknown or does not fit it.
+    """
+    check_kind("source", "a Scene", scene, Scene)
+    if scene.structure.is_many:
+        raise ValueError("source() takes a scene of one structure, got a Portfolio, which runs several kernels")
+    integration = Integration.from_arguments(method=method, dtype=dtype, target_error=None)
+    dynamics = dynamics_of(scene)
+    check_fits(integration.method, dynamics.fitting_law, scene.structure.damping)
     is_gpu = checked_devices(device)[0] != "cpu"
-    return composed(plan_of(scene, dynamics_of(scene), method or "rk4", dtype or "float32", is_gpu=is_gpu)).text
+    plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
+    return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +104,7 @@ class Model:
     tolerance: float
     seed: int
     threads: int
-    _loads: dict[str, object] = field(default_factory=dict, init=False, repr=False)
+    _loads: dict[tuple[str, str], object] = field(default_factory=dict, repr=False)  # by device and dtype
 
     @cached_property
     def variables(self) -> dict[str, Variable]:
@@ -121,14 +143,10 @@ class Model:
 
         All events but the first share one model.
         """
-        events = len(self.scene.excitation.event_names)
-        if events == 1:
+        first, *later = plans_of_events(self.plan, len(self.scene.excitation.event_names))
+        if not later:
             return (self,)
-        recorders = (*self.plan.recorders, STATE)
-        first, later = (
-            replace(self, plan=replace(self.plan, recorders=recorders, resumes=resumes)) for resumes in (False, True)
-        )
-        return (first, *[later] * (events - 1))
+        return (replace(self, plan=first), *[replace(self, plan=later[0])] * len(later))
 
     def in_float64(self, tolerance: float, device: str) -> Model:
         """Return the model in double precision on a device, with another tolerance."""
@@ -136,11 +154,12 @@ class Model:
         return replace(self, plan=plan, tolerance=tolerance)
 
     def loads_on(self, device: str) -> object:
-        """Return the load in a device's memory, where it is copied once."""
-        if device not in self._loads:
+        """Return the load in a device's memory, to which models of the same scene copy it once."""
+        place = device, self.plan.dtype
+        if place not in self._loads:
             packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
-            self._loads[device] = arguments.brought("Load", packed, self.plan.dtype, device)
-        return self._loads[device]
+            self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
+        return self._loads[place]
 
     def blank_outputs(self, samples: int) -> Arrays:
         """Return memory for the outputs of some samples, sample first."""

@@ -35,11 +35,11 @@ def pack_structures(
         assert step is not None
         return pack_linear(dynamics, model.scene.excitation, model.method, parameters, step)
     if not dynamics.is_packed_in_parts:
-        return dynamics.pack(parameters, plan, rayleigh)
+        return dynamics.pack(parameters, rayleigh)
 
     def part(structures: slice) -> Arrays:
         values = {name: array[structures] for name, array in parameters.items()}
-        return dynamics.pack(values, plan, rayleigh[structures])
+        return dynamics.pack(values, rayleigh[structures])
 
     count = len(rayleigh)
     if count <= STRUCTURES_AT_A_TIME:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpdyn.core.messages import tell
+from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
 from warpdyn.ground_motions.excitation import MOST_STEPS
 from warpdyn.integration.dynamics import Vibration
@@ -92,7 +92,7 @@ class Findings:
                 f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate"
             )
         for text in messages:
-            tell(self.event + text)
+            warn_caller(self.event + text)
 
     def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
         """Count the outcomes of a block's samples whose step was stable."""

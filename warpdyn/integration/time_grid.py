@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdyn.core.checks import real_number
-from warpdyn.core.messages import tell
+from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.excitation import MOST_STEPS, Assignment, Timeline
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.scene.scene import Scene
@@ -114,7 +114,7 @@ def build_timeline(
     if resample and step is not None:
         skipped = sum(step > motion.step * (1 + 1e-6) for motion in excitation.motions)
         if skipped:
-            tell(
+            warn_caller(
                 f"at {step:g} s, {skipped} of {len(excitation.motions)} motions are resampled at less than their own "
                 "rate: what they hold between is left out"
             )
@@ -126,7 +126,7 @@ def warn_of_short_tail(scene: Scene, longest_period: float) -> None:
     is_read = "residual" in scene.recorders and scene.excitation.motions
     if scene.tail is None or not is_read or scene.tail >= longest_period:
         return
-    tell(
+    warn_caller(
         f"a tail of {scene.tail:g} s is shorter than the first period, {longest_period:.3g} s: what is recorded as "
         "residual drift is none; leave `tail` out, or 'residual' out of `recorders`"
     )
