@@ -119,6 +119,18 @@ def test_simulate_takes_what_the_plan_chooses(true_peaks):
         wd.plan(scene(), method="exact")
     with pytest.raises(TypeError, match="plan\\(\\) takes a Scene"):
         wd.plan("scene")
+    motion = wd.GroundMotion([0.0, 1.0, 0.0], 0.02)
+    city = wd.Portfolio({"house": wd.Archetype(wd.ShearBuilding(1.0, 100.0, 3.0), 2)})
+    with pytest.raises(ValueError, match="takes a scene of one structure, got a Portfolio"):
+        wd.plan(wd.Scene(city, wd.OneMotionPerStructure([motion])))
+
+
+def test_a_plan_takes_as_many_structures_as_motions_are_given_for():
+    building = wd.ShearBuilding(1.0, 100.0, 3.0)
+    motion = wd.GroundMotion(np.sin(np.arange(50) / 5), 0.02)
+    one = wd.Scene(building, wd.OneMotionPerStructure([motion], motion=[0]), tail=0.0, recorders=("drift",))
+    choice = wd.plan(one, method="rk4", dtype="float64", device="cpu")
+    assert choice.table.attrs["pilot_samples"] == 1
 
 
 def carried(the_scene):
@@ -126,7 +138,7 @@ def carried(the_scene):
 
 
 def test_a_scene_that_names_less_carries_less():
-    values = [f"{part} a sample [values]" for part in ("state", "structure", "method", "recorders")]
+    values = [f"{part} per sample [values]" for part in ("state", "structure", "method", "recorders")]
     bouc_wen = carried(scene("bouc_wen", recorders=None))
     elastic = carried(scene("elastic", recorders=None))
     fewer = carried(scene("elastic", recorders=("drift",)))
@@ -135,14 +147,17 @@ def test_a_scene_that_names_less_carries_less():
     assert [elastic[name] for name in values[:2]] == [4, 2 * (1 + 1) + 2]
     assert fewer[values[3]] < elastic[values[3]] == bouc_wen[values[3]]
     for less, more in ((elastic, bouc_wen), (fewer, elastic)):
-        for name in ("registers a sample, all held [32 bits]", "bytes read and written a sample"):
+        for name in ("registers per sample, if all values are held [32 bits]", "bytes read and written per sample"):
             assert less[name] < more[name], name
     one_storey = wd.Scene(wd.ShearBuilding(1e5, [6e7], 3.0), wd.Cloud(MOTIONS), recorders=("drift",), tail=0.6)
     assert (
-        carried(one_storey)["registers a sample, all held [32 bits]"] < fewer["registers a sample, all held [32 bits]"]
+        carried(one_storey)["registers per sample, if all values are held [32 bits]"]
+        < fewer["registers per sample, if all values are held [32 bits]"]
     )
     free = wd.Scene(wd.ShearBuilding(1e5, [6e7], 3.0), wd.FreeVibration(5.0, velocity=0.1), recorders=("drift",))
     assert (
-        carried(free)["bytes read and written a sample"] < 200 < carried(one_storey)["bytes read and written a sample"]
+        carried(free)["bytes read and written per sample"]
+        < 200
+        < carried(one_storey)["bytes read and written per sample"]
     )
     assert bouc_wen["samples"] == 40  # five structures under eight motions

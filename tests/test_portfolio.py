@@ -54,7 +54,7 @@ CITY = wd.Portfolio(ARCHETYPES)
 
 def simulate(portfolio, excitation, **settings):
     """Run a portfolio, given what its scene and what its run takes together."""
-    names = ("recorders", "tail", "collapse_drift_ratio", "scatter")
+    names = ("recorders", "tail", "collapse_drift_ratio", "scatter", "sampling")
     of_scene = {key: settings.pop(key) for key in names if key in settings}
     return wd.simulate(wd.Scene(portfolio, excitation, **of_scene), **settings)
 
@@ -348,12 +348,13 @@ BAD_DRAW = wd.Portfolio({"bad": wd.Archetype(chain(1), 9, WILD)})
 RUNS = {
     "scatter": ({"scatter": {"mass": 1.0}}, "names unknown parameter 'mass'"),
     "excitation": ({"excitation": wd.FreeVibration(1.0)}, "Stripes, Cloud or OneMotionPerStructure, got FreeVibration"),
-    "structures": ({"structures": 3}, "structures are not of a portfolio: an archetype's `count`"),
+    "structures": ({"structures": 3}, "structures= does not apply to a portfolio: leave it out"),
     "histories": ({"histories": wd.Histories([0])}, "histories of a portfolio are not kept"),
     "individual": ({"excitation": wd.OneMotionPerStructure(MOTIONS, [0, 1])}, "motion has 2 values for 25 samples"),
     "method": ({"method": "exact"}, "archetype 'low': method 'exact' does not fit storeys of law 'bilinear'"),
     "unknown method": ({"method": "euler"}, "unknown method 'euler'"),
     "recorder": ({"recorders": ("drifts",)}, "unknown recorder"),
+    "sampling": ({"sampling": "sobol"}, "sampling of a portfolio must be 'monte_carlo', got 'sobol'"),
     "seed": ({"seed": -1}, "seed must be a whole number of at least 0"),
     "drawn": (
         {"portfolio": wd.Portfolio({"ok": wd.Archetype(chain(1)), "bad": wd.Archetype(chain(1), 9, WILD)})},

@@ -28,10 +28,12 @@ from warpdyn.scene.scene import Scene
 # The methods that the accuracy study found cheapest, within the scatter of its timings, for some scene and error, and
 # the cheapest method without a stability limit; other methods are tried only if they are asked for.
 CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
-HELD = 0.9  # the part of the target that the pilot's error must stay below: its reference errs a little itself
+SHARE_OF_TARGET = (
+    0.9  # the part of the target that the pilot's error must stay below: its reference errs a little itself
+)
 # Steps tried, as steps in the first period: half an octave apart.
-STEPS_A_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
-REFERENCE_STEPS_A_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more below it
+STEPS_PER_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
+REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more below it
 # A candidate that needs this many times more steps for stability than for accuracy is given up.
 MOST_HELD = 20.0
 PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # these fill the lanes of a few threads, or a GPU
@@ -58,16 +60,16 @@ class MethodChoice:
     carried: dict[str, float]
 
     def __str__(self) -> str:
-        lines = [f"{'method':<26} {'dtype':<8} {'longest step [s]':>16} {'95 % error':>11} {'time a sample [s]':>18}"]
+        lines = [f"{'method':<26} {'dtype':<8} {'longest step [s]':>16} {'95 % error':>11} {'time per sample [s]':>19}"]
         for row in range(self.table.sizes["candidate"]):
             entry = self.table.isel(candidate=row)
             is_chosen = (entry.method.item(), entry.dtype.item()) == (self.method, self.dtype)
             lines.append(
                 f"{entry.method.item():<26} {entry.dtype.item():<8} {entry.longest_step.item():>16.4g} "
-                f"{entry.error.item():>11.2e} {entry.seconds_per_sample.item():>18.2e}{' *' if is_chosen else ''}"
+                f"{entry.error.item():>11.2e} {entry.seconds_per_sample.item():>19.2e}{' *' if is_chosen else ''}"
             )
         lines.append(f"* the cheapest within {self.table.attrs['target_error']:g}")
-        lines += [f"{name:<40} {value:,.6g}" for name, value in self.carried.items()]
+        lines += [f"{name:<52} {value:,.6g}" for name, value in self.carried.items()]
         return "\n".join(lines)
 
 
@@ -104,6 +106,11 @@ def plan(
     """
     check_kind("plan", "a Scene", scene, Scene)
     check_target_error(target_error)
+    if scene.structure.is_many:
+        raise ValueError(
+            "plan() takes a scene of one structure, got a Portfolio: plan an archetype's scene by itself, or give "
+            "simulate() target_error=, which makes a plan for each group of the portfolio's buildings"
+        )
     if len(scene.excitation.event_names) > 1:
         raise ValueError(
             "target_error chooses the step by a pilot of one event, and the scene has an EventSequence: plan() its "
@@ -128,7 +135,8 @@ def plan(
     if not rows:
         raise ValueError(
             f"no method keeps the 95 % error of the peak drift below {target_error:g} with up to "
-            f"{STEPS_A_PERIOD[-1]:.4g} steps in the first period (tried: {', '.join(methods)}): ask for a larger error"
+            f"{STEPS_PER_PERIOD[-1]:.4g} steps in the first period (tried: {', '.join(methods)}): "
+            "ask for a larger error"
         )
     # Candidates are timed in turn, several times, so that a slow phase of the machine affects them all.
     seconds = np.min([[pilot.seconds(row[4]) for row in rows] for _ in range(TIMINGS)], axis=0)
@@ -138,7 +146,7 @@ def plan(
         "dtype": ([row[1] for row in rows], "number type", "1"),
         "longest_step": ([row[2] for row in rows], "longest integration step", "s"),
         "error": ([row[3] for row in rows], "95 % error of the peak drift in the pilot", "1"),
-        "seconds_per_sample": (seconds, "time a sample of the pilot", "s"),
+        "seconds_per_sample": (seconds, "time per sample of the pilot", "s"),
     }
     table = xr.Dataset(
         {key: ("candidate", np.array(v), {"long_name": text, "units": u}) for key, (v, text, u) in columns.items()},
@@ -168,7 +176,7 @@ class _Pilot:
         first, vibration = self._prepared("rk4", "float64", None)
         periods = vibration.period
         self.period = float(np.median(periods))
-        finer = REFERENCE_STEPS_A_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
+        finer = REFERENCE_STEPS_PER_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
         is_linear = first.model.dynamics.fitting_law == "elastic"
         method, step = "exact" if is_linear else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
@@ -212,11 +220,11 @@ class _Pilot:
             dtype: Number type.
             is_settled: Whether the caller asked for this method.
         """
-        low, high, found = 0, len(STEPS_A_PERIOD) - 1, None
+        low, high, found = 0, len(STEPS_PER_PERIOD) - 1, None
         while low <= high:
             middle = (low + high) // 2
             try:
-                run, held = self._run(method, dtype, self.period / STEPS_A_PERIOD[middle])
+                run, held = self._run(method, dtype, self.period / STEPS_PER_PERIOD[middle])
             except ValueError:  # the method amplifies an undamped mode at any step
                 if is_settled:
                     raise
@@ -225,7 +233,7 @@ class _Pilot:
                 low = middle + 1
                 continue
             error = self._error(run)
-            if error <= HELD * self.target_error:
+            if error <= SHARE_OF_TARGET * self.target_error:
                 taken = float(run.timeline.steps.max())
                 found, high = (taken, error, run), middle - 1
             else:
@@ -260,10 +268,10 @@ def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample:
     total = (_fixed_structures(scene) or structures) * scene.excitation.samples_per_structure
     read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
     return {
-        **{f"{name} a sample [values]": count for name, count in held.items()},
-        "registers a sample, all held [32 bits]": sum(held.values()) * width / 4,
-        "bytes read and written a sample": width * (read + held["structure"] + held["recorders"]) + 4 * 6,
-        "steps a sample, mean": float(steps.mean()),
+        **{f"{name} per sample [values]": count for name, count in held.items()},
+        "registers per sample, if all values are held [32 bits]": sum(held.values()) * width / 4,
+        "bytes read and written per sample": width * (read + held["structure"] + held["recorders"]) + 4 * 6,
+        "steps per sample, mean": float(steps.mean()),
         "samples": total,
         "expected integration time [s]": seconds_per_sample * total,
     }

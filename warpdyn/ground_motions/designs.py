@@ -173,8 +173,8 @@ class OneMotionPerStructure(Design):
     @property
     def structures_given(self) -> int:
         """How many structures have a motion or a scale of their own; 0 if any number may have the one of all."""
-        given = [np.size(values) for values in (self.motion, self.scale) if values is not None]
-        return max((size for size in given if size > 1), default=0)
+        given = [np.asarray(values) for values in (self.motion, self.scale) if values is not None]
+        return max((values.size for values in given if values.ndim), default=0)
 
     def of_structures(self, structures: np.ndarray, seed: int) -> OneMotionPerStructure:
         """Return the design of some structures of a run, given by their indices: what is drawn goes by these."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warpdyn.core.messages import tell
+from warpdyn.core.messages import warn_caller
 from warpdyn.integration.dynamics import Dynamics
 from warpdyn.integration.model import central_vibration, dynamics_of, plan_of
 from warpdyn.integration.sampler import Sampler
@@ -50,14 +50,18 @@ class Group:
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
         who = f"{self.buildings.size} buildings of {self.scene.structure.dofs} storeys (archetype{many} {shown})"
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            try:
+        caught: list[warnings.WarningMessage] = []
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
                 yield
-            except ValueError as error:
-                raise ValueError(f"{who}: {error}") from error
-        for warning in caught:
-            tell(f"{who}: {warning.message}", warning.category)
+        except ValueError as error:
+            raise ValueError(f"{who}: {error}") from error
+        except RuntimeError as error:
+            raise RuntimeError(f"{who}: {error}") from error
+        finally:
+            for warning in caught:
+                warn_caller(f"{who}: {warning.message}", warning.category)
 
 
 def scenes_of(scene: Scene) -> dict[str, Scene]:

@@ -12,10 +12,10 @@ from warpdyn.running.labels import Column, lengths
 SHARE_OF_FREE_MEMORY = 0.25
 # Samples of a block: on a CPU so many that the cost of launches is negligible; on a GPU so few that three blocks at a
 # time fill it, since preparation of the first block and collection of the last do not overlap with kernels.
-CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_A_GPU = 2**20, 2**17, 2**15, 4
+CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**15, 4
 # Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as numbers of 64 bits, sorted
 # and unsorted; copies of a structure's parameters as drawn, combined, packed and in the run's dtype.
-BYTES_A_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
+BYTES_PER_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
 MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are solved in parts, and of file chunks
 
 
@@ -34,7 +34,7 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
     is_gpu, devices = run.execution.is_gpu, run.execution.devices
     # Blocks on the devices, blocks that are being prepared, and one that is being collected.
     under_way = BLOCKS_ON_A_GPU * len(devices) + blocks_ahead(run) + 1 if is_gpu else 1
-    host, device = _bytes_a_structure(run, columns)
+    host, device = _bytes_per_structure(run, columns)
     if memory is None:
         rooms = [SHARE_OF_FREE_MEMORY * free_memory("cpu") / (under_way * host)]
         if is_gpu:
@@ -49,7 +49,7 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
     samples = run.samples
     count = -(-samples // (GPU_BLOCK if is_gpu else CPU_BLOCK))
     if is_gpu:
-        count = max(count, min(BLOCKS_A_GPU * len(devices), samples // LEAST_GPU_BLOCK))
+        count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
     count = max(count, -(-run.structures // room))
     count = min(-(-count // len(devices)) * len(devices), run.structures)
     return np.array_split(np.arange(run.structures), count)
@@ -60,7 +60,7 @@ def blocks_ahead(run: Run) -> int:
     return len(run.execution.devices) if run.execution.is_gpu else 0
 
 
-def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
+def _bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
     """Return the bytes of a structure with all its samples, on the host and on a device."""
     model = run.model
     width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
@@ -81,5 +81,5 @@ def _bytes_a_structure(run: Run, columns: dict[str, Column]) -> tuple[float, flo
     elif not drawn:  # one structure serves all
         values = 0
     samples = run.samples // run.structures
-    host = samples * (row + outputs + BYTES_A_SAMPLE) + 8 * COPIES_OF_A_STRUCTURE * (values + drawn_values)
+    host = samples * (row + outputs + BYTES_PER_SAMPLE) + 8 * COPIES_OF_A_STRUCTURE * (values + drawn_values)
     return host, samples * (2 * outputs + 8 * real) + 2 * real * values

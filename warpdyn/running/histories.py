@@ -55,8 +55,6 @@ class KeptHistories:
     """
 
     def __init__(self, histories: Histories, run: Run, queue: Queue, on_unstable: str) -> None:
-        if not isinstance(histories, Histories):
-            raise TypeError(f"histories must be Histories(samples, every), got {histories!r}")
         if len(run.samples_by_event) > 1:
             raise ValueError(
                 "histories of an EventSequence are not kept: leave them out, or run its first event by itself"

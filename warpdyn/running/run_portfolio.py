@@ -40,7 +40,7 @@ def run_portfolio(
     started = time.perf_counter()
     seed, portfolio, excitation = whole_number("seed", seed, 0), portfolio_of(scene), scene.excitation
     if structures != 1:
-        raise ValueError("structures are not of a portfolio: an archetype's `count` says how many buildings there are")
+        raise ValueError("structures= does not apply to a portfolio: leave it out, and give each Archetype its `count`")
     if kept.histories is not None:
         raise ValueError("histories of a portfolio are not kept: keep them in a run of the archetype by itself")
     samples_per_building = excitation.samples_per_structure

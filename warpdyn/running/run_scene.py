@@ -64,7 +64,7 @@ def run_scene(
         seed: Seed of every random draw.
     """
     started = time.perf_counter()
-    if integration.target_error is not None and integration.longest_step is None:
+    if integration.target_error is not None:
         build_run(scene, structures, integration, execution, seed)  # errors are raised before the pilot runs
         choice = plan(
             scene,

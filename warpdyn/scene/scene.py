@@ -69,6 +69,11 @@ class Scene:
             )
         excitation.check_fits(self.structure)
         one_of("sampling", self.sampling, SAMPLING)
+        if self.structure.is_many and self.sampling != "monte_carlo":
+            raise ValueError(
+                f"sampling of a portfolio must be 'monte_carlo', got {self.sampling!r}: "
+                "its buildings are drawn one by one"
+            )
         known = RECORDERS[self.structure.family]
         recorders = tuple(known) if self.recorders is None else self.recorders
         if not isinstance(recorders, tuple | list):
