@@ -66,7 +66,7 @@ def label_points(scenes: Mapping[str, Charted], points: Mapping[str, Points]) ->
         "seconds_per_sample": (
             dims,
             seconds,
-            "integration time a sample",
+            "integration time per sample",
             "s",
             "least of several runs, after a warm-up",
         ),
@@ -99,12 +99,12 @@ def label_plans(scenes: Mapping[str, Charted], plans: Mapping[str, list[Planned]
         "plan_dtype": ("number type that plan chose", "1"),
         "plan_step": ("longest step that plan chose", "s"),
         "plan_error": ("true 95 % error of the peak drift on plan's choice", "1"),
-        "plan_seconds_per_sample": ("integration time a sample on plan's choice", "s"),
+        "plan_seconds_per_sample": ("integration time per sample on plan's choice", "s"),
         "best_method": ("method of the cheapest charted point within the target", "1"),
         "best_dtype": ("number type of that point", "1"),
         "best_step": ("longest step of that point", "s"),
         "best_error": ("95 % error of the peak drift of that point", "1"),
-        "best_seconds_per_sample": ("integration time a sample of that point", "s"),
+        "best_seconds_per_sample": ("integration time per sample of that point", "s"),
     }
     variables = {}
     for name, (text, units) in columns.items():

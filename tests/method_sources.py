@@ -34,7 +34,7 @@ def thorough_unless(kept: bool, *values, **options):
     return pytest.param(*values, marks=() if kept else pytest.mark.thorough, **options)
 
 
-def one_a_source(methods: Iterable[str]) -> list:
+def one_per_source(methods: Iterable[str]) -> list:
     """Return methods as cases: one of each source, and the others as thorough ones."""
     methods = list(methods)
     return [thorough_unless(method in shown(methods), method) for method in methods]

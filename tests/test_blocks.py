@@ -196,9 +196,9 @@ def test_slices_hold_all_rows_of_lanes_once_and_equal_work():
         work.append(launch.steps[first * lanes : last * lanes : lanes].sum())
     for launch in launches:
         assert sorted(covered[id(launch.steps)]) == list(range(-(-launch.steps.size // lanes)))
-    assert len(parts) >= threads * devices.SLICES_A_THREAD
+    assert len(parts) >= threads * devices.SLICES_PER_THREAD
     # No slice of the large launch has much more work than its share; they are divided at whole rows.
-    share = sum(each[::lanes].sum() for each in steps) / (threads * devices.SLICES_A_THREAD)
+    share = sum(each[::lanes].sum() for each in steps) / (threads * devices.SLICES_PER_THREAD)
     assert max(work) < share + 10_000
     longest = [launch.steps[first * lanes] for launch, first, _ in parts]
     assert longest == sorted(longest, reverse=True)

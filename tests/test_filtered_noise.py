@@ -176,7 +176,7 @@ def test_a_plan_meets_its_target_under_noise():
     scene = wd.Scene(STRUCTURES["chain"], wd.FilteredNoise(KANAI_TAJIMI, 2.0, 0.02, ENVELOPE), recorders=("drift",))
     choice = wd.plan(scene, target_error=0.01, structures=100, device="cpu", method="rk4", dtype="float64")
     assert choice.table["error"].item() < 0.01
-    assert choice.carried["state a sample [values]"] == 2 * 2 + 2
+    assert choice.carried["state per sample [values]"] == 2 * 2 + 2
 
 
 def test_the_scene_says_what_its_noise_is():

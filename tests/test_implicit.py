@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from method_sources import one_a_source, shown, thorough_unless
+from method_sources import one_per_source, shown, thorough_unless
 from three_storeys import (
     AMPLITUDE,
     DAMPING_MATRIX,
@@ -146,7 +146,7 @@ def test_chains_and_their_recorders_against_full_matrices(method, law, damping, 
     check("hysteretic_energy", work - stored, supplied)
 
 
-@pytest.mark.parametrize("method", one_a_source(IMPLICIT))
+@pytest.mark.parametrize("method", one_per_source(IMPLICIT))
 def test_order(method):
     """Smooth load, and a base motion that is cut off: what follows it is free vibration, and must not cost an order."""
     viscous, stiffness = DAMPING_MATRIX["rayleigh"], chain_matrix(STIFFNESS)

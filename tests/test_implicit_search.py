@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
-from method_sources import one_a_source
+from method_sources import one_per_source
 from scipy.integrate import solve_ivp
 from three_storeys import (
     AMPLITUDE,
@@ -30,7 +30,7 @@ every_method = pytest.mark.parametrize("method", IMPLICIT)
 DEMANDS = [name for recorder in RECORDERS["chain"].values() for name in recorder if name != "residual_drift"]
 
 
-@pytest.mark.parametrize("method", one_a_source(IMPLICIT))
+@pytest.mark.parametrize("method", one_per_source(IMPLICIT))
 def test_bouc_wen_against_scipy(method):
     beta, gamma, exponent = 0.6, 0.3, 1.5
     # The storeys push along for half a second and back.

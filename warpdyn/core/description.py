@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-LONGEST_ARRAY = 1024  # longer ones are told by their shape
+LONGEST_ARRAY = 1024  # values; of longer arrays the shape alone is written
 
 
 def to_json(value: object) -> str:

@@ -11,7 +11,7 @@ from types import FrameType
 PACKAGE = str(Path(__file__).parent.parent) + os.sep
 
 
-def tell(message: str, category: type[Warning] = UserWarning) -> None:
+def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
     """Warn, as of the line that called warpdyn, however deep within it this was found."""
     frame: FrameType | None = sys._getframe(1)
     level, of_caller = 2, 2

@@ -1,4 +1,4 @@
-"""What every excitation tells of itself: to a scene, to the engine and to the dataset; and its grid of times.
+"""The interface of excitations: what a scene, the integration and the dataset read of each; and its time grid.
 
 To add one, write a subclass of Excitation; a load that kernels do not have yet is a row of their LOADS.
 """

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+
+from warpdyn.core.messages import warn_caller
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
 
@@ -59,6 +60,4 @@ def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None
                 "after the decimal point, and no newline ends the file"
             )
         return
-    warnings.warn(
-        f"{path}: no newline ends the file, so its last value, {values[-1]!r}, may be truncated", stacklevel=3
-    )
+    warn_caller(f"{path}: no newline ends the file, so its last value, {values[-1]!r}, may be truncated")

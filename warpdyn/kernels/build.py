@@ -1,4 +1,4 @@
-"""Kernels by plan: which factory builds one, how many samples a thread carries, how far loops are unrolled."""
+"""Build the kernel of a plan; choose the lanes, the unrolling and the threads of a sample that suit a device."""
 
 import functools
 import os
@@ -16,7 +16,7 @@ from warpdyn.kernels.skeletons.propagated import advance_linear
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
-# (structure's family, method's kind) -> the course that is composed to a kernel.
+# (structure's family, method's kind) -> the skeleton that the kernel is composed from.
 SKELETONS = {
     ("chain", "explicit"): integrate_chain,
     ("chain", "implicit"): integrate_implicit_chain,

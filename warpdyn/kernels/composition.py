@@ -93,6 +93,9 @@ Energies, in parts of the recorder that sums them up:
     add_to_initial_energy, remember   of what an event starts with
     add_supply, add_supply_of_walk, add_supply_of_entry   of loads, to `power_in[j]`
     add_loss               of dampings beside `dashpot`, to `power_viscous[j]`
+    add_supply_at_state    of loads, to `energy_in[j]`, where energies are sums over the states of an implicit method,
+                           each of the weight `weight` (trapezoidal rule); add_loss_at_state of dampings beside
+                           `dashpot`, to `energy_viscous[j]`
     keep_end_of_step       of what the next step must know of a load
     add_to_supplied        of what else was supplied, at the end
     see_products           of full matrices: all products are known; see_mode, see_modes: those of a mode, and of all

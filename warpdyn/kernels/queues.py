@@ -14,7 +14,7 @@ from warpdyn.kernels.arguments import as_field, blank_value, wrapped
 from warpdyn.kernels.build import THREADS_OF_A_BLOCK, load_kernel
 from warpdyn.kernels.plan import Plan, structs
 
-SLICES_A_THREAD = 8  # short last slices keep all threads busy to the end
+SLICES_PER_THREAD = 8  # short last slices keep all threads busy to the end
 # Blocks under way on a GPU at a time: while one is waited for, the others keep it busy. Samples of one number of steps
 # in an interval are a launch of their own; the launches of a block run side by side on so many streams.
 BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
@@ -241,7 +241,7 @@ class CudaQueue:
         return array.numpy()
 
     def _settle(self) -> None:
-        """Take the times of what is done, and let go of what it needed."""
+        """Record the times of finished launches, and release the memory that they needed."""
         self._kept_alive.clear()
         while self._timed:
             start, end = self._timed.pop()
@@ -282,7 +282,7 @@ def seconds_in_kernels(queues: Sequence[Queue]) -> float:
 def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
     """Divide launches into slices of rows of lanes that take about as long each; the longest samples' come first."""
     costs = [np.cumsum(launch.steps[::lanes], dtype=np.float64) for launch in launches]  # a row is as long as its first
-    share = sum(cost[-1] for cost in costs) / (threads * SLICES_A_THREAD)
+    share = sum(cost[-1] for cost in costs) / (threads * SLICES_PER_THREAD)
     parts = []
     for launch, cost in zip(launches, costs, strict=True):
         count = max(1, round(cost[-1] / share))

@@ -50,8 +50,7 @@ def fields() -> dict[str, dict[str, str]]:
     Raises:
         ValueError: If two of them disagree on a field's type.
     """
-    names = ["skeletons", *(f"skeletons.{name}" for name in names_in("skeletons"))]
-    skeletons = [importlib.import_module(f"{__package__}.{name}") for name in names]
+    skeletons = [importlib.import_module(f"{__package__}.skeletons.{name}") for name in names_in("skeletons")]
     declared = [struct for part in (*all_parts(), *skeletons) for struct in getattr(part, "FIELDS", {}).items()]
     declared += [("Output", outputs_of(variables)) for rows in recorders().values() for variables in rows.values()]
     declared += [("Output", outputs_of(getattr(part, "ADAPTIVE", {}))) for part in parts_in("recorders")]

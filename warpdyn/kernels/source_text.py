@@ -1,4 +1,4 @@
-"""The text of functions: what stands in its slots, and what is left of it once some values are known.
+"""Rewrite the text of functions: fill its slots, and remove what known values make superfluous.
 
 Comments and line breaks stay. A comment belongs to the statement below it.
 """

@@ -11,8 +11,8 @@ import warp as wp
 from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions
 
-# A step too long for the rate at which a memory settles makes its deviation from there grow instead. One such step in
-# passing does no harm; where deviations have grown this many times, the memory has lost its way.
+# If a step is too long for the rate at which a memory settles, a deviation of the memory grows. One such step does no
+# harm; if a deviation has grown by this factor, the sample gets the status unstable_step.
 LARGEST_DEVIATION = 10.0
 LARGEST_GROWTH = wp.constant(wp.float64(1e30))
 POWERS = wp.constant(8)  # of a settling polynomial, zeros included

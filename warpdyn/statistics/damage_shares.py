@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from numbers import Integral
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number
+from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STRIPED
 from warpdyn.core.units import IN_G
 from warpdyn.ground_motions.motions import motion_numbers
@@ -103,7 +103,7 @@ def damage_shares(
         "failed_buildings": (
             ("archetype", *dims[:-1]),
             failures,
-            units | {"long_name": "buildings kept out, since what becomes of them is not known"},
+            units | {"long_name": "buildings not counted, because their integration failed"},
         ),
         "damage_limit": (
             ("archetype", "damage_state"),
@@ -184,10 +184,9 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
         + (f"motion {j}" if events is None else f"event {events[j].item()!r}")
         for i, j in worst[:3]
     ]
-    warnings.warn(
+    warn_caller(
         f"of {len(many)} archetypes in an event more than {allowed} failed and are not counted: "
-        + "; ".join(shown + ["..."] * (len(worst) > 3)),
-        stacklevel=3,
+        + "; ".join(shown + ["..."] * (len(worst) > 3))
     )
 
 

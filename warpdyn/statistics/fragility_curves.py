@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -11,6 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, real_numbers, whole_number
+from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import IN_G
 from warpdyn.statistics.lognormal_fit import (
     FIT_MEANINGS,
@@ -189,17 +189,16 @@ def _percentiles(replicates: np.ndarray, trusted: np.ndarray, confidence: float)
 
 def _warn(names: list[str], counts: StripeCounts, outcome: np.ndarray, fitted: np.ndarray) -> None:
     if len(counts.valid) == 1:
-        warnings.warn("the run has one record: a bootstrap over records has no interval to give", stacklevel=3)
+        warn_caller("the run has one record: a bootstrap over records has no interval to give")
     for state, name in enumerate(names):
         if outcome[-1, state] != FITTED:
             meaning = FIT_MEANINGS[outcome[-1, state]]
-            warnings.warn(f"damage state {name!r} has no lognormal fit: {meaning}", stacklevel=3)
+            warn_caller(f"damage state {name!r} has no lognormal fit: {meaning}")
         for row in np.flatnonzero((outcome[:, state] == FITTED) & (fitted[:, state] < LEAST_FITTED_FRACTION)):
             where = "worst storey" if row == len(outcome) - 1 else f"storey {counts.storeys[row]}"
-            warnings.warn(
+            warn_caller(
                 f"damage state {name!r}, {where}: only {100 * fitted[row, state]:.1f} % of the bootstrap replicates "
-                f"have a lognormal fit, so no interval is given (at least {100 * LEAST_FITTED_FRACTION:g} % must)",
-                stacklevel=3,
+                f"have a lognormal fit, so no interval is given (at least {100 * LEAST_FITTED_FRACTION:g} % must)"
             )
 
 

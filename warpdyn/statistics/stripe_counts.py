@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS as _STATUS, STRIPED
+from warpdyn.core.messages import warn_caller
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STATUS_MEANINGS, STRIPED
 
 LARGEST_EXCLUDED_FRACTION = 0.01  # with a larger fraction of failed samples an error is raised
 
@@ -49,14 +49,14 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
         ValueError: If the dataset is not such a run, or more than 1 % of its samples failed (diverged and the like).
     """
     drift, status, record, level, labels, record_index, levels, stripe = _checked_inputs(dataset)
-    excluded = {name: int((status == _STATUS.index(name)).sum()) for name in _STATUS[DIVERGED:]}
-    kept = status <= _STATUS.index("collapsed")
+    excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
+    kept = status <= COLLAPSED
     if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
         raise ValueError(_refusal(excluded, record[~kept], level[~kept], status.size))
 
     if not kept.all():
         drift, stripe, record_index, status = drift[kept], stripe[kept], record_index[kept], status[kept]
-    collapsed = status == _STATUS.index("collapsed")
+    collapsed = status == COLLAPSED
     # Records whose samples are all excluded are left out.
     has_samples = np.bincount(record_index, minlength=labels.size) > 0
     record_index = (np.cumsum(has_samples) - 1)[record_index]
@@ -68,10 +68,9 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
         # Every collapse counts as exceeding every limit, also a limit that no drift of theirs is known to exceed.
         least = np.nanmin(drift[collapsed].max(axis=1), initial=np.inf)
         for value in limit[limit > least]:
-            warnings.warn(
+            warn_caller(
                 f"the limit {value:g} lies above the drift at which samples collapsed ({least:.3g}): every collapse "
-                "counts as exceeding it",
-                stacklevel=3,
+                "counts as exceeding it"
             )
 
     # A histogram of how many limits each demand exceeds; as limits increase, sums from above give every state.
@@ -107,7 +106,7 @@ def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, sa
 
 
 def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
-    """Return drift ratio, status as an index into `_STATUS`, motion and level of every sample.
+    """Return drift ratio, status as an index into `STATUS_MEANINGS`, motion and level of every sample.
 
     Then follow the distinct motions and every sample's index into them, and the same for the levels.
     """
@@ -146,7 +145,7 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
         raise ValueError(f"'im_level' has {levels.size} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
     status = decoded_status(dataset["status"])
     unusable = ~np.isfinite(drift).all(axis=1) | ~(drift >= 0).all(axis=1)
-    bad = np.flatnonzero(unusable & (status == _STATUS.index("ok")))
+    bad = np.flatnonzero(unusable & (status == OK))
     if bad.size:
         raise ValueError(
             f"sample {bad[0]} (motion_index {record[bad[0]]}, im_level {level[bad[0]]} g) is 'ok' but its "
@@ -166,15 +165,15 @@ def decoded_status(status: xr.DataArray) -> np.ndarray:
     """Return the status by the meanings of the flags, whatever codes a file has for them."""
     meanings = str(status.attrs.get("flag_meanings", "")).split()
     codes = np.atleast_1d(status.attrs.get("flag_values", ()))
-    known = {"ok", "collapsed"} <= set(meanings) <= set(_STATUS) and len(set(meanings)) == len(meanings)
+    known = {"ok", "collapsed"} <= set(meanings) <= set(STATUS_MEANINGS) and len(set(meanings)) == len(meanings)
     if not known or len(codes) != len(meanings):
         raise ValueError(
             f"'status' has flag_meanings {meanings} and flag_values {list(codes)}; "
-            f"it needs a value for each of those it has among {', '.join(_STATUS)}, ok and collapsed at least"
+            f"it needs a value for each of those it has among {', '.join(STATUS_MEANINGS)}, ok and collapsed at least"
         )
     decoded = np.full(status.shape, -1, dtype=np.int8)
     for code, meaning in zip(codes, meanings, strict=True):
-        decoded[status.values == code] = _STATUS.index(meaning)
+        decoded[status.values == code] = STATUS_MEANINGS.index(meaning)
     bad = np.flatnonzero(decoded < 0)
     if bad.size:
         raise ValueError(f"'status' of sample {bad[0]} is {status.values[bad[0]]}; allowed are {list(codes)}")

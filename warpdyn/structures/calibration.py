@@ -8,10 +8,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import finite_numbers, whole_number
+from warpdyn.core.checks import finite_numbers, one_of, whole_number
 from warpdyn.laws import LAWS, Law
 from warpdyn.laws.lookup import laws_and_values
 from warpdyn.structures.capacity_curves import capacity_chain
+from warpdyn.structures.damping import DAMPING
 from warpdyn.structures.hazus import hazus_chain
 from warpdyn.structures.p_delta import storey_weight_over_height
 from warpdyn.structures.periods import chain_of_periods
@@ -59,7 +60,8 @@ class CalibratedChain:
         """
         chain = hazus_chain(building_type, design_level, storeys, floor_area)
         ratio = chain.pop("damping_ratio")
-        if damping not in ("none", "storey"):
+        one_of("damping", damping, DAMPING)
+        if "damping_ratio" in DAMPING[damping].parameters:
             parameters = {"damping_ratio": ratio} | parameters
         return cls._from_chain(storeys, chain, law, damping, parameters)
 
@@ -154,7 +156,7 @@ class CalibratedChain:
         chain = _masses_and_heights(storeys, mass, height)
         chain["stiffness"] = chain_of_periods(period, chain["mass"], chain["height"], distribution)
         if parameters.get("gravity_load") is not None:
-            load = _one_a_storey("gravity_load", parameters["gravity_load"], len(chain["mass"]))
+            load = _one_per_storey("gravity_load", parameters["gravity_load"], len(chain["mass"]))
             chain["stiffness"] += storey_weight_over_height({"gravity_load": load, "height": chain["height"]})
         return cls._from_chain(storeys, chain, law, damping, parameters)
 
@@ -185,14 +187,14 @@ class CalibratedChain:
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
     """Return masses and heights, one for each storey."""
     count = whole_number("storeys", storeys, 1)
-    chain = {name: _one_a_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
+    chain = {name: _one_per_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
     for name, array in chain.items():
         for storey in np.flatnonzero(array <= 0):
             raise ValueError(f"{name} is {array[storey]:g} at storey {storey + 1}; it must be finite and above 0")
     return chain
 
 
-def _one_a_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
+def _one_per_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
     """Return finite numbers, one for each storey."""
     array = finite_numbers(name, value)
     if array.shape not in ((), (storeys,)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from warpdyn.core.checks import finite_numbers, one_of
+from warpdyn.core.messages import warn_caller
 from warpdyn.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
 
@@ -94,10 +94,9 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
     elif (strength := _first_root(excess, y, top)) is not None:
         at = yield_displacement(strength)
     else:
-        warnings.warn(
+        warn_caller(
             f"no bilinear curve has the area of the capacity curve up to its peak, point {given_peak}: taken as "
-            f"elastic-perfectly-plastic, at that peak, with {1 + excess(top) * 0.5 * top * end / area:.3g} of the area",
-            stacklevel=2,
+            f"elastic-perfectly-plastic, at that peak, with {1 + excess(top) * 0.5 * top * end / area:.3g} of the area"
         )
         return yield_displacement(top), float(top), 0.0
     return float(at), float(strength), float((top - strength) / (end - at) * at / strength)

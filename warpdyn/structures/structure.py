@@ -1,4 +1,4 @@
-"""What every kind of structure tells of itself: to a scene, to the engine and to the dataset."""
+"""The interface of structures: what a scene, the integration and the dataset read of every kind."""
 
 from __future__ import annotations
 

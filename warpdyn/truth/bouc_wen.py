@@ -60,7 +60,7 @@ def bouc_wen_chain_response(
     n = chain.storeys
     law = LAWS["bouc_wen"]
     given = {
-        name: chain.one_a_storey(name, value, law.parameters[name])
+        name: chain.one_per_storey(name, value, law.parameters[name])
         for name, value in {"beta": beta, "gamma": gamma, "exponent": exponent}.items()
     }
     beta, gamma, exponent = given.values()

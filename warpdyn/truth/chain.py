@@ -67,10 +67,10 @@ class ShearChain:
         if mass.ndim != 1 or not mass.size:
             raise ValueError(f"mass must have shape [storey], got {mass.shape}")
         n = self.storeys = mass.size
-        mass = self.one_a_storey("mass", mass, POSITIVE)
-        stiffness = self.one_a_storey("stiffness", stiffness, POSITIVE)
-        yield_force = self.one_a_storey("yield_force", yield_force, YIELD_FORCE)
-        hardening_ratio = self.one_a_storey("hardening_ratio", hardening_ratio, HARDENING_RATIO)
+        mass = self.one_per_storey("mass", mass, POSITIVE)
+        stiffness = self.one_per_storey("stiffness", stiffness, POSITIVE)
+        yield_force = self.one_per_storey("yield_force", yield_force, YIELD_FORCE)
+        hardening_ratio = self.one_per_storey("hardening_ratio", hardening_ratio, HARDENING_RATIO)
         damping, force = finite_numbers("damping", damping), finite_numbers("force", force)
         if damping.shape != (n, n):
             raise ValueError(f"damping must have shape [{n}, {n}], got {damping.shape}")
@@ -94,7 +94,7 @@ class ShearChain:
         self.fastest = np.sqrt(eigh(stiffness_matrix, np.diag(mass), eigvals_only=True)[-1])
         self.fastest += np.linalg.norm(damping / np.outer(root, root), 2)
 
-    def one_a_storey(self, name: str, value: ArrayLike, parameter: Parameter | None = None) -> np.ndarray:
+    def one_per_storey(self, name: str, value: ArrayLike, parameter: Parameter | None = None) -> np.ndarray:
         """Return a parameter as an array [storey], or raise a ValueError that names the problem."""
         array = finite_numbers(name, value)
         if array.shape not in ((), (self.storeys,)):
@@ -107,8 +107,8 @@ class ShearChain:
 
     def start(self, displacement: ArrayLike, velocity: ArrayLike) -> np.ndarray:
         """Return the state (d, d', 0) from the floors' displacement [m] and velocity [m/s]."""
-        displacement = self.one_a_storey("initial_displacement", displacement)
-        velocity = self.one_a_storey("initial_velocity", velocity)
+        displacement = self.one_per_storey("initial_displacement", displacement)
+        velocity = self.one_per_storey("initial_velocity", velocity)
         return np.concatenate([np.diff(displacement, prepend=0), np.diff(velocity, prepend=0), np.zeros(self.storeys)])
 
     def response(self, history: np.ndarray, peak_storey_drift: np.ndarray) -> YieldingResponse:

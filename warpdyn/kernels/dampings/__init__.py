@@ -1,1 +1,1 @@
-"""What takes energy out of a motion in proportion to some velocity: one part of the kernels each."""
+"""Kinds of viscous damping: one part of the kernels each."""

@@ -37,3 +37,7 @@ def add_to_acceleration():
 
 def add_loss():
     power_viscous[j] += momentum_of_floor * (mass_damping[j] * vi)
+
+
+def add_loss_at_state():
+    energy_viscous[j] += weight * mass_damping[j] * mass[i, j] * vi * vi

@@ -65,3 +65,7 @@ def add_to_net():
 
 def add_loss():
     power_viscous[j] += damping_force[i, j] * vi
+
+
+def add_loss_at_state():
+    energy_viscous[j] += weight * damping_force[i, j] * vi

@@ -30,8 +30,8 @@ def read_sample():
 
 
 def add_to_dashpot():
-    # As the storey goes on from here; where it stands, rounding would choose a side.
-    # On a falling branch there is none: a dashpot of less than that gives energy.
+    # The tangent just ahead of the drift: at a yield point, rounding would choose the branch.
+    # On a falling branch the dashpot is 0: a negative one would supply energy.
     ahead = drift + AHEAD * h[j] * rate
     after = memory
     if IS_MAPPING:

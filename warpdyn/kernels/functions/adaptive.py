@@ -36,7 +36,7 @@ def next_part(part: Any, trial: Any, excess: Any, shortest: Any):
 
 @wp.func
 def done_after(done: Any, part: Any, excess: Any, shortest: Any):
-    """Return what is done of the step after a part: all if less than a shortest part or no finite state is left."""
+    """Return the share of the step done after a part; 1 if less than a shortest part, or no finite state, is left."""
     after = done + part
     if after > type(done)(1.0) - type(done)(0.5) * shortest or excess > type(done)(1e15):
         after = type(done)(1.0)

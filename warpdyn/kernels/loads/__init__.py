@@ -1,4 +1,4 @@
-"""What shakes a sample: one row each in LOADS, and the device functions that evaluate it."""
+"""Loads: one row each in LOADS, and the device functions that evaluate them."""
 
 import math
 from dataclasses import dataclass

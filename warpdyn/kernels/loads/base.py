@@ -87,3 +87,9 @@ def add_supply_of_walk():
 
 def keep_end_of_step():
     base_last[j] = a0[j] + dtype(substep) * da[j] + da[j]
+
+
+def add_supply_at_state():
+    # A motion may end one step with one value and start the next with another.
+    impulse = dtype(0.5) * (h_last[j] * base_end[j] + h[j] * base[j])
+    energy_in[j] -= impulse * mass[i, j] * vi

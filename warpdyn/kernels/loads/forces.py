@@ -98,3 +98,8 @@ def add_supply_of_entry():
     if ADAPTIVITY:
         at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
     power_in[j] += momentum_of_entry * (f0[k, j] + at * df[k, j])
+
+
+def add_supply_at_state():
+    # A history may end one step with one value and start the next with another.
+    energy_in[j] += dtype(0.5) * (h_last[j] * force_end[i, j] + h[j] * force) * vi

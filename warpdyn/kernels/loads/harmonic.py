@@ -83,3 +83,7 @@ def add_supply():
 
 def add_supply_of_entry():
     power_in[j] += momentum_of_entry * amplitude[k, j] * sine[j]
+
+
+def add_supply_at_state():
+    energy_in[j] += weight * amplitude[i, j] * sine[j] * vi

@@ -1,4 +1,4 @@
-"""Laws whose storeys decide something only now and then: where none of a row of lanes does, all go on along lines."""
+"""Laws whose storeys mostly stay on one straight branch: the full rules run only if a lane leaves its branch."""
 
 from warpdyn.kernels.plan import tableau
 from warpdyn.laws.springs import spring_row
@@ -28,12 +28,12 @@ def names(plan):
 def declare():
     reached_drift = row()
     reached_force = row()
-    decided = indices()  # 1 where a storey decides something on its way
+    decided = indices()  # 1 if the storey leaves its branch in this step, else 0
 
 
 def before_storey():
-    # All glide, and those that decide something are gone through again: what becomes of a sample
-    # depends on no other one, to the last bit.
+    # Every lane follows its branch first; lanes that leave it are computed again by the law's full
+    # rules. So the result of a sample does not depend on the other lanes, to the last bit.
     is_last = stage == LAST_STAGE
     if stage > 0:
         deciding = int(0)

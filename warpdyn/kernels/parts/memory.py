@@ -1,6 +1,6 @@
 """Laws whose memory is mapped from step to step: it follows the drift once a step, and stages start from it."""
 
-from warpdyn.kernels.plan import tableau
+from warpdyn.kernels.parts import gliding
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
@@ -9,8 +9,8 @@ def wanted(plan):
     if plan.family != "chain" or METHODS[plan.method].kind != "explicit":
         return False
     law = spring_row(plan.law)
-    glides = law.leaves_line is not None and law.rate is None and not tableau(plan).adaptive
-    return (law.return_mapping is not None or law.force_at_accepted_state is not None) and not glides
+    has_memory = law.return_mapping is not None or law.force_at_accepted_state is not None
+    return has_memory and not gliding.wanted(plan)
 
 
 def restore():

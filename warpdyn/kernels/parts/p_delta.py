@@ -28,7 +28,7 @@ def has_overturned(outward: Any, drift: Any, rate: Any, step: Any, ratio: Any, l
 
 @wp.func
 def keeps_falling(outward: Any, drift: Any, rate: Any, peak: Any):
-    """Return whether a storey goes farther out than it ever was, pushed by more than holds it: it will not stop."""
+    """Return whether a storey at its largest drift so far is pushed further out by gravity: it will not stop."""
     return is_pushed_out(outward, drift, rate) and wp.abs(drift) >= peak
 
 
@@ -49,7 +49,7 @@ def names(plan):
 
 def declare():
     weight_over_height = matrix()
-    fallen = row()  # the largest drift ratio, and at the end what became of its storey
+    fallen = row()  # while it runs the largest drift ratio, at the end the code `fell` or `burst`
     lifted = row()  # what gravity gave, from upright: the work of lifting the storeys again
     if not SECTIONS:
         foot_u = row()

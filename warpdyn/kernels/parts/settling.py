@@ -1,4 +1,4 @@
-"""Memories that settle at a rate of their own: a step too long for one lets its deviation grow, which is followed."""
+"""Stability of a rate law's memory: if a step is too long for its rate, deviations grow, and are followed here."""
 
 from warpdyn.laws.rate_law import LARGEST_DEVIATION, deviation_after
 from warpdyn.laws.springs import spring_row
@@ -31,8 +31,8 @@ def names(plan):
 def declare():
     fastest = row()  # rate at which a memory settled in this step
     deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
-    risky = indices()  # whether it has anything to follow
-    astray = row()  # the most it ever was
+    risky = indices()  # 1 if a deviation may grow in this step or has grown before, else 0
+    astray = row()  # the largest deviation so far
     watched_from = row()  # rate times step at which one begins to grow; less than any while one is followed
 
 
@@ -88,6 +88,6 @@ def end_step():
 
 
 def judge_step():
-    # Passed on the way to a state that is not finite too: it tells why.
+    # A deviation beyond the limit is also the cause of a state that is not finite: this status overrides diverged.
     if not astray[j] <= largest_deviation:
         status = unstable_step

@@ -173,20 +173,10 @@ def add_powers():
         last_drift[i, j] = drift
         # Half of the steps before and after this state: its weight in the trapezoidal rule.
         weight = dtype(0.5) * (h_last[j] + h[j])
-        # The load may end one step with one value and start the next with another.
-        if BASE:
-            impulse = dtype(0.5) * (h_last[j] * base_end[j] + h[j] * base[j])
-            energy_in[j] -= impulse * mass[i, j] * vi
-        if HARMONIC:
-            energy_in[j] += weight * amplitude[i, j] * sine[j] * vi
-        if FORCES:
-            energy_in[j] += dtype(0.5) * (h_last[j] * force_end[i, j] + h[j] * force) * vi
+        slot("add_supply_at_state")
         if HAS_ADD_TO_DASHPOT:
             energy_viscous[j] += weight * dashpot * rate
-        if MASS:
-            energy_viscous[j] += weight * mass_damping[j] * mass[i, j] * vi * vi
-        if MODAL:
-            energy_viscous[j] += weight * damping_force[i, j] * vi
+        slot("add_loss_at_state")
         if i == 0:
             supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
     else:

@@ -1,1 +1,1 @@
-"""The courses of integration that kernels follow, with slots for the parts that a scene wants."""
+"""Skeletons of kernels, with slots for the parts that a scene needs."""

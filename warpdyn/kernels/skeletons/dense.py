@@ -1,4 +1,4 @@
-"""The course of linear systems with full mass, damping and stiffness matrices under explicit methods.
+"""The skeleton for linear systems with full mass, damping and stiffness matrices under explicit methods.
 
 The equation of motion is divided by the mass matrix on the host: u'' = load - (M^-1 K) u - (M^-1 C) u'. What acts on a
 floor, `net`, is an acceleration here.
@@ -24,7 +24,7 @@ FIELDS = {
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return what the course names beside its parts."""
+    """Return the constants, types and functions that the skeleton's text names."""
     import warp as wp
 
     from warpdyn.kernels.plan import DTYPES

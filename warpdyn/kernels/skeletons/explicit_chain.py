@@ -1,4 +1,4 @@
-"""The course of shear chains under explicit methods: a whole history in registers.
+"""The skeleton for shear chains under explicit methods: a whole history in registers.
 
 The walk runs from the top storey down, so that the force from above is at hand, and updates the state in place; loops
 over lanes stay innermost and rolled on a processor, where LLVM turns them into vector instructions.
@@ -12,7 +12,7 @@ from warpdyn.laws.springs import spring_row
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return what the course names beside its parts."""
+    """Return the constants, types and functions that the skeleton's text names."""
     method, law = tableau(plan), spring_row(plan.law)
     is_adaptive, is_mapping = method.adaptive, law.return_mapping is not None
     return {

@@ -1,4 +1,4 @@
-"""The course of shear chains under implicit methods: a tridiagonal system a step, solved in registers.
+"""The skeleton for shear chains under implicit methods: one tridiagonal system per step, solved in registers.
 
 The unknown is the acceleration at the step's end (with Wilson's method, beyond it). Its matrix is a chain's, of masses
 that carry the dampers to the ground and of storeys s = (1 - force_lag) (gamma theta h c + beta (theta h)^2 k): one walk
@@ -21,7 +21,7 @@ MOST_ITERATIONS = 100
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return what the course names beside its parts."""
+    """Return the constants, types and functions that the skeleton's text names."""
     import warp as wp
 
     dtype, method = DTYPES[plan.dtype], METHODS[plan.method]

@@ -1,4 +1,4 @@
-"""The course of linear structures advanced by propagators: the exact method, and implicit ones on full matrices.
+"""The skeleton for linear structures advanced by propagators: the exact method, and implicit ones on full matrices.
 
 The state stands in coordinates of the undamped modes; a step adds to it what the propagator makes of it and of the load
 (propagators.py). Increments, unlike a propagator near 1, keep their digits in float32. A state is seen at the start of
@@ -31,7 +31,7 @@ FIELDS = {
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return what the course names beside its parts."""
+    """Return the constants, types and functions that the skeleton's text names."""
     import warp as wp
 
     dtype, method, load, n = DTYPES[plan.dtype], METHODS[plan.method], LOADS[plan.load], plan.dofs

@@ -29,7 +29,7 @@ def names(plan):
 
 def declare():
     whole_step = row()
-    done = row()  # of a step: what is, this part of it, and the one to be tried next
+    done = row()  # share of the step that is done, the share that is tried, and the share to try next
     part = row()
     trial = row()
     excess = row()  # estimated error over what is allowed

@@ -7,8 +7,8 @@ beside the chain's diagonals is seen to by iterating too.
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
-# What of the forces may be left unbalanced: of the largest that the sample has met or, once it falls no further, of
-# stiffness times displacement, which bears the roundings: in float32 and in tall buildings the second is met first.
+# The unbalanced force at which the search ends, relative to the largest force of the sample so far or, once it falls no
+# further, to stiffness times displacement, whose rounding limits it: in float32 and in tall buildings the latter.
 TOLERANCE = {"float32": 1e-6, "float64": 1e-12}
 ROUNDINGS = {"float32": 4e-6, "float64": 1e-14}
 
