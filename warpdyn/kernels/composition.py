@@ -159,7 +159,7 @@ def compose(skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None) -
 def kernel_of(composed: Composed, options: Mapping[str, Any]) -> wp.Kernel:
     """Return the kernel that a text describes, in a module with these options."""
     digest = hashlib.sha256(composed.text.encode()).hexdigest()[:16]
-    name = next(node.name for node in ast.parse(composed.text).body)
+    name = composed.text.partition("(")[0].removeprefix("def ")
     file = f"<{name} {digest}>"
     # Where tracebacks, inspect and warp look sources up; without a time of change it is never looked for on disk.
     linecache.cache[file] = (len(composed.text), None, composed.text.splitlines(keepends=True), file)

@@ -65,7 +65,9 @@ def folded(text: str, known: Mapping[str, Any]) -> str:
 def without_unread(text: str) -> str:
     """Return a text without what sets variables that nobody reads."""
     while True:
-        changed = _Rewriter(text, {}, _unread(ast.parse(text).body[0])).text()
+        rewriter = _Rewriter(text, {})
+        rewriter.unread = _unread(rewriter.function)
+        changed = rewriter.text()
         if changed == text:
             return text
         text = changed
@@ -73,6 +75,8 @@ def without_unread(text: str) -> str:
 
 def with_names(text: str, written: Mapping[str, str]) -> str:
     """Return a text in which others stand for some names."""
+    if not any(re.search(rf"\b{name}\b", text) for name in written):
+        return text
     lines = text.splitlines()
     names = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name) and node.id in written)
     for node in sorted(names, key=lambda node: -node.col_offset):
@@ -150,8 +154,9 @@ def _unread(function: ast.FunctionDef) -> set[str]:
 class _Rewriter:
     """A function's text, written anew without what known values and unread variables make superfluous."""
 
-    def __init__(self, text: str, known: Mapping[str, Any], unread: Sequence[str] | set[str] = ()) -> None:
-        self.lines, self.known, self.unread = text.splitlines(), known, set(unread)
+    def __init__(self, text: str, known: Mapping[str, Any]) -> None:
+        self.lines, self.known = text.splitlines(), known
+        self.unread: set[str] = set()
         self.function = ast.parse(text).body[0]
         self.choices = [node for node in ast.walk(self.function) if known and isinstance(node, ast.IfExp)]
 
