@@ -59,6 +59,7 @@ Every step, with `index` from the first one on and `substep` from the interval's
     begin_attempt, end_attempt   of an explicit method's stages, through which an adaptive method goes until lanes agree
     save, take_back        of lane j: what an attempt that fails must not leave behind
     miss_turns             of storey i and lane j: what an error estimate does not see
+    position_of_stage      sets `at`, the stage's time from the start of the interval, over its length
     begin_stage, end_stage around a stage, `stage` counts them; end_stages after the last
     begin_search           of lane j, before an implicit method looks for the state at the step's end;
                            begin_search_of_storey the same of storey i, end_search once it is over

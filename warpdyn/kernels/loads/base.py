@@ -50,9 +50,7 @@ def begin_search():
 
 def begin_walk():
     if DENSE:
-        at = (dtype(substep) + node[stage]) * inverse_substeps
-        if ADAPTIVITY:
-            at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
+        slot("position_of_stage")
         base[j] = a0[j] + at * da[j]
     if EXPLICIT_CHAIN:
         base[j] = a0[j] + dtype(substep) * da[j] + node[stage] * da[j]

@@ -82,9 +82,7 @@ def add_load():
         force = f0[i, j] + position * df[i, j]
         net += force + load_reach * (force_end[i, j] - force)
     else:
-        at = (dtype(substep) + node[stage]) * inverse_substeps
-        if ADAPTIVITY:
-            at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
+        slot("position_of_stage")
         force = f0[i, j] + at * df[i, j]
         net += force
 
@@ -94,9 +92,7 @@ def add_supply():
 
 
 def add_supply_of_entry():
-    at = (dtype(substep) + node[stage]) * inverse_substeps
-    if ADAPTIVITY:
-        at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
+    slot("position_of_stage")
     power_in[j] += momentum_of_entry * (f0[k, j] + at * df[k, j])
 
 

@@ -67,3 +67,10 @@ def take_sample():
     intervals = wp.max(intervals, live_intervals[j])
     scale[j] = samples.scale[sample[j]]
     step[j] = samples.step[sample[j]]
+
+
+def position_of_stage():
+    # A stage's time, from the start of the interval and over its length.
+    at = (dtype(substep) + node[stage]) * inverse_substeps
+    if ADAPTIVITY:
+        at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps
