@@ -17,7 +17,7 @@ from warpdyn.kernels.compilation import compile_side_by_side, is_compiled
 building = wd.ShearBuilding(1.0, 100.0, 3.0)
 scene = wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), recorders=("drift",))
 plan = replace(plan_of(scene, dynamics_of(scene), "heun", "float64", is_gpu=False), lanes=1, max_unroll=1)
-plans = [plan, replace(plan, p_delta=True), replace(plan, damping="mass_proportional"), plan]
+plans = [plan, replace(plan, physics=("p_delta",)), replace(plan, damping="mass_proportional"), plan]
 print(*(is_compiled(plan, "cpu") for plan in plans))
 compile_side_by_side(plans, "cpu", threads=2)
 print(*(is_compiled(plan, "cpu") for plan in plans))

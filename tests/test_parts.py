@@ -61,10 +61,10 @@ def test_a_plain_building_has_a_short_text():
 
 PLANS = [
     replace(PLAIN, recorders=EVERY),
-    replace(PLAIN, recorders=EVERY, method="dormand_prince54", p_delta=True, viscous_dampers="power"),
+    replace(PLAIN, recorders=EVERY, method="dormand_prince54", physics=("p_delta",), viscous_dampers="power"),
     replace(PLAIN, recorders=EVERY, method="velocity_verlet", law="peak_oriented", load="harmonic_force"),
     replace(PLAIN, recorders=(*EVERY, "state"), law="bouc_wen", damping="rayleigh_tangent", resumes=True),
-    replace(PLAIN, recorders=EVERY, dofs=50, law="hysteretic", load="force_history", p_delta=True),
+    replace(PLAIN, recorders=EVERY, dofs=50, law="hysteretic", load="force_history", physics=("p_delta",)),
     replace(PLAIN, recorders=EVERY, method="newmark_average", law="pinching4", damping="modal", load="kanai_tajimi"),
     replace(PLAIN, recorders=EVERY, method="exact", law="elastic", damping="general"),
     Plan(

@@ -20,7 +20,7 @@ from warpdyn.methods.stability_limits import (
 )
 from warpdyn.methods.table import Method
 from warpdyn.structures.modal import chain_stiffness_matrix
-from warpdyn.structures.p_delta import stiffness_under_gravity, storey_weight_over_height
+from warpdyn.structures.physics import PHYSICS, effective_stiffness, physics_of
 from warpdyn.structures.shear_building import ShearBuilding
 
 
@@ -40,15 +40,15 @@ class ChainDynamics(Dynamics):
         is_linear = self.viscous_dampers == "linear"
         self.fitting_law = structure.law.replace("+viscous_damper", "") if is_linear else structure.law
         self.damping = inherent.kernel
-        self.has_gravity = "gravity_load" in structure.parameters
-        # Rayleigh damping is in proportion to the springs' stiffness, without the P-Delta stiffness.
-        is_short = inherent.is_of_springs and self.has_gravity
+        self.physics = physics_of(structure.parameters)
+        # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta.
+        is_short = inherent.is_of_springs and bool(self.physics)
         self.couples_modes = inherent.is_uneven or self.viscous_dampers != "none" or is_short
         self.needs_eigenvalues = self.couples_modes
 
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
         mass, inherent, law = parameters["mass"], self.structure.inherent_damping, self.structure.storey_law
-        effective = stiffness_under_gravity(parameters)
+        effective = effective_stiffness(parameters)
         frequency = circular_frequencies(mass, effective).T  # [mode, structure]
         period, rayleigh = 2 * np.pi / frequency[0], inherent.rayleigh(parameters, frequency)
         if self.couples_modes:
@@ -73,7 +73,7 @@ class ChainDynamics(Dynamics):
             rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
             decay = rates.min(axis=0)
         if self.law != "elastic" or self.viscous_dampers == "power":
-            stiffest = stiffness_under_gravity(parameters, law.stiffest(parameters))
+            stiffest = effective_stiffness(parameters, law.stiffest(parameters))
             highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
             if inherent.follows_tangent:
                 # The stiffest tangent adds to the dashpots; P-Delta does not reduce them.
@@ -87,7 +87,7 @@ class ChainDynamics(Dynamics):
         inherent, mass, stiffness = (
             self.structure.inherent_damping,
             parameters["mass"],
-            stiffness_under_gravity(parameters),
+            effective_stiffness(parameters),
         )
         dofs, root = self.structure.dofs, np.sqrt(mass)
         matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
@@ -133,8 +133,8 @@ class ChainDynamics(Dynamics):
         if dashpots is not None:
             packed["storey_damping"] = dashpots.T
         packed |= inherent.pack(parameters, rayleigh)
-        if self.has_gravity:
-            packed["storey_weight_over_height"] = storey_weight_over_height(parameters).T
+        for row in self.physics:
+            packed |= {name: values.T for name, values in PHYSICS[row].packed(parameters).items()}
         return packed
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:

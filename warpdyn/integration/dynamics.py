@@ -73,7 +73,7 @@ class Dynamics(ABC):
         fitting_law: Name of the laws that a method must fit, without linear viscous dampers, which fit any method.
         damping: Damping that a kernel is built with, except for the exact method.
         viscous_dampers: "none", "linear" or "power" of the velocity.
-        has_gravity: Whether there is P-Delta.
+        physics: Rows of PHYSICS that the structures have.
         couples_modes: Whether damping couples the undamped modes.
         needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
         steps_modes: Whether implicit methods advance its modes, and not its degrees of freedom.
@@ -84,7 +84,7 @@ class Dynamics(ABC):
     fitting_law: str
     damping: str
     viscous_dampers: str
-    has_gravity: bool
+    physics: tuple[str, ...]
     couples_modes: bool
     needs_eigenvalues: bool
     steps_modes: bool

@@ -50,7 +50,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         method=method,
         dtype=dtype,
         viscous_dampers=dynamics.viscous_dampers,
-        p_delta=dynamics.has_gravity and not is_exact,
+        physics=() if is_exact else dynamics.physics,
     )
     return fitted(plan, is_gpu)
 

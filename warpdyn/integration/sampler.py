@@ -21,7 +21,7 @@ from warpdyn.scene.scatter import (
     storeys_with,
     variables_of,
 )
-from warpdyn.structures.p_delta import buckling_problem
+from warpdyn.structures.physics import physics_problem
 from warpdyn.structures.structure import Structure
 
 
@@ -111,7 +111,7 @@ class Sampler:
         if not is_all:
             return
         everything = {**self.structure.parameters, **drawn}
-        problem = self.structure.storey_law.problem(everything) or buckling_problem(everything)
+        problem = self.structure.storey_law.problem(everything) or physics_problem(everything)
         if problem:
             counted = f", counted from structure {structures[0]}" if structures[0] else ""
             raise ValueError(f"drawn{counted}: {problem}")

@@ -39,7 +39,7 @@ class Plan:
         max_unroll: Loops up to this count are unrolled before the compiler sees them.
         sections: Threads that share a sample's storeys (a GPU's chains of many storeys), a power of 2.
         viscous_dampers: "none", "linear" (part of the storey damping) or "power" of the velocity, devices of a chain.
-        p_delta: Whether gravity pushes leaning storeys over (chain, integrated step by step).
+        physics: Parts of the kernel beside storey laws and damping, such as "p_delta" (chain, integrated step by step).
         resumes: Whether each structure starts from the state that an event before left it in, and not from the load's.
     """
 
@@ -55,7 +55,7 @@ class Plan:
     max_unroll: int = 1
     sections: int = 1
     viscous_dampers: str = "none"
-    p_delta: bool = False
+    physics: tuple[str, ...] = ()
     resumes: bool = False
 
 

@@ -19,7 +19,7 @@ from warpdyn.methods.table import METHODS, Method, check_fits
 from warpdyn.scene.portfolio import Portfolio, named
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
-from warpdyn.structures.p_delta import buckling_problem
+from warpdyn.structures.physics import physics_problem
 from warpdyn.structures.shear_building import ShearBuilding
 from warpdyn.structures.structure import Structure
 
@@ -170,7 +170,7 @@ def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.nd
             values |= sampler.draw(np.arange(first, first + count), is_all=False)
         nominal = building.parameters.items()
         values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
-        problem = building.storey_law.problem(values) or buckling_problem(values)
+        problem = building.storey_law.problem(values) or physics_problem(values)
         if problem:
             raise ValueError(f"drawn: {problem}")
     return values

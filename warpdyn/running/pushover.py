@@ -14,7 +14,7 @@ from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.kernels.auxiliary.storey_step import storey_step_kernel
 from warpdyn.laws.springs import spring_row
 from warpdyn.structures.lateral_loads import floor_loads, storey_shears
-from warpdyn.structures.p_delta import stiffness_under_gravity, storey_weight_over_height
+from warpdyn.structures.physics import effective_stiffness, storey_weight_over_height
 from warpdyn.structures.shear_building import ShearBuilding
 
 TOLERANCE = 1e-9  # largest unbalanced storey force, over the base shear
@@ -95,7 +95,7 @@ def pushover(
     if path.ndim != 1 or not path.size:
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
     parameters = building.parameters
-    loads = floor_loads(pattern, parameters["mass"], parameters["height"], stiffness_under_gravity(parameters))
+    loads = floor_loads(pattern, parameters["mass"], parameters["height"], effective_stiffness(parameters))
     chain = _PushedChain(building, storey_shears(loads))
     shape = (path.size, building.storeys)
     drift, force, dissipated, base_shear = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), []
@@ -121,7 +121,7 @@ class _PushedChain:
     def __init__(self, building: ShearBuilding, shears: np.ndarray) -> None:
         storeys = building.storeys
         row, coefficients = _spring_and_coefficients(building)
-        self.shears, self.stiffness = shears, stiffness_under_gravity(building.parameters)
+        self.shears, self.stiffness = shears, effective_stiffness(building.parameters)
         # P-Delta forces over storey drifts.
         self.leaning = storey_weight_over_height(building.parameters) if "gravity_load" in building.parameters else 0.0
         # Elastic drifts under the loads, of sum 1, and the base shear of a roof displacement of 1.

@@ -14,8 +14,8 @@ from warpdyn.laws.lookup import laws_and_values
 from warpdyn.structures.capacity_curves import capacity_chain
 from warpdyn.structures.damping import DAMPING
 from warpdyn.structures.hazus import hazus_chain
-from warpdyn.structures.p_delta import storey_weight_over_height
 from warpdyn.structures.periods import chain_of_periods
+from warpdyn.structures.physics import storey_weight_over_height
 
 
 class CalibratedChain:

@@ -13,7 +13,7 @@ import numpy as np
 from warpdyn.core.checks import whole_number
 from warpdyn.laws import Parameter
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_damping_matrix, rayleigh_coefficients
-from warpdyn.structures.p_delta import stiffness_under_gravity
+from warpdyn.structures.physics import effective_stiffness
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -225,7 +225,7 @@ class RayleighOfStoreys(StiffnessProportional):
         factors = Damping.rayleigh(self, parameters, frequency)
         lowest, last = self.storeys
         own = slice(lowest - 1, last)
-        of_own = circular_frequencies(parameters["mass"][:, own], stiffness_under_gravity(parameters)[:, own])
+        of_own = circular_frequencies(parameters["mass"][:, own], effective_stiffness(parameters)[:, own])
         factors[1] = 2 * parameters["damping_ratio"] / of_own[:, 0]
         return factors
 
@@ -253,7 +253,7 @@ class ModalDamping(RatioDamping):
 
     def own_matrix(self, parameters: Arrays) -> np.ndarray | None:
         """Return the sum over the modes."""
-        elastic = chain_stiffness_matrix(stiffness_under_gravity(parameters))
+        elastic = chain_stiffness_matrix(effective_stiffness(parameters))
         return modal_damping_matrix(parameters["mass"], elastic, parameters["damping_ratio"])
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:

@@ -19,7 +19,7 @@ from warpdyn.structures.calibration import CalibratedChain
 from warpdyn.structures.damping import DAMPING
 from warpdyn.structures.linear_system import LinearSystem
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
-from warpdyn.structures.p_delta import buckling_problem, stiffness_under_gravity
+from warpdyn.structures.physics import PHYSICS, effective_stiffness, physics_of, physics_problem
 from warpdyn.structures.protection import ProtectedChain
 from warpdyn.structures.structure import Structure, count_along
 
@@ -27,7 +27,6 @@ __all__ = ["LinearSystem", "ShearBuilding"]
 
 MAXIMUM_STOREYS = 60
 
-GRAVITY_LOAD = Parameter("N", "vertical load of the floor that leans with the building", low=0.0)
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
@@ -101,19 +100,19 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             raise ValueError(
                 f"damping {damping!r} does not go with a {stiff[0]}: its stiffness would damp too; take 'rayleigh'"
             )
+        given = {"mass": mass, "stiffness": stiffness, "height": height, **parameters}
+        if gravity_load is not None:
+            given["gravity_load"] = gravity_load
         self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
             {
                 "mass": Parameter("kg", "floor mass", low=0.0, low_open=True),
                 "stiffness": Parameter("N m-1", "initial storey stiffness", low=0.0, low_open=True),
                 "height": Parameter("m", "storey height", low=0.0, low_open=True),
-                **({} if gravity_load is None else {"gravity_load": GRAVITY_LOAD}),
+                **{name: row for each in physics_of(given) for name, row in PHYSICS[each].parameters.items()},
                 **self.storey_law.parameters,
                 **kind.parameters,
             }
         )
-        given = {"mass": mass, "stiffness": stiffness, "height": height, **parameters}
-        if gravity_load is not None:
-            given["gravity_load"] = gravity_load
         for name in given:
             if name not in self.parameter_table:
                 takes, hint = ", ".join(self.parameter_table), did_you_mean(name, names_of(self.parameter_table))
@@ -157,7 +156,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             if problem:
                 raise ValueError(problem)
             arrays[name].flags.writeable = False
-        problem = self.storey_law.problem(arrays) or buckling_problem(arrays)
+        problem = self.storey_law.problem(arrays) or physics_problem(arrays)
         if problem:
             raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
@@ -209,9 +208,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped building."""
-        return modal_properties(
-            self.parameters["mass"], chain_stiffness_matrix(stiffness_under_gravity(self.parameters))
-        )
+        return modal_properties(self.parameters["mass"], chain_stiffness_matrix(effective_stiffness(self.parameters)))
 
     @property
     def fundamental_period(self) -> float:

@@ -33,7 +33,7 @@ def keeps_falling(outward: Any, drift: Any, rate: Any, peak: Any):
 
 
 def wanted(plan):
-    return plan.p_delta
+    return "p_delta" in plan.physics
 
 
 def values_held(plan):
