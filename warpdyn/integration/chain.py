@@ -103,7 +103,7 @@ class ChainDynamics(Dynamics):
             if self.viscous_dampers != "none":
                 dashpots = dashpots + parameters["damper_coefficient"]
             damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
-            damping += of_mass[:, :, None] * np.eye(dofs)
+            damping += inherent.of_modes(parameters, shape, of_mass)
         else:
             damping = of_mass + rayleigh[1][:, None] * squared
         momentum = mass[:, :, None] * shape

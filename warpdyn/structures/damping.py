@@ -75,6 +75,21 @@ class Damping:
         """Return the part that neither dashpots nor the mass give [N s/m], shape [structure, storey, storey]."""
         return None
 
+    def of_modes(self, parameters: Arrays, shape: np.ndarray, of_mass: np.ndarray) -> np.ndarray:
+        """Return the matrix that couples modes of unit mass, but for the dashpots' part [1/s].
+
+        Args:
+            parameters: Parameters of the buildings, `structure` first.
+            shape: Displacements of the modes, shape [structure, storey, mode].
+            of_mass: As `of_mass` returns it.
+
+        Returns:
+            Shape [structure, mode, mode].
+        """
+        own = self.own_matrix(parameters)
+        diagonal = of_mass[:, :, None] * np.eye(shape.shape[-1])
+        return diagonal if own is None else diagonal + shape.transpose(0, 2, 1) @ own @ shape
+
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
         """Return what kernels read of it, but for dashpots, structures last; `rayleigh` is [structure, 2]."""
         return {}
@@ -250,6 +265,10 @@ class ModalDamping(RatioDamping):
     def of_mass(self, parameters: Arrays, squared: np.ndarray, rayleigh: np.ndarray) -> np.ndarray:
         """Return 2 zeta w of each mode."""
         return 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
+
+    def of_modes(self, parameters: Arrays, shape: np.ndarray, of_mass: np.ndarray) -> np.ndarray:
+        """Return the one ratio's part alone, which couples no modes."""
+        return of_mass[:, :, None] * np.eye(shape.shape[-1])
 
     def own_matrix(self, parameters: Arrays) -> np.ndarray | None:
         """Return the sum over the modes."""
