@@ -23,7 +23,8 @@ class Physics:
 
     Args:
         parameters: What a building is given of it, one value a storey; all of them or none.
-        stiffness: What it adds to a storey's stiffness at rest [N/m], from the parameters, [..., storey].
+        stiffness: What it adds to a storey's stiffness [N/m], from the parameters, [..., storey]; linear in the drift,
+            since exact methods know no more of it.
         packed: The arrays that its part of the kernels reads, from the parameters, each [..., storey].
         problem: An error message on parameters that do not go together, or None.
     """
