@@ -148,7 +148,7 @@ def _law(name: str, POWERS: bool) -> Spring:
             if moving and force > bound:
                 force = bound
                 on_backbone = True
-            elif not on_backbone:
+            elif moving or not on_backbone:  # it may rise from no force to the backbone that it was on
                 tangent = stiffness
             is_at_residual = wp.where(falling > zero, capping - falling * x <= residual, force == residual)
             loses = moving and (x >= c[C.ULTIMATE_DRIFT] or (on_backbone and force <= zero))
