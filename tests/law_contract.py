@@ -99,7 +99,9 @@ def contract_kernel(row: str) -> wp.Kernel:
         spring.memory_after or spring.force,
         spring.return_mapping or spring.force,
     )
-    glide, decides = spring.memory_on_line or spring.force, spring.leaves_line or spring.force
+    glide, decides, tangent_on_line = (
+        function or spring.force for function in (spring.memory_on_line, spring.leaves_line, spring.tangent_on_line)
+    )
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=MEMORY, dtype=wp.float64)
     # Functions stand in a rolled loop, and are optimised little: compiling is most of this test's time.
@@ -139,10 +141,12 @@ def contract_kernel(row: str) -> wp.Kernel:
                     result[6, step, storey] += wp.abs(mapped[m] - after[m])
             result[7, step, storey] = wp.float64(0.0)
             result[8, step, storey] = wp.float64(1.0)
+            result[9, step, storey] = result[4, step, storey]
             if GLIDES:  # a branch that is decided when the kernel is built stands alone  # noqa: SIM102
                 if not decides(now, memory, c):
                     glided = glide(now, memory, c)
                     result[8, step, storey] = wp.float64(0.0)
+                    result[9, step, storey] = tangent_on_line(now, memory, c)
                     for m in range(GLIDING):
                         result[7, step, storey] += wp.abs(glided[m] - after[m])
             memory = after
@@ -151,7 +155,10 @@ def contract_kernel(row: str) -> wp.Kernel:
     return follow
 
 
-NAMES = ("behind", "force", "held", "trial", "tangent", "recoverable", "unlike_advance", "unlike_evolve", "decides")
+NAMES = (
+    "behind", "force", "held", "trial", "tangent", "recoverable", "unlike_advance", "unlike_evolve", "decides",
+    "tangent_on_line",
+)  # fmt: skip
 
 
 @functools.cache

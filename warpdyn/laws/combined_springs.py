@@ -44,6 +44,7 @@ ABSENT = {
     "elastic_energy": None,
     "return_mapping": is_kept,
     "memory_on_line": None,  # the mapped memory
+    "tangent_on_line": None,  # the tangent with the mapped memory
     "leaves_line": never_leaves_line,
     "rate": stands_still,
     "relaxation_rate": never_settles,
@@ -52,6 +53,7 @@ ABSENT = {
     "tangent": None,
 }
 OF_MEMORY = ("return_mapping", "memory_on_line", "rate", "memory_after")
+SUMS = ("force", "force_at_accepted_state", "elastic_energy", "tangent_on_line")
 
 
 def _function_name(row: str) -> str:
@@ -65,18 +67,32 @@ def _device_function(name: str, function: Callable) -> Callable:
     return wp.func(function)
 
 
+def _instead(field: str, spring: Spring, name: str) -> Callable:
+    """Return what stands for a function that a row does without where the other row has it."""
+    mapped, tangent = spring.return_mapping or is_kept, spring.tangent
+
+    # Of a row whose memory has a rate it would be another one, as it knows no increment; but such rows have no lines.
+    def tangent_where_mapped(drift: Any, memory: Any, c: Any):
+        return tangent(drift, type(drift)(0.0), memory, mapped(drift, memory, c), c)
+
+    if field == "force_at_accepted_state":
+        return spring.force
+    if field == "memory_on_line":
+        return mapped
+    if field == "tangent_on_line":
+        return _device_function(f"{name}_tangent_where_mapped", tangent_where_mapped)
+    return ABSENT[field]
+
+
 def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients: int, memory: int) -> Spring:
     """Return the row whose functions `combine` makes of two rows' functions, for each field that either has."""
     functions: dict[str, Any] = {}  # those that a Spring must have, and those that may be None
-    for field, absent in ABSENT.items():
+    for field in ABSENT:
         pair = getattr(one, field), getattr(other, field)
         functions[field] = None
         if pair != (None, None):
-            instead = {
-                "force_at_accepted_state": (one.force, other.force),
-                "memory_on_line": (one.return_mapping or is_kept, other.return_mapping or is_kept),
-            }.get(field, (absent, absent))
-            of_one, of_other = (part or other_part for part, other_part in zip(pair, instead, strict=True))
+            of_one = pair[0] or _instead(field, one, f"{name}_first")
+            of_other = pair[1] or _instead(field, other, f"{name}_second")
             functions[field] = _device_function(f"{name}_{field}", combine(field, of_one, of_other))
     settling = [spring.relaxes_by_velocity for spring in (one, other) if spring.relaxation_rate is not None]
     return Spring(
@@ -141,7 +157,7 @@ def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> 
             return advanced if field == "memory_after" else moved
         if field == "tangent":
             return tangents
-        return added if field in ("force", "force_at_accepted_state", "elastic_energy") else largest
+        return added if field in SUMS else largest
 
     return _row(name, one, other, combine, FIRST_C + C, FIRST_M + M)
 

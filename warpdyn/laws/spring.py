@@ -11,7 +11,8 @@ class Spring:
     A law with memory is a rate law, whose memory has a rate that is integrated with the motion, or a
     return-mapping law, whose memory follows from the drift and the memory at the last accepted step.
     A storey of many return-mapping laws moves along a straight line most of the time; for these
-    `memory_on_line` and `leaves_line` say so, and kernels work out the rules only where a storey leaves its line.
+    `memory_on_line`, `tangent_on_line` and `leaves_line` say so, and kernels work out the rules only where a storey
+    leaves its line.
 
     Args:
         force: `(drift, memory, coefficients) -> force [N]`, the memory being that of the last
@@ -39,6 +40,9 @@ class Spring:
             `return_mapping` comes to there, at less cost. None where `return_mapping` costs little.
         values_on_line: Number of values, the first of the memory, that may change along a line; None for
             all.
+        tangent_on_line: `(drift, memory, coefficients) -> d(force)/d(drift) [N/m]` at a drift on the storey's line:
+            what `tangent` comes to there, at less cost. Before anything has moved it is the initial stiffness, unless
+            the first step leaves the line wherever it leads. None with `memory_on_line`.
         leaves_line: `(drift, memory, coefficients) -> bool`, true if a step to this drift leaves the
             storey's line: it turns, or passes a corner. None with `memory_on_line`.
         relaxation_rate: `(velocity, memory, coefficients) -> rate [1/s]` at which a deviation of the
@@ -61,6 +65,7 @@ class Spring:
     force_at_accepted_state: Callable | None = None
     memory_on_line: Callable | None = None
     values_on_line: int | None = None
+    tangent_on_line: Callable | None = None
     leaves_line: Callable | None = None
     relaxation_rate: Callable | None = None
     relaxes_by_velocity: bool = False

@@ -187,6 +187,12 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
         return after
 
+    def tangent_on_line(drift: Any, memory: Any, c: Any):
+        # A line without length, as the first one is, has no slope: to stand there is elastic.
+        is_empty = memory[M.LOWER_END] == memory[M.UPPER_END]
+        slope = wp.where(is_empty, type(drift)(1.0), memory[M.LINE_SLOPE])
+        return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
+
     def return_mapping(drift: Any, memory: Any, c: Any):
         x = drift * c[C.INVERSE_YIELD_DRIFT]
         now, _slope, way, ahead, released, slope_from_here, end = step(drift, memory, c)
@@ -233,7 +239,9 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
     def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
         return return_mapping(drift, memory, c)
 
-    functions = device_functions(name, force, return_mapping, memory_on_line, elastic_energy, tangent, memory_after)
+    functions = device_functions(
+        name, force, return_mapping, memory_on_line, tangent_on_line, elastic_energy, tangent, memory_after
+    )
     return_mapping = functions["return_mapping"]
     return Spring(
         coefficients=len(Hysteretic.rows[name]),

@@ -109,6 +109,10 @@ def spring_of(
         after, _ = go_on(drift, memory, c)
         return after
 
+    def tangent_on_line(drift: Any, memory: Any, c: Any):
+        _, slope = go_on(drift, memory, c)
+        return slope * c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE]
+
     def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
         after, _ = follow(drift, memory, c)
         return after
@@ -130,7 +134,9 @@ def spring_of(
         energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
         return wp.where(holds, wp.max(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
 
-    own = device_functions(name, force, return_mapping, memory_on_line, memory_after, tangent, elastic_energy)
+    own = device_functions(
+        name, force, return_mapping, memory_on_line, tangent_on_line, memory_after, tangent, elastic_energy
+    )
     return Spring(
         own["force"],
         own["return_mapping"],
@@ -141,6 +147,7 @@ def spring_of(
         memory_after=own["memory_after"],
         force_at_accepted_state=kept_force,
         memory_on_line=own["memory_on_line"],
+        tangent_on_line=own["tangent_on_line"],
         values_on_line=values_on_line,
         leaves_line=leaves_line,
     )

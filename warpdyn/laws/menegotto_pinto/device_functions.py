@@ -165,6 +165,10 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         after, _slope = along_branch(drift, memory, c)
         return after
 
+    def tangent_on_line(drift: Any, memory: Any, c: Any):
+        _after, slope = along_branch(drift, memory, c)
+        return c[C.HARDENING_STIFFNESS] + c[C.TRANSITION_FORCE] * c[C.INVERSE_YIELD_DRIFT] * slope
+
     def force(drift: Any, memory: Any, c: Any):
         after, _slope = follow(drift, memory, c)
         return c[C.HARDENING_STIFFNESS] * drift + c[C.TRANSITION_FORCE] * after[M.TRANSITION]
@@ -200,8 +204,9 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         return return_mapping(drift, memory, c)
 
     functions = device_functions(
-        name, force, force_at_accepted_state, return_mapping, memory_on_line, elastic_energy, tangent, memory_after
-    )
+        name, force, force_at_accepted_state, return_mapping, memory_on_line, tangent_on_line, elastic_energy, tangent,
+        memory_after,
+    )  # fmt: skip
     return_mapping = functions["return_mapping"]
     return Spring(
         coefficients=len(MenegottoPinto.rows[name]),

@@ -206,6 +206,12 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
         return after
 
+    def tangent_on_line(drift: Any, memory: Any, c: Any):
+        # A line without length, as the first one is, has no slope: to stand there is elastic.
+        is_empty = memory[M.LOWER_END] == memory[M.UPPER_END]
+        slope = wp.where(is_empty, c[C.INITIAL_SLOPE], memory[M.LINE_SLOPE])
+        return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
+
     def elastic_energy(drift: Any, memory: Any, c: Any):
         is_positive = memory[M.FORCE] > type(drift)(0.0)
         side = wp.where(is_positive, memory[M.PEAK_ABOVE], memory[M.PEAK_BELOW])
@@ -226,7 +232,9 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
     def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
         return return_mapping(drift, memory, c)
 
-    functions = device_functions(name, force, return_mapping, memory_on_line, elastic_energy, tangent, memory_after)
+    functions = device_functions(
+        name, force, return_mapping, memory_on_line, tangent_on_line, elastic_energy, tangent, memory_after
+    )
     return_mapping = functions["return_mapping"]
     return Spring(
         coefficients=len(law.rows[name]),

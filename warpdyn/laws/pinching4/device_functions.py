@@ -235,6 +235,11 @@ def _pinching4(damage: str | None) -> Spring:
                 after[M.CYCLES] = memory[M.CYCLES] + wp.abs(moved)
         return after
 
+    def tangent_on_line(drift: Any, memory: Any, c: Any):
+        # Before anything moved there is no line yet.
+        slope = wp.where(memory[M.HEADING] == type(drift)(0.0), type(drift)(1.0), memory[M.LINE_SLOPE])
+        return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
+
     def elastic_energy(drift: Any, memory: Any, c: Any):
         # What the path gives back that the storey is on, if it unloads, or else the path if it turned now.
         zero, one = type(drift)(0.0), type(drift)(1.0)
@@ -267,7 +272,9 @@ def _pinching4(damage: str | None) -> Spring:
         after, _slope = follow(drift, memory, c)
         return after
 
-    functions = device_functions(name, force, return_mapping, elastic_energy, tangent, memory_after, memory_on_line)
+    functions = device_functions(
+        name, force, return_mapping, elastic_energy, tangent, memory_after, memory_on_line, tangent_on_line
+    )
     return Spring(
         coefficients=len(Pinching4.rows[row]),
         memory=VALUES,
