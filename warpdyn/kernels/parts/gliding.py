@@ -6,36 +6,41 @@ from warpdyn.methods.table import METHODS
 
 
 def wanted(plan):
-    if plan.family != "chain" or METHODS[plan.method].kind != "explicit":
+    if plan.family != "chain":
         return False
     law = spring_row(plan.law)
-    return law.leaves_line is not None and law.rate is None and not tableau(plan).adaptive
+    return law.leaves_line is not None and law.rate is None and not METHODS[plan.method].is_adaptive
 
 
 def names(plan):
     import warp as wp
 
     law = spring_row(plan.law)
-    last_stage = wp.constant(tableau(plan).stages - 1)
-    return {
+    common = {
         "glide": law.memory_on_line,
         "decides": law.leaves_line,
+        "tangent_on_line": law.tangent_on_line,
         "CHANGED": law.values_on_line or law.memory,
-        "LAST_STAGE": last_stage,
     }
+    if METHODS[plan.method].kind == "implicit":
+        # A first state may be anywhere; the force of any other accepted one is known.
+        return common | {"MOVES": "(walk > 0 or index == 0)", "STANDS": "(walk == 0 and index > 0)"}
+    return common | {"MOVES": "stage > 0", "STANDS": "stage == 0", "LAST_STAGE": wp.constant(tableau(plan).stages - 1)}
 
 
 def declare():
     reached_drift = row()
     reached_force = row()
+    reached_slope = row()
     decided = indices()  # 1 if the storey leaves its branch in this step, else 0
 
 
 def before_storey():
     # Every lane follows its branch first; lanes that leave it are computed again by the law's full
     # rules. So the result of a sample does not depend on the other lanes, to the last bit.
-    is_last = stage == LAST_STAGE
-    if stage > 0:
+    if MAPS_IN_STAGE:
+        is_last = stage == LAST_STAGE
+    if MOVES:
         deciding = int(0)
         for j in range(LANES):
             slot("reached_drift_in_stage")
@@ -47,6 +52,8 @@ def before_storey():
             deciding += decided[j]
             after = glide(reached_drift[j], memory, c)
             reached_force[j] = held_of(reached_drift[j], after, c)
+            if IMPLICIT_CHAIN:
+                reached_slope[j] = tangent_on_line(reached_drift[j], memory, c)
             if MAPS_IN_STAGE:
                 if is_last:
                     for m in range(CHANGED):
@@ -60,6 +67,10 @@ def before_storey():
                 after = evolve(reached_drift[j], memory, c)
                 force_then = held_of(reached_drift[j], after, c)
                 reached_force[j] = wp.where(decided[j] > 0, force_then, reached_force[j])
+                if IMPLICIT_CHAIN:
+                    slot("accepted_drift")
+                    slope_then = tangent_of(reached_drift[j], reached_drift[j] - drift, memory, after, c)
+                    reached_slope[j] = wp.where(decided[j] > 0, slope_then, reached_slope[j])
                 if MAPS_IN_STAGE:
                     if is_last:
                         for m in range(M):
@@ -68,8 +79,10 @@ def before_storey():
 
 def restore():
     f = reached_force[j]
-    if stage == 0:
+    if STANDS:
         f = held_of(drift, memory, c)
+    if IMPLICIT_CHAIN:
+        stiffness = reached_slope[j]
 
 
 def restore_foot():

@@ -43,6 +43,7 @@ def names(plan: Plan) -> dict[str, object]:
         "SEES_FORCES": method.force_lag > 0,
         "most_walks": wp.constant(1 + (MOST_ITERATIONS if search.wanted(plan) else 1)),
         "TAKES_MEMORY": False,
+        "MAPS_IN_STAGE": False,
     }
 
 
@@ -139,6 +140,7 @@ def integrate_implicit_chain(
                     slot("begin_walk")
                 for down in range(N):
                     i = N - 1 - down
+                    slot("before_storey")
                     for j in range(LANES):
                         drift = us[i, j]
                         rate = vs[i, j]
@@ -149,11 +151,14 @@ def integrate_implicit_chain(
                             drift_before -= u[i - 1, j]
                         slot("storey_coefficients")
                         slot("accepted_memory")
-                        after = memory
-                        if HAS_MEMORY:
-                            after = advance(drift, drift - drift_before, memory, c)
-                        restoring = held_of(drift, after, c)
-                        f = restoring
+                        if not HAS_RESTORE:
+                            after = memory
+                            if HAS_MEMORY:
+                                after = advance(drift, drift - drift_before, memory, c)
+                            f = held_of(drift, after, c)
+                            stiffness = tangent_of(drift, drift - drift_before, memory, after, c)
+                        slot("restore")
+                        restoring = f
                         slot("add_to_force")
                         if HAS_ADD_TO_DASHPOT:
                             if not STOREY:
@@ -177,7 +182,6 @@ def integrate_implicit_chain(
                         slot("add_base_to_net")
                         inertia = a[i, j] + mass_share * rise[i, j] - force_lag * start_acceleration[i, j]
                         residual = force_share * net - mass[i, j] * inertia
-                        stiffness = tangent_of(drift, drift - drift_before, memory, after, c)
                         slot("add_to_stiffness")
                         slot("add_to_imbalance")
                         slot("eliminate")
@@ -206,7 +210,7 @@ def integrate_implicit_chain(
                     slot("storey_coefficients")
                     slot("accepted_memory")
                     slot("settle_storey")
-                    if HAS_MEMORY:
+                    if HAS_MEMORY and not GLIDING:
                         after = advance(drift, drift - drift_before, memory, c)
                         for m in range(M):
                             z[i * M + m, j] = after[m]
