@@ -67,7 +67,7 @@ def _device_function(name: str, function: Callable) -> Callable:
     return wp.func(function)
 
 
-def _instead(field: str, spring: Spring, name: str) -> Callable:
+def _instead(field: str, spring: Spring, name: str) -> Callable | None:
     """Return what stands for a function that a row does without where the other row has it."""
     mapped, tangent = spring.return_mapping or is_kept, spring.tangent
 
