@@ -94,12 +94,12 @@ def contract_kernel(row: str) -> wp.Kernel:
         spring.force_at_accepted_state or spring.force,
         spring.elastic_energy,
     )
-    tangent_of, advance, evolve = (
+    tangent_of, advance, mapped_memory = (
         spring.tangent,
         spring.memory_after or spring.force,
         spring.return_mapping or spring.force,
     )
-    glide, decides, tangent_on_line = (
+    memory_on_line, leaves_line, tangent_on_line = (
         function or spring.force for function in (spring.memory_on_line, spring.leaves_line, spring.tangent_on_line)
     )
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
@@ -136,19 +136,19 @@ def contract_kernel(row: str) -> wp.Kernel:
             result[5, step, storey] = recoverable_of(now, after, c)
             result[6, step, storey] = wp.float64(0.0)
             if MAPS:
-                mapped = evolve(now, memory, c)
+                mapped = mapped_memory(now, memory, c)
                 for m in range(MEMORY):
                     result[6, step, storey] += wp.abs(mapped[m] - after[m])
             result[7, step, storey] = wp.float64(0.0)
             result[8, step, storey] = wp.float64(1.0)
             result[9, step, storey] = result[4, step, storey]
             if GLIDES:  # a branch that is decided when the kernel is built stands alone  # noqa: SIM102
-                if not decides(now, memory, c):
-                    glided = glide(now, memory, c)
+                if not leaves_line(now, memory, c):
+                    on_line = memory_on_line(now, memory, c)
                     result[8, step, storey] = wp.float64(0.0)
                     result[9, step, storey] = tangent_on_line(now, memory, c)
                     for m in range(GLIDING):
-                        result[7, step, storey] += wp.abs(glided[m] - after[m])
+                        result[7, step, storey] += wp.abs(on_line[m] - after[m])
             memory = after
             last = now
 
@@ -156,7 +156,7 @@ def contract_kernel(row: str) -> wp.Kernel:
 
 
 NAMES = (
-    "behind", "force", "held", "trial", "tangent", "recoverable", "unlike_advance", "unlike_evolve", "decides",
+    "behind", "force", "held", "trial", "tangent", "recoverable", "unlike_advance", "unlike_mapping", "leaves_line",
     "tangent_on_line",
 )  # fmt: skip
 

@@ -138,7 +138,7 @@ def test_combination(case, launched, monkeypatch):
     if is_rolled(case):
         monkeypatch.setattr(build, "CPU_UNROLL", 1)
         monkeypatch.setattr(build, "CPU_LONG_UNROLL", 1)
-        monkeypatch.setattr(build, "GLIDING_CHAIN", 1)
+        monkeypatch.setattr(build, "CHAIN_OF_BRANCHES", 1)
     structure, excitation = make_structure(family, dofs, damping, spring), make_excitation(load, dofs)
     alone, kernels = ALONE[case], RECORDED_IN[case]
 

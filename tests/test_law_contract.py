@@ -1,17 +1,13 @@
 """The contract of storey laws and devices: what every class of `warpdyn.laws` must fulfil.
 
-Energy is in test_law_passivity.py, lines between decisions over long paths in test_law_glide.py; both take every law
-of the table, too.
+Energy is in test_law_passivity.py, straight branches over long paths in test_law_branches.py, names and objects in
+test_law_objects.py; all of them take every law of the table.
 """
 
-import ast
 import doctest
 import importlib
 import inspect
-import json
 import re
-import subprocess
-import sys
 import textwrap
 
 import numpy as np
@@ -34,7 +30,6 @@ from law_contract import (
 
 import warpdyn as wd
 from warpdyn import laws
-from warpdyn.core.description import to_json
 from warpdyn.laws import DEVICES, LAWS, springs
 from warpdyn.laws.law import StoreyElement
 from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
@@ -143,9 +138,9 @@ def test_lines_are_the_rules_where_nothing_is_decided(name, row):
     assert (spring.memory_on_line is None) == (spring.leaves_line is None) == (spring.tangent_on_line is None)
     if spring.memory_on_line is None:
         return
-    lines = found["decides"] == 0
+    lines = found["leaves_line"] == 0
     assert lines.mean() > 0.3
-    assert found["unlike_evolve"][lines].max() < 1e-9
+    assert found["unlike_mapping"][lines].max() < 1e-9
     # Where a line begins or ends in a step, each of the two slopes there may be given.
     missed = np.abs(found["tangent_on_line"] - found["tangent"])[lines]
     assert (missed < 1e-6 * STIFFNESS).mean() > 0.999
@@ -187,139 +182,6 @@ def test_the_public_face_shows_the_same_forces(name, row):
         found.storey_force - beside, answers(name, row)["force"], rtol=0, atol=1e-6 * YIELD_FORCE
     )
     assert np.isfinite(found.dissipated_energy).all()
-
-
-@EVERY
-def test_an_object_its_name_and_its_description_make_one_building(name):
-    element = ELEMENTS[name]
-    row = next(iter(element.rows), None)
-    if row is None:  # a viscous damper, which has no spring
-        values = {key: 0.5 for key in element.parameters}
-    else:
-        values = {key: value[0] for key, value in drawn_storeys(name, row).items() if key != "stiffness"}
-    keyword = "law" if name in LAWS else "devices"
-
-    def building(given, **parameters):
-        given = given if keyword == "law" else (given,)
-        return wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **{keyword: given}, **parameters)
-
-    typed, named = building(element(**values)), building(name, **values)
-    assert to_json(typed) == to_json(named) == to_json(building(element, **values))
-    assert element(**values) == element(**values)
-    assert hash(element(**values)) == hash(element(**values))
-    described = json.loads(to_json(named))
-    kept = {key: described[key] for key in element.parameters}
-    assert to_json(building(name, **kept)) == to_json(named)
-    for key in values:
-        with pytest.raises(ValueError, match=f"{key} is given twice"):
-            building(element(**values), **{key: 1.0})
-
-
-@EVERY
-def test_opensees_names(name):
-    element = ELEMENTS[name]
-    table = LAWS if name in LAWS else DEVICES
-    values = {} if not element.rows else {
-        key: value[0] for key, value in drawn_storeys(name, next(iter(element.rows))).items() if key != "stiffness"
-    }  # fmt: skip
-    for theirs in element.opensees:
-        meant = [other for other, each in table.items() if theirs in each.opensees]
-        given = {"law": theirs} if name in LAWS else {"devices": (theirs,)}
-        if len(meant) > 1:
-            with pytest.raises(ValueError, match=f"'{theirs}' is one of several here.*{name}"):
-                wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **given)
-        elif values:
-            building = wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **given, **values)
-            assert name in (*building.storey_laws, *building.devices)
-
-
-@EVERY
-def test_near_misses_of_parameters_are_suggested(name):
-    element = ELEMENTS[name]
-    for key in element.parameters:
-        with pytest.raises(TypeError, match=f"did you mean '{key}'"):
-            element(**{key[:-1] + "_" + key[-1]: 1.0})
-
-
-@pytest.mark.parametrize(
-    ("given", "meant"),
-    [
-        ({"law": "bilnear"}, "did you mean 'bilinear'"),
-        ({"law": "Bouc-Wen"}, "did you mean 'bouc_wen'"),
-        ({"law": "steel02"}, "did you mean 'Steel02'"),
-        ({"law": "bilinear", "yield_froce": 1.0, "hardening_ratio": 0.1}, "did you mean 'yield_force'"),
-        ({"law": "bilinear", "Fy": 1.0, "hardening_ratio": 0.1}, "did you mean 'yield_force'"),
-        ({"devices": ("FrictionDamper",)}, "did you mean 'friction_damper'"),
-    ],
-)
-def test_near_misses_of_names_are_suggested(given, meant):
-    with pytest.raises(ValueError, match=meant):
-        wd.ShearBuilding(1.0, 1.0, 1.0, **given)
-
-
-def test_laws_of_several_storeys_bring_their_parameters():
-    building = wd.ShearBuilding(
-        [2e3, 1e3, 1e3], 4e5, 3.0,
-        law=[laws.Bilinear(yield_force=4e3, hardening_ratio=0.05), "bouc_wen", laws.Elastic()],
-        devices=(laws.FrictionDamper(slip_force=[0.0, 1e3, 0.0], brace_stiffness=1e5),),
-        yield_force=2e3, hardening_ratio=[np.nan, 0.1, np.nan],
-    )  # fmt: skip
-    np.testing.assert_array_equal(building.parameters["yield_force"], [4e3, 2e3, np.nan])
-    np.testing.assert_array_equal(building.parameters["hardening_ratio"], [0.05, 0.1, np.nan])
-    np.testing.assert_array_equal(building.parameters["beta"], [np.nan, 0.5, np.nan])
-    np.testing.assert_array_equal(building.parameters["slip_force"], [0, 1e3, 0])
-    assert building.storey_laws == ("bilinear", "bouc_wen", "elastic")
-
-
-@pytest.mark.parametrize(
-    ("given", "error"),
-    [
-        ([laws.Bilinear(yield_force=[1.0, 2.0], hardening_ratio=0.1), "elastic"], "must be one value, got 2"),
-        ([laws.Bilinear(yield_force=1.0, hardening_ratio=0.1), "bilinear"], "yield_force is missing at storey 2"),
-        ([laws.Bilinear(yield_force=1.0, hardening_ratio=0.1), 3], "unknown storey law 3"),
-        (laws.Gap(clearance=1.0, contact_stiffness=1.0), "unknown storey law Gap"),
-        (laws.Bilinear(yield_force=[1.0, 2.0, 3.0], hardening_ratio=0.1), "mass has 2 values and yield_force has 3"),
-    ],
-)
-def test_laws_that_do_not_fit(given, error):
-    with pytest.raises(ValueError, match=error):
-        wd.ShearBuilding([1.0, 1.0], 1.0, 1.0, law=given)
-
-
-@pytest.mark.parametrize(
-    ("values", "error"),
-    [
-        ({"yield_force": -1.0, "hardening_ratio": 0.1}, "yield_force is -1; it must be finite and above 0"),
-        ({"yield_force": [1.0, 0.0], "hardening_ratio": 0.1}, "yield_force is 0 at storey 2"),
-        ({"yield_force": "much", "hardening_ratio": 0.1}, "yield_force must be numbers"),
-        ({"yield_force": [[1.0]], "hardening_ratio": 0.1}, "one value or one a storey"),
-    ],
-)
-def test_values_out_of_bounds_are_refused_at_once(values, error):
-    with pytest.raises(ValueError, match=error):
-        laws.Bilinear(**values)
-
-
-def test_laws_do_not_import_warp():
-    program = """
-        import sys, types
-        package = types.ModuleType("warpdyn")  # without what the whole library imports
-        package.__path__ = [sys.argv[1]]
-        sys.modules["warpdyn"] = package
-        import warpdyn.laws, warpdyn.laws.lookup, warpdyn.laws.springs
-        print("warp" in sys.modules)
-    """
-    path = wd.__path__[0]
-    ran = subprocess.run([sys.executable, "-c", textwrap.dedent(program), path], capture_output=True, text=True)
-    assert ran.stdout.strip() == "False", ran.stderr
-
-
-def test_editors_see_every_law():
-    """The imports of `warpdyn/laws/__init__.py` that only editors read name every class of the tables."""
-    tree = ast.parse(inspect.getsource(laws))
-    (block,) = (node for node in tree.body if isinstance(node, ast.If))
-    seen = {alias.name for node in block.body for alias in node.names}
-    assert seen == {element.__name__ for element in ELEMENTS.values()}
 
 
 PARAMETERS = '''

@@ -8,7 +8,7 @@ from dataclasses import replace
 import warp as wp
 
 from warpdyn.kernels.composition import Composed, compose, kernel_of
-from warpdyn.kernels.parts import gliding
+from warpdyn.kernels.parts import straight_branches
 from warpdyn.kernels.plan import Plan, keeps_slopes, options, values_held
 from warpdyn.kernels.skeletons.dense import integrate_dense
 from warpdyn.kernels.skeletons.explicit_chain import integrate_chain
@@ -47,9 +47,9 @@ BUILDING = threading.Lock()
 # A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; a few elastic
 # storeys share the loop among two samples, and where a chain needs more registers than there are, threads share it.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
-# Longer ones than 8 storeys gain by unrolling up to 15. A law whose storeys glide has its rules twice in every stage of
-# every storey: beyond 5 storeys it runs half to three quarters as fast rolled, and compiles in 2 seconds instead of 20.
-LONG_CHAIN, CPU_LONG_UNROLL, GLIDING_CHAIN = 8, 15, 5
+# Longer ones than 8 storeys gain by unrolling up to 15. A law of straight branches has its rules twice in every stage of
+# every storey: beyond 5 storeys it runs half to three quarters as fast rolled, and compiles in 2 seconds, not in 20.
+LONG_CHAIN, CPU_LONG_UNROLL, CHAIN_OF_BRANCHES = 8, 15, 5
 GPU_LANES, GPU_LANES_OF_FEW_STOREYS, FEW_STOREYS, GPU_UNROLL = 1, 2, 3, 64
 # Registers of a thread, by what compiled kernels of 1 to 60 storeys took; those beside the storeys' own, by dtype; and
 # what sums of energies take [words].
@@ -71,7 +71,7 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
         unrolls = row.kind != "explicit" or not keeps_slopes(row) or plan.dofs * row.stages <= UNROLLED_SLOPES
         if not is_gpu and row.kind == "explicit" and row.is_adaptive:
             unrolls = False  # it would run a third faster, and compile in five seconds instead of one
-        if not is_gpu and row.kind == "implicit" and gliding.wanted(plan):
+        if not is_gpu and row.kind == "implicit" and straight_branches.wanted(plan):
             # Unrolled it runs between a fifth faster and a fifth slower, and compiles in 5 to 8 seconds instead of 3.
             unrolls = False
         if row.kind == "explicit" and not keeps_slopes(row):
@@ -82,7 +82,7 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
             elif plan.dofs == 1:
                 lanes = CPU_LANES_OF_ONE_STOREY
             elif spring_row(plan.law).leaves_line is not None:
-                unroll = CPU_UNROLL if plan.dofs <= GLIDING_CHAIN else GLIDING_CHAIN
+                unroll = CPU_UNROLL if plan.dofs <= CHAIN_OF_BRANCHES else CHAIN_OF_BRANCHES
             elif LONG_CHAIN < plan.dofs <= CPU_LONG_UNROLL:
                 unroll = CPU_LONG_UNROLL
     return replace(plan, lanes=lanes, max_unroll=unroll if unrolls else 1, sections=sections)

@@ -17,7 +17,7 @@ A part is a module of one of FOLDERS. It holds
 In a slot stand the parts of the folder that FOLDERS has first, then those of the next; within a folder they are sorted
 by `order`, then by name.
 
-Names in capitals are decided when the kernel is composed: those of `names`; for every module of FOLDERS its own name,
+Names in capitals are has_left when the kernel is composed: those of `names`; for every module of FOLDERS its own name,
 true if the part is wanted (P_DELTA, DRIFT); for each module of skeletons/, true if the
 kernel is one of it (EXPLICIT_CHAIN); and HAS_ with the name of a slot, true if a wanted part stands there
 (HAS_DASHPOT). An `if` on them, alone or beside other conditions, is settled in the text, and so is a loop over an empty
@@ -37,12 +37,12 @@ step of lane j, 0 once it is done; `u[i, j]`, `v[i, j]`, `z[i * M + m, j]` are t
     declare                variables, before all else: `row()` has a value for each lane, `matrix()` one for each storey
                            and lane, `indices()` a whole number for each lane
     place                  of which storeys of which samples a thread is
-    take_sample            lane j takes its sample
+    read_lane            lane j takes its sample
     read_sample            of lane j and its structure s; the same with read_storey, read_entry (of full matrices, in
                            row i and column k) and start_row
     number_storey          sets g
     fill_pad, leave_pad    storeys that only fill a section up
-    look_around            all is read; threads that share a sample exchange it
+    exchange_states            all is read; threads that share a sample exchange it
     start_storey           of storey i and lane j, before the first step; start_drift the same, with `drift`
     start                  before the first interval
 
@@ -57,7 +57,7 @@ Every step, with `index` from the first one on and `substep` from the interval's
 
     begin_step, end_step   with the accepted state
     begin_attempt, end_attempt   of an explicit method's stages, through which an adaptive method goes until lanes agree
-    save, take_back        of lane j: what an attempt that fails must not leave behind
+    save, restore_saved        of lane j: what an attempt that fails must not leave behind
     miss_turns             of storey i and lane j: what an error estimate does not see
     position_of_stage      sets `at`, the stage's time from the start of the interval, over its length
     begin_stage, end_stage around a stage, `stage` counts them; end_stages after the last

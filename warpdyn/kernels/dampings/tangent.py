@@ -35,7 +35,7 @@ def add_to_dashpot():
     ahead = drift + AHEAD * h[j] * rate
     after = memory
     if IS_MAPPING:
-        after = evolve(ahead, memory, c)
+        after = mapped_memory(ahead, memory, c)
     tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
     dashpot += tangent_damping[j] * tangent * rate
 
@@ -44,6 +44,6 @@ def add_to_foot():
     ahead = drift + AHEAD * h[j] * rate
     after = memory
     if IS_MAPPING:
-        after = evolve(ahead, memory, c)
+        after = mapped_memory(ahead, memory, c)
     tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
     f += tangent_damping[j] * tangent * rate

@@ -1,6 +1,6 @@
 """Laws whose memory is mapped from step to step: it follows the drift once a step, and stages start from it."""
 
-from warpdyn.kernels.parts import gliding
+from warpdyn.kernels.parts import straight_branches
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
@@ -10,13 +10,13 @@ def wanted(plan):
         return False
     law = spring_row(plan.law)
     has_memory = law.return_mapping is not None or law.force_at_accepted_state is not None
-    return has_memory and not gliding.wanted(plan)
+    return has_memory and not straight_branches.wanted(plan)
 
 
 def restore():
     if MAPS_IN_STAGE:
         if stage == STAGES - 1:
-            reached = evolve(drift, memory, c)
+            reached = mapped_memory(drift, memory, c)
             f = held_of(drift, reached, c)
             for m in range(M):
                 z[i * M + m, j] = reached[m]
@@ -42,7 +42,7 @@ def end_step():
                         drift = dtype(0.0)
                 slot("storey_coefficients")
                 slot("accepted_memory")
-                memory = evolve(drift, memory, c)
+                memory = mapped_memory(drift, memory, c)
                 for m in range(M):
                     z[i * M + m, j] = memory[m]
                     if TAKES_MEMORY:

@@ -44,7 +44,7 @@ def fill_pad():
                 coefficients[i * C + q, j] = structures.coefficients[(STOREYS - 1) * C + q, s]
 
 
-def look_around():
+def exchange_states():
     intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
     for j in range(LANES):
         foot_u[j] = below(u[N - 1, j], section, THREADS)
@@ -83,7 +83,7 @@ def begin_stage():
             if TAKES_MEMORY:
                 if stage > 0:
                     memory[m] = zs[m, j]
-        if not GLIDING:
+        if not STRAIGHT_BRANCHES:
             f = force_of(drift, memory, c)
         slot("restore_foot")
         slot("add_to_force", i=0)

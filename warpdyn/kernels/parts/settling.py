@@ -31,8 +31,8 @@ def names(plan):
 def declare():
     fastest = row()  # rate at which a memory settled in this step
     deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
-    risky = indices()  # 1 if a deviation may grow in this step or has grown before, else 0
-    astray = row()  # the largest deviation so far
+    may_grow = indices()  # 1 if a deviation may grow in this step or has grown before, else 0
+    deviation_so_far = row()  # the largest deviation so far
     watched_from = row()  # rate times step at which one begins to grow; less than any while one is followed
 
 
@@ -59,19 +59,19 @@ def end_storey():
 def end_step():
     if EXPLICIT_CHAIN:
         # Below the limit deviations only fade: most steps have nothing to follow.
-        astray_lanes = int(0)
+        lanes_that_may = int(0)
         for j in range(LANES):
             if SECTIONS:
                 fastest[j] = across(fastest[j], THREADS)
-            risky[j] = wp.where(fastest[j] * h[j] <= watched_from[j], 0, 1)
+            may_grow[j] = wp.where(fastest[j] * h[j] <= watched_from[j], 0, 1)
         for j in range(LANES):
-            astray_lanes += risky[j]
-        if astray_lanes > 0:
+            lanes_that_may += may_grow[j]
+        if lanes_that_may > 0:
             for j in range(LANES):
                 grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
                 deviation[j] = grown
-                if not grown <= astray[j]:
-                    astray[j] = grown
+                if not grown <= deviation_so_far[j]:
+                    deviation_so_far[j] = grown
                 watched_from[j] = settles_until
                 if not grown <= dtype(1.0):
                     watched_from[j] = -dtype(1.0)
@@ -82,12 +82,12 @@ def end_step():
         for j in range(LANES):
             grown = deviation_after(deviation[j], fastest[j], settling)
             deviation[j] = grown
-            if not grown <= astray[j]:
-                astray[j] = grown
+            if not grown <= deviation_so_far[j]:
+                deviation_so_far[j] = grown
             fastest[j] = dtype(0.0)
 
 
 def judge_step():
     # A deviation beyond the limit is also the cause of a state that is not finite: this status overrides diverged.
-    if not astray[j] <= largest_deviation:
+    if not deviation_so_far[j] <= largest_deviation:
         status = unstable_step

@@ -32,7 +32,7 @@ def names(plan):
         "held_of": law.force_at_accepted_state or law.force,
         "recoverable_of": law.elastic_energy,
         "tangent_of": law.tangent,
-        "evolve": law.return_mapping,
+        "mapped_memory": law.return_mapping,
         "rate_of": law.rate,
         "advance": law.memory_after,
     }

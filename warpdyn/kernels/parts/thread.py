@@ -58,7 +58,7 @@ def declare():
     intervals = int(0)
 
 
-def take_sample():
+def read_lane():
     # Lanes past the last sample repeat it: they write the same values again.
     sample[j] = wp.min(block * LANES + j, control.samples - 1)
     s = samples.structure[sample[j]]

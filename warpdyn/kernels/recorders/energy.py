@@ -132,7 +132,7 @@ def save():
             safe_absorbed[i, j] = absorbed[i, j]
 
 
-def take_back():
+def restore_saved():
     energy_in[j] = safe_in[j]
     energy_viscous[j] = safe_viscous[j]
     if DENSE:

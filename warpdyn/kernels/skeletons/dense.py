@@ -66,7 +66,7 @@ def integrate_dense(
     h = row()  # the step, 0 for a lane that is done
     slot("declare")
     for j in range(LANES):
-        slot("take_sample")
+        slot("read_lane")
         structure[j] = s
         slot("read_sample")
         for i in range(N):

@@ -57,7 +57,7 @@ def integrate_chain(
     above = row()  # the force from above
     slot("declare")
     for j in range(LANES):
-        slot("take_sample")
+        slot("read_lane")
         slot("read_sample")
         for i in range(N):
             slot("number_storey")
@@ -71,7 +71,7 @@ def integrate_chain(
                 v[i, j] = loads.initial_velocity[g]
                 slot("read_storey")
             slot("fill_pad")
-    slot("look_around")
+    slot("exchange_states")
     for i in range(N):
         for j in range(LANES):
             slot("start_storey")

@@ -71,7 +71,7 @@ def integrate_implicit_chain(
     h_last = row()
     slot("declare")
     for j in range(LANES):
-        slot("take_sample")
+        slot("read_lane")
         reach = theta * step[j]
         of_damping = force_share * gamma * reach
         of_stiffness[j] = force_share * beta * reach * reach
@@ -210,7 +210,7 @@ def integrate_implicit_chain(
                     slot("storey_coefficients")
                     slot("accepted_memory")
                     slot("settle_storey")
-                    if HAS_MEMORY and not GLIDING:
+                    if HAS_MEMORY and not STRAIGHT_BRANCHES:
                         after = advance(drift, drift - drift_before, memory, c)
                         for m in range(M):
                             z[i * M + m, j] = after[m]

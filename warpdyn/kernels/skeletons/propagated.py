@@ -102,7 +102,7 @@ def advance_linear(
     slot("declare")
     inverse_substeps = dtype(1.0) / dtype(substeps)
     for j in range(LANES):
-        slot("take_sample")
+        slot("read_lane")
         pair[j] = s
         if IS_CHAIN:
             shaped[j] = s

@@ -98,7 +98,7 @@ def end_attempt():
                 if STOREY_LAWS:
                     for m in range(M):
                         zn[i * M + m, j] = z[i * M + m, j]
-            slot("take_back")
+            slot("restore_saved")
         elif h[j] > dtype(0.0):
             accepted[j] += 1
             done[j] = done_after(done[j], part[j], excess[j], shortest_part)

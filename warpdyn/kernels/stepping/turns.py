@@ -38,7 +38,7 @@ def miss_turns():
     if IS_RATE:
         for m in range(M):
             before[m] = zn[i * M + m, j]
-    after = evolve(drift, before, c)
+    after = mapped_memory(drift, before, c)
     if begin_rate * rate < dtype(0.0):
         # From either end by a parabola; where the two differ, maybe farther still.
         turn = h[j] * begin_rate / (begin_rate - rate)
@@ -46,10 +46,10 @@ def miss_turns():
         late = drift - dtype(0.5) * rate * (h[j] - turn)
         farthest = dtype(0.5) * (early + late)
         beyond = farthest + wp.sign(begin_rate) * wp.abs(early - late)
-        turned = evolve(drift, evolve(beyond, before, c), c)
+        turned = mapped_memory(drift, mapped_memory(beyond, before, c), c)
         missed = force_of(drift, turned, c) - force_of(drift, after, c)
         initial_stiffness = tangent_of(zero, zero, no_memory, no_memory, c)
         of_u = wp.max(of_u, LASTING * wp.abs(missed) / initial_stiffness)
-        after = evolve(drift, evolve(farthest, before, c), c)
+        after = mapped_memory(drift, mapped_memory(farthest, before, c), c)
     for m in range(M):
         zn[i * M + m, j] = after[m]

@@ -25,7 +25,7 @@ PATH = {"float64": 1e-10, "float32": 1e-2}
 CHORD, SLOPE = 1e-5, 1e-4
 # Storeys, in single precision or exhausted, whose rounding a jump of the law may show: damage that runs away aims at
 # drifts of 1e14 yield drifts and more, and a low power of energy lifts what rounding leaves of it.
-STRAYING = STOREYS // 50
+MAY_DIFFER = STOREYS // 50
 
 
 @functools.cache
@@ -33,7 +33,7 @@ def walking_kernel(row: str, dtype_name: str) -> wp.Kernel:
     """Return a kernel that takes storeys along drifts by their rules, and by lines where nothing is decided."""
     spring, dtype = SPRINGS[row], DTYPES[dtype_name]
     options = {"cpu_compiler_flags": cpu_flags(), "max_unroll": 1}  # products and sums fused, as in whole histories
-    evolve, glide, decides, tangent_on_line, force, held, C = (
+    mapped, memory_on_line, leaves_line, tangent_on_line, force, held, C = (
         spring.return_mapping,
         spring.memory_on_line,
         spring.leaves_line,
@@ -43,7 +43,7 @@ def walking_kernel(row: str, dtype_name: str) -> wp.Kernel:
         spring.coefficients,
     )
     LENGTH = wp.constant(dtype(CHORD * YIELD_DRIFT))
-    GLIDING = spring.values_on_line or spring.memory
+    CHANGED = spring.values_on_line or spring.memory
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=spring.memory, dtype=dtype)
 
@@ -57,23 +57,23 @@ def walking_kernel(row: str, dtype_name: str) -> wp.Kernel:
         by_lines = memory_vector()
         for step in range(drift.shape[0]):
             now = drift[step, storey]
-            result[0, step, storey] = wp.where(decides(now, by_rules, c), dtype(1.0), dtype(0.0))
-            result[1, step, storey] = held(now, glide(now, by_rules, c), c)
+            result[0, step, storey] = wp.where(leaves_line(now, by_rules, c), dtype(1.0), dtype(0.0))
+            result[1, step, storey] = held(now, memory_on_line(now, by_rules, c), c)
             result[4, step, storey] = tangent_on_line(now, by_rules, c)
             behind, ahead = now - LENGTH, now + LENGTH
             here = force(now, by_rules, c)
             result[5, step, storey] = (here - force(behind, by_rules, c)) / (now - behind)
             result[6, step, storey] = (force(ahead, by_rules, c) - here) / (ahead - now)
-            ends = decides(behind, by_rules, c) or decides(ahead, by_rules, c)
+            ends = leaves_line(behind, by_rules, c) or leaves_line(ahead, by_rules, c)
             result[7, step, storey] = wp.where(ends, dtype(1.0), dtype(0.0))
-            by_rules = evolve(now, by_rules, c)
+            by_rules = mapped(now, by_rules, c)
             result[2, step, storey] = held(now, by_rules, c)
-            if decides(now, by_lines, c):
-                by_lines = evolve(now, by_lines, c)
+            if leaves_line(now, by_lines, c):
+                by_lines = mapped(now, by_lines, c)
             else:
-                glided = glide(now, by_lines, c)
-                for m in range(GLIDING):
-                    by_lines[m] = glided[m]
+                on_line = memory_on_line(now, by_lines, c)
+                for m in range(CHANGED):
+                    by_lines[m] = on_line[m]
             result[3, step, storey] = held(now, by_lines, c)
 
     return walk
@@ -128,9 +128,9 @@ def walked(row: str, drift: np.ndarray, dtype: str) -> np.ndarray:
 
 @pytest.mark.parametrize("row", [thorough_unless(row in ROW_OF_LAW.values(), row) for row in ROWS])
 def test_a_storey_that_has_not_moved_has_its_initial_stiffness(row):
-    decides, *_forces, tangent, behind, ahead, _ends = walked(row, np.zeros((1, STOREYS)), "float64")
+    leaves_line, *_forces, tangent, behind, ahead, _ends = walked(row, np.zeros((1, STOREYS)), "float64")
     np.testing.assert_allclose([behind, ahead], STIFFNESS, rtol=1e-5)
-    stays = decides == 0
+    stays = leaves_line == 0
     np.testing.assert_allclose(tangent[stays], STIFFNESS, rtol=1e-12)
 
 
@@ -140,23 +140,23 @@ def test_a_storey_that_has_not_moved_has_its_initial_stiffness(row):
 def test_lines_are_the_rules_where_nothing_is_decided(row, path, dtype):
     _coefficients, exhausts = drawn_coefficients(row)
     drift = PATHS[path](np.random.default_rng([crc32(row.encode()), len(path)]))
-    decides, line, rules, by_lines, tangent, behind, ahead, ends = walked(row, drift, dtype)
-    assert set(np.unique(decides)) == {0, 1}
-    decides = decides == 1
+    leaves_line, line, rules, by_lines, tangent, behind, ahead, ends = walked(row, drift, dtype)
+    assert set(np.unique(leaves_line)) == {0, 1}
+    leaves_line = leaves_line == 1
     # Lines are worth having, bear force, and end somewhere else than rules lead.
-    assert decides.mean() < 0.4
-    assert (~decides & (np.abs(rules) > 0.01 * YIELD_FORCE)).mean() > 0.1
+    assert leaves_line.mean() < 0.4
+    assert (~leaves_line & (np.abs(rules) > 0.01 * YIELD_FORCE)).mean() > 0.1
     missed = np.abs(line - rules) / YIELD_FORCE
-    assert (missed[decides] > 0.01).any()
-    assert missed[~decides].max() < STEP[dtype]
+    assert (missed[leaves_line] > 0.01).any()
+    assert missed[~leaves_line].max() < STEP[dtype]
     if dtype == "float64":  # in single precision, chords round too much off
         # A line may bend where it meets a backbone: a chord to one side or the other is straight then.
-        along = ~decides & (ends == 0)
-        assert along.sum() > 0.4 * (~decides).sum()  # where a storey stands, one of the two turns
+        along = ~leaves_line & (ends == 0)
+        assert along.sum() > 0.4 * (~leaves_line).sum()  # where a storey stands, one of the two turns
         beside = np.abs(tangent - [behind, ahead, (behind + ahead) / 2]).min(axis=0)
         assert beside[along].max() < SLOPE * STIFFNESS
     # A path by rules where something is decided, and by lines between them, is the path by rules alone.
     astray = np.abs(by_lines - rules).max(axis=0) > PATH[dtype] * YIELD_FORCE
-    assert astray.sum() <= STRAYING
+    assert astray.sum() <= MAY_DIFFER
     if dtype == "float64":
         assert not astray[~exhausts].any()

@@ -17,8 +17,8 @@ def names(plan):
 
     law = spring_row(plan.law)
     common = {
-        "glide": law.memory_on_line,
-        "decides": law.leaves_line,
+        "memory_on_line": law.memory_on_line,
+        "leaves_line": law.leaves_line,
         "tangent_on_line": law.tangent_on_line,
         "CHANGED": law.values_on_line or law.memory,
     }
@@ -32,7 +32,7 @@ def declare():
     reached_drift = row()
     reached_force = row()
     reached_slope = row()
-    decided = indices()  # 1 if the storey leaves its branch in this step, else 0
+    has_left = indices()  # 1 if the storey leaves its branch in this step, else 0
 
 
 def before_storey():
@@ -41,40 +41,40 @@ def before_storey():
     if MAPS_IN_STAGE:
         is_last = stage == LAST_STAGE
     if MOVES:
-        deciding = int(0)
+        leaving = int(0)
         for j in range(LANES):
             slot("reached_drift_in_stage")
             slot("storey_coefficients")
             memory = memory_vector()
             for m in range(M):
                 memory[m] = z[i * M + m, j]
-            decided[j] = wp.where(decides(reached_drift[j], memory, c), 1, 0)
-            deciding += decided[j]
-            after = glide(reached_drift[j], memory, c)
+            has_left[j] = wp.where(leaves_line(reached_drift[j], memory, c), 1, 0)
+            leaving += has_left[j]
+            after = memory_on_line(reached_drift[j], memory, c)
             reached_force[j] = held_of(reached_drift[j], after, c)
             if IMPLICIT_CHAIN:
                 reached_slope[j] = tangent_on_line(reached_drift[j], memory, c)
             if MAPS_IN_STAGE:
                 if is_last:
                     for m in range(CHANGED):
-                        z[i * M + m, j] = wp.where(decided[j] > 0, memory[m], after[m])
-        if deciding > 0:
+                        z[i * M + m, j] = wp.where(has_left[j] > 0, memory[m], after[m])
+        if leaving > 0:
             for j in range(LANES):
                 slot("storey_coefficients")
                 memory = memory_vector()
                 for m in range(M):
                     memory[m] = z[i * M + m, j]
-                after = evolve(reached_drift[j], memory, c)
+                after = mapped_memory(reached_drift[j], memory, c)
                 force_then = held_of(reached_drift[j], after, c)
-                reached_force[j] = wp.where(decided[j] > 0, force_then, reached_force[j])
+                reached_force[j] = wp.where(has_left[j] > 0, force_then, reached_force[j])
                 if IMPLICIT_CHAIN:
                     slot("accepted_drift")
                     slope_then = tangent_of(reached_drift[j], reached_drift[j] - drift, memory, after, c)
-                    reached_slope[j] = wp.where(decided[j] > 0, slope_then, reached_slope[j])
+                    reached_slope[j] = wp.where(has_left[j] > 0, slope_then, reached_slope[j])
                 if MAPS_IN_STAGE:
                     if is_last:
                         for m in range(M):
-                            z[i * M + m, j] = wp.where(decided[j] > 0, after[m], memory[m])
+                            z[i * M + m, j] = wp.where(has_left[j] > 0, after[m], memory[m])
 
 
 def restore():
@@ -88,31 +88,31 @@ def restore():
 def restore_foot():
     after = memory
     if stage > 0:
-        after = glide(drift, memory, c)
-        if decides(drift, memory, c):
-            after = evolve(drift, memory, c)
+        after = memory_on_line(drift, memory, c)
+        if leaves_line(drift, memory, c):
+            after = mapped_memory(drift, memory, c)
     f = held_of(drift, after, c)
 
 
 def end_step():
     if not MAPS_IN_STAGE:
         for i in range(N):
-            deciding = int(0)
+            leaving = int(0)
             for j in range(LANES):
                 slot("reached_drift")
                 slot("storey_coefficients")
                 slot("accepted_memory")
-                decided[j] = wp.where(decides(reached_drift[j], memory, c), 1, 0)
-                deciding += decided[j]
-                after = glide(reached_drift[j], memory, c)
+                has_left[j] = wp.where(leaves_line(reached_drift[j], memory, c), 1, 0)
+                leaving += has_left[j]
+                after = memory_on_line(reached_drift[j], memory, c)
                 for m in range(CHANGED):
-                    z[i * M + m, j] = wp.where(decided[j] > 0, memory[m], after[m])
-            if deciding > 0:
+                    z[i * M + m, j] = wp.where(has_left[j] > 0, memory[m], after[m])
+            if leaving > 0:
                 for j in range(LANES):
                     slot("storey_coefficients")
                     memory = memory_vector()
                     for m in range(M):
                         memory[m] = z[i * M + m, j]
-                    after = evolve(reached_drift[j], memory, c)
+                    after = mapped_memory(reached_drift[j], memory, c)
                     for m in range(M):
-                        z[i * M + m, j] = wp.where(decided[j] > 0, after[m], memory[m])
+                        z[i * M + m, j] = wp.where(has_left[j] > 0, after[m], memory[m])
