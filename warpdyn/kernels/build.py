@@ -47,8 +47,8 @@ BUILDING = threading.Lock()
 # A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; a few elastic
 # storeys share the loop among two samples, and where a chain needs more registers than there are, threads share it.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
-# Longer ones than 8 storeys gain by unrolling up to 15. A law of straight branches has its rules twice in every stage of
-# every storey: beyond 5 storeys it runs half to three quarters as fast rolled, and compiles in 2 seconds, not in 20.
+# Chains beyond 8 storeys gain by unrolling up to 15. A law of straight branches has its rules twice in every stage
+# of every storey: beyond 5 storeys it runs half to three quarters as fast rolled, and compiles in 2 seconds, not in 20.
 LONG_CHAIN, CPU_LONG_UNROLL, CHAIN_OF_BRANCHES = 8, 15, 5
 GPU_LANES, GPU_LANES_OF_FEW_STOREYS, FEW_STOREYS, GPU_UNROLL = 1, 2, 3, 64
 # Registers of a thread, by what compiled kernels of 1 to 60 storeys took; those beside the storeys' own, by dtype; and
