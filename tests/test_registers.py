@@ -17,7 +17,7 @@ CASES = [
     (20, "float32", "bilinear", "rayleigh", EVERY),
     pytest.param(20, "float32", "bouc_wen_1", "rayleigh", DRIFT, marks=pytest.mark.thorough),
     pytest.param(20, "float32", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
-    (60, "float32", "bouc_wen_1", "rayleigh", EVERY),
+    pytest.param(60, "float32", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
     (5, "float64", "bouc_wen_1", "storey", DRIFT),
     pytest.param(8, "float64", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
     pytest.param(20, "float64", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
