@@ -86,6 +86,14 @@ def damped_storeys() -> xr.Dataset:
     return run(make_scene(chain(3, damped_storeys=(2, 3)), stripes(0.5)), method="rk4")
 
 
+@fingerprint("damping/of a full system that couples no modes")
+def uncoupled() -> dict[str, xr.Dataset]:
+    system = dense(3)
+    mass, stiffness = (system.parameters[name] for name in ("mass", "stiffness"))
+    scene = make_scene(wd.LinearSystem(mass, 0.3 * mass + 2e-3 * stiffness, stiffness), stripes(0.2, 0.8), tail=0.6)
+    return {method: run(scene, 3, method=method) for method in ("rk4", "newmark_average", "hht_alpha", "exact")}
+
+
 # Loads, on yielding storeys and full systems, with explicit, implicit and exact methods.
 
 NOISE = {"duration": 1.4, "interval": STEP, "envelope": wd.JenningsEnvelope(0.3, 0.5, 2.0)}
