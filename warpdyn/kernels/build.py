@@ -30,7 +30,7 @@ SKELETONS = {
 
 def composed(plan: Plan) -> Composed:
     """Return the text of a plan's kernel, with all that it names."""
-    return compose(SKELETONS[plan.family, METHODS[plan.method].kind], plan)
+    return compose(SKELETONS[plan.family, plan.kind], plan)
 
 
 @functools.cache

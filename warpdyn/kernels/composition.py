@@ -72,10 +72,11 @@ Every walk through the storeys, from the top down:
     state_of_stage         sets `drift` and `vi` of storey i and lane j; state_below takes those of the storey below off
                            `drift` and `rate`, memory_of_stage sets `memory`
     accepted_drift, storey_coefficients, accepted_memory   set `drift`, `c` and `memory` as the accepted state has them;
-                           reached_drift, reached_drift_in_stage set `reached_drift[j]`
+                           reached_drift sets `reached_drift[j]`, with `u=us` as a stage has it
     restore                sets `f`, the law's force, where it is no function of the memory as it stands; with an
                            implicit method `stiffness` too, its slope
     add_to_force           of what else is a force of the drift
+    tangent_ahead          sets `tangent`, the storey's stiffness as it goes on from `drift`
     add_to_dashpot         the first part there sets `dashpot`, others add to it: what is viscous in the storey
     add_to_foot, restore_foot   the same of the section's lowest storey, whose force the section below needs
     add_to_net, add_load   of dampers to the ground and loads, to `net`: the force on the floor

@@ -56,6 +56,17 @@ class Plan:
     sections: int = 1
     viscous_dampers: str = "none"
     physics: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """The kind of the method: explicit, implicit or exact."""
+        return METHODS[self.method].kind
+
+    @property
+    def storeys_of_thread(self) -> int:
+        """Storeys of the section that a thread has; the last section may be filled up."""
+        return -(-self.dofs // self.sections)
+
     resumes: bool = False
 
 
@@ -127,7 +138,7 @@ HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "steppi
 
 def values_held(plan: Plan) -> dict[str, int]:
     """Return how many values a kernel holds for each sample while it runs: what a scene does not name is not there."""
-    n, kind, spring = plan.dofs, METHODS[plan.method].kind, spring_row(plan.law)
+    n, kind, spring = plan.dofs, plan.kind, spring_row(plan.law)
     # Displacement and velocity of each degree of freedom, and the law's memory.
     held = {"state": (2 + spring.memory) * n, "structure": 0, "method": 0, "recorders": 0}
     # Of a memory that stages move, each value has working copies; any other is looked at one storey after another.

@@ -87,7 +87,7 @@ def with_names(text: str, written: Mapping[str, str]) -> str:
 
 @functools.cache
 def _body(function: FunctionType, written: str) -> list[str]:
-    """Return the lines of a function's body without its docstring, with numbers for some variables: ", i=0"."""
+    """Return the lines of a function's body without its docstring, with others for some variables: ", i=0"."""
     numbers = dict(each.split("=") for each in written.split(", ") if each)
     text = with_names(source_of(function), numbers)
     [definition] = ast.parse(text).body

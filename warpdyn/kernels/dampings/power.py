@@ -20,7 +20,7 @@ def names(plan):
 
     from warpdyn.kernels.plan import DTYPES
 
-    storeys = -(-plan.dofs // plan.sections)
+    storeys = plan.storeys_of_thread
     return {"dampers": wp.types.matrix(shape=(storeys * VALUES, plan.lanes), dtype=DTYPES[plan.dtype])}
 
 

@@ -1,7 +1,5 @@
 """Dashpots in the storeys: damping in proportion to stiffness, storey dashpots, linear viscous dampers."""
 
-from warpdyn.methods.table import METHODS
-
 order = -10  # the first of what is viscous in a storey
 
 FIELDS = {"Structure": {"storey_damping": "float[,]"}}
@@ -9,7 +7,7 @@ FIELDS = {"Structure": {"storey_damping": "float[,]"}}
 
 def wanted(plan):
     is_damped = plan.damping in ("storey", "rayleigh") or plan.viscous_dampers == "linear"
-    return is_damped and METHODS[plan.method].kind != "exact"
+    return is_damped and plan.kind != "exact"
 
 
 def values_held(plan):

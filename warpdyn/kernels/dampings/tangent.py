@@ -29,7 +29,7 @@ def read_sample():
     tangent_damping[j] = structures.tangent_damping[s]
 
 
-def add_to_dashpot():
+def tangent_ahead():
     # The tangent just ahead of the drift: at a yield point, rounding would choose the branch.
     # On a falling branch the dashpot is 0: a negative one would supply energy.
     ahead = drift + AHEAD * h[j] * rate
@@ -37,13 +37,13 @@ def add_to_dashpot():
     if IS_MAPPING:
         after = mapped_memory(ahead, memory, c)
     tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
+
+
+def add_to_dashpot():
+    slot("tangent_ahead")
     dashpot += tangent_damping[j] * tangent * rate
 
 
 def add_to_foot():
-    ahead = drift + AHEAD * h[j] * rate
-    after = memory
-    if IS_MAPPING:
-        after = mapped_memory(ahead, memory, c)
-    tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
+    slot("tangent_ahead")
     f += tangent_damping[j] * tangent * rate

@@ -14,10 +14,8 @@ def names(plan):
 
     import warp as wp
 
-    from warpdyn.methods.table import METHODS
-
     # Beside its sine, the exact method is told the cosine, others the sine a step later.
-    is_exact = METHODS[plan.method].kind == "exact"
+    is_exact = plan.kind == "exact"
     return {
         "quarter_turn": wp.constant(wp.float64(math.pi / 2)),
         "lead": wp.constant(wp.float64(math.pi / 2 if is_exact else 0)),

@@ -2,11 +2,10 @@
 
 from warpdyn.kernels.parts import straight_branches
 from warpdyn.laws.springs import spring_row
-from warpdyn.methods.table import METHODS
 
 
 def wanted(plan):
-    if plan.family != "chain" or METHODS[plan.method].kind != "explicit":
+    if plan.family != "chain" or plan.kind != "explicit":
         return False
     law = spring_row(plan.law)
     has_memory = law.return_mapping is not None or law.force_at_accepted_state is not None

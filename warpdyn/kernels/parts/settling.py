@@ -16,7 +16,7 @@ def names(plan):
 
     from warpdyn.kernels.plan import DTYPES, constants, settling_limit, settling_polynomial
 
-    is_implicit = METHODS[plan.method].kind == "implicit"
+    is_implicit = plan.kind == "implicit"
     dtype, law = DTYPES[plan.dtype], spring_row(plan.law)
     return {
         "relaxation_of": law.relaxation_rate,

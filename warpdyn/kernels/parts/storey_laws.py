@@ -1,7 +1,5 @@
 """The storeys of a chain, and the law that each follows: its drift, its coefficients, its memory."""
 
-from warpdyn.methods.table import METHODS
-
 order = -90
 
 FIELDS = {
@@ -16,7 +14,7 @@ FIELDS = {
 
 
 def wanted(plan):
-    return plan.family == "chain" and METHODS[plan.method].kind != "exact"
+    return plan.family == "chain" and plan.kind != "exact"
 
 
 def names(plan):
@@ -26,7 +24,7 @@ def names(plan):
     from warpdyn.laws.springs import spring_row
 
     dtype, lanes, law = DTYPES[plan.dtype], plan.lanes, spring_row(plan.law)
-    storeys, memory, coefficients = -(-plan.dofs // plan.sections), law.memory, law.coefficients
+    storeys, memory, coefficients = plan.storeys_of_thread, law.memory, law.coefficients
     functions = {
         "force_of": law.force,
         "held_of": law.force_at_accepted_state or law.force,
@@ -78,22 +76,10 @@ def accepted_memory():
 
 
 def reached_drift():
-    """The same, kept for every lane."""
+    """The same, kept for every lane; with `u=us` that of a stage's state."""
     reached_drift[j] = u[i, j]
     if i > 0:
         reached_drift[j] -= u[i - 1, j]
-    elif SECTIONS:
-        reached_drift[j] -= foot_u[j]
-    if HAS_PADS:
-        if lowest + i >= STOREYS:
-            reached_drift[j] = dtype(0.0)
-
-
-def reached_drift_in_stage():
-    """That of a stage's state."""
-    reached_drift[j] = us[i, j]
-    if i > 0:
-        reached_drift[j] -= us[i - 1, j]
     elif SECTIONS:
         reached_drift[j] -= foot_u[j]
     if HAS_PADS:

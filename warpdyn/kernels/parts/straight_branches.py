@@ -22,7 +22,7 @@ def names(plan):
         "tangent_on_line": law.tangent_on_line,
         "CHANGED": law.values_on_line or law.memory,
     }
-    if METHODS[plan.method].kind == "implicit":
+    if plan.kind == "implicit":
         # A first state may be anywhere; the force of any other accepted one is known.
         return common | {"MOVES": "(walk > 0 or index == 0)", "STANDS": "(walk == 0 and index > 0)"}
     return common | {"MOVES": "stage > 0", "STANDS": "stage == 0", "LAST_STAGE": wp.constant(tableau(plan).stages - 1)}
@@ -43,7 +43,7 @@ def before_storey():
     if MOVES:
         leaving = int(0)
         for j in range(LANES):
-            slot("reached_drift_in_stage")
+            slot("reached_drift", u=us)
             slot("storey_coefficients")
             memory = memory_vector()
             for m in range(M):

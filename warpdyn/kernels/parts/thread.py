@@ -36,12 +36,12 @@ def names(plan):
         **vars(structs(plan.dtype)),
         "LANES": lanes,
         "STOREYS": plan.dofs,
-        "N": -(-plan.dofs // plan.sections),  # of a thread
+        "N": plan.storeys_of_thread,  # of a thread
         "IS_CHAIN": plan.family == "chain",
         "row": row,
         "row64": row64,
         "indices": indices,
-        "matrix": wp.types.matrix(shape=(-(-plan.dofs // plan.sections), lanes), dtype=dtype),
+        "matrix": wp.types.matrix(shape=(plan.storeys_of_thread, lanes), dtype=dtype),
         "larger": LARGER[plan.dtype],
         "blown_up": wp.constant(dtype(LARGEST_DRIFT_RATIO)),
         **{name: wp.int8(code) for name, code in codes.items()},

@@ -19,7 +19,7 @@ def is_newton(plan):
 
 
 def wanted(plan):
-    is_implicit = plan.family == "chain" and METHODS[plan.method].kind == "implicit"
+    is_implicit = plan.family == "chain" and plan.kind == "implicit"
     return is_implicit and (is_newton(plan) or plan.damping == "modal")
 
 
