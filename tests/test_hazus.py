@@ -117,8 +117,11 @@ def test_given_parameters_replace_the_types() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("C1", "high", 5), "unknown Hazus building type 'C1'; allowed: 'W1', 'W2', 'S1L'"),
-        (("C1M", "higher", 5), "unknown design level 'higher'; allowed: 'high', 'moderate', 'low', 'pre'"),
+        (("C1", "high", 5), "unknown Hazus building type 'C1'.*; allowed: 'W1', 'W2', 'S1L'"),
+        (
+            ("C1M", "higher", 5),
+            "unknown design level 'higher' .did you mean 'high'..; allowed: 'high', 'moderate', 'low', 'pre'",
+        ),
         (("C1M", "high", 3), "Hazus type C1M has 4 to 7 storeys, got 3"),
         (("C1M", "high", 8), "Hazus type C1M has 4 to 7 storeys, got 8"),
         (("C1M", "high", 5.0), "storeys must be a whole number"),

@@ -49,3 +49,5 @@ from .statistics.fragility_curves import fragility as fragility
 from .structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .structures.modal import modal_table as modal_table
 from .structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding
+
+__version__: str

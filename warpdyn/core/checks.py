@@ -11,6 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.core.near_misses import did_you_mean
+
 LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
 
 
@@ -40,7 +42,8 @@ def check_dataset(function: str, dataset: Any, *names: str, advice: str) -> None
 def one_of(what: str, name: object, allowed: Collection[str]) -> None:
     """Raise a ValueError that lists the allowed names, unless `name` is one of them."""
     if not isinstance(name, str) or name not in allowed:
-        raise ValueError(f"unknown {what} {name!r}; allowed: {', '.join(repr(each) for each in allowed)}")
+        hint = did_you_mean(name, list(allowed))
+        raise ValueError(f"unknown {what} {name!r}{hint}; allowed: {', '.join(repr(each) for each in allowed)}")
 
 
 def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:

@@ -67,3 +67,8 @@ globals().update({element.__name__: element for element in (LAWS | DEVICES).valu
 
 __all__ = ["DEVICES", "HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Device", "Law", "Parameter", "StoreyElement"]
 __all__ += [element.__name__ for element in (LAWS | DEVICES).values()]
+
+
+def __dir__() -> list[str]:
+    """Return the public names, which the folders' and the tables' own words would hide."""
+    return sorted(__all__)

@@ -31,7 +31,8 @@ from typing import Any, ClassVar, dataclass_transform
 import numpy as np
 
 from warpdyn.core.checks import real_numbers
-from warpdyn.laws.parameter import Parameter, did_you_mean, names_of
+from warpdyn.core.near_misses import did_you_mean
+from warpdyn.laws.parameter import Parameter, names_of
 
 Values = Mapping[str, np.ndarray]
 

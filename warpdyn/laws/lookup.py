@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers
+from warpdyn.core.near_misses import did_you_mean
 from warpdyn.laws import DEVICES, LAWS
 from warpdyn.laws.building_law import missing_at
 from warpdyn.laws.law import Device, Law, StoreyElement
-from warpdyn.laws.parameter import did_you_mean
 
 Given = str | StoreyElement | type[StoreyElement]
 Own = dict[str, ArrayLike]  # parameters that laws or devices bring along

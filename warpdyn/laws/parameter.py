@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -95,17 +94,3 @@ def names_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
         if word not in ("and", "over", "times")
     }
     return theirs | {name: name for name in parameters}
-
-
-def did_you_mean(name: object, known: Mapping[str, str]) -> str:
-    """Return " (did you mean 'yield_force'?)" for a near miss of a known name, or nothing.
-
-    Args:
-        name: What was given.
-        known: Names that may be meant, OpenSees' among them, each with the name to suggest.
-    """
-    if not isinstance(name, str):
-        return ""
-    by_lower = {word.lower(): suggested for word, suggested in known.items()}
-    close = difflib.get_close_matches(name.lower().replace(" ", "_").replace("-", "_"), by_lower, n=1, cutoff=0.7)
-    return f" (did you mean {by_lower[close[0]]!r}?)" if close else ""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number, real_numbers
+from warpdyn.core.near_misses import did_you_mean
 from warpdyn.scene.distributions import Distribution
 from warpdyn.structures.structure import Structure
 
@@ -112,7 +113,20 @@ class RandomScatter(ParameterScatter):
 
 @dataclass(frozen=True)
 class RandomFactor(RandomScatter):
-    """A random factor that multiplies the nominal value of a parameter; arguments as of RandomScatter."""
+    """A random factor that multiplies the nominal value of a parameter.
+
+    Args:
+        distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
+        per: "building" (one draw for all storeys) or "storey" (one draw each).
+        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+
+    Raises:
+        TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
+
+    Example:
+        >>> RandomFactor(Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5).per
+        'storey'
+    """
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
         """Return the nominal value times the drawn factors."""
@@ -121,7 +135,20 @@ class RandomFactor(RandomScatter):
 
 @dataclass(frozen=True)
 class RandomValue(RandomScatter):
-    """A random value that replaces the nominal value of a parameter; arguments as of RandomScatter."""
+    """A random value that replaces the nominal value of a parameter.
+
+    Args:
+        distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
+        per: "building" (one draw for all storeys) or "storey" (one draw each).
+        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+
+    Raises:
+        TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
+
+    Example:
+        >>> RandomValue(Uniform(0.02, 0.08)).distribution.high
+        0.08
+    """
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return why it does not fit a parameter of a structure; None if it does."""
@@ -197,7 +224,8 @@ def check_scatter(structure: Structure, scatter: Scatter, correlation: Mapping[t
     allowed = ", ".join(structure.parameter_table)
     for name, spread in scatter.items():
         if name not in structure.parameter_table:
-            raise ValueError(f"scatter names unknown parameter {name!r}; {structure!r} has {allowed}")
+            hint = did_you_mean(name, list(structure.parameter_table))
+            raise ValueError(f"scatter names unknown parameter {name!r}{hint}; {structure!r} has {allowed}")
         if not isinstance(spread, ParameterScatter | Real) or isinstance(spread, bool):
             raise TypeError(
                 f"scatter[{name!r}] must be a RandomFactor, a RandomValue, GivenValues or a number, got {spread!r}"

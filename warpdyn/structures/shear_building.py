@@ -11,10 +11,11 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import one_of, real_numbers
+from warpdyn.core.near_misses import did_you_mean
 from warpdyn.laws import LAWS, Device, Law, Parameter
 from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
 from warpdyn.laws.lookup import devices_and_values, laws_and_values
-from warpdyn.laws.parameter import did_you_mean, names_of
+from warpdyn.laws.parameter import names_of
 from warpdyn.structures.calibration import CalibratedChain
 from warpdyn.structures.damping import DAMPING
 from warpdyn.structures.linear_system import LinearSystem
@@ -115,6 +116,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         )
         for name in given:
             if name not in self.parameter_table:
+                others = [repr(other) for other, each in DAMPING.items() if name in each.parameters]
+                if others:
+                    raise ValueError(f"damping {damping!r} takes no {name}: give damping={' or '.join(others)}")
                 takes, hint = ", ".join(self.parameter_table), did_you_mean(name, names_of(self.parameter_table))
                 raise ValueError(
                     f"unknown parameter {name!r}{hint}: a building of law {law!r} and damping {damping!r} takes {takes}"
