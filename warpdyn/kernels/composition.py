@@ -86,6 +86,7 @@ Every walk through the storeys, from the top down:
     see_state              all storeys have been seen
     add_base               takes the base's acceleration off `ai`; add_base_to_net off `net`
     add_powers             of storey i and lane j: the powers of its forces
+    sum_up_slopes          of chains: adds this stage's slopes to those before, and goes on to the next stage's state
     end_storey             `vi` and `ai` are known
     add_to_stiffness, add_to_storey, add_to_imbalance, eliminate, follow_slope   of an implicit method's system
     judge_walk, substitute, choose_change   whether the state is found, and the next one to try

@@ -116,20 +116,31 @@ def integrate_dense(
                                 viscous[i, j] += damping[i * N + k, j] * vs[k, j]
                     slot("see_products")
                     for i in range(N):
+                        # Stages stay a loop on a processor: a row of lanes has no branch that depends on them.
+                        if HAS_SEE_FORCES:
+                            if stage == 0:
+                                # The state at the step's start; one that stands still is seen again, to no effect.
+                                for j in range(LANES):
+                                    vi = vs[i, j]
+                                    net = -elastic[i, j] - viscous[i, j]
+                                    slot("add_load")
+                                    ai = net
+                                    slot("see_forces")
                         for j in range(LANES):
                             vi = vs[i, j]
                             net = -elastic[i, j] - viscous[i, j]
                             slot("add_load")
                             ai = net
-                            if stage == 0:
-                                # The state at the step's start; one that stands still is seen again, to no effect.
-                                slot("see_forces")
                             slot("add_base")
                             slot("end_storey")
                         slot("after_storey")
                 if not KEEPS_SLOPES:
                     for i in range(N):
                         for j in range(LANES):
+                            u[i, j] += h[j] * un[i, j]
+                            v[i, j] += h[j] * vn[i, j]
+                            un[i, j] = dtype(0.0)
+                            vn[i, j] = dtype(0.0)
                             us[i, j] = u[i, j]
                             vs[i, j] = v[i, j]
                 slot("end_attempt")

@@ -35,6 +35,16 @@ def state_below():
 
 def end_storey():
     ha = h[j] * reach[stage]
+    if DENSE:
+        un[i, j] += weight[stage] * vi
+        vn[i, j] += weight[stage] * ai
+        us[i, j] = u[i, j] + ha * vi
+        vs[i, j] = v[i, j] + ha * ai
+    else:
+        slot("sum_up_slopes")
+
+
+def sum_up_slopes():
     if IS_RATE:
         z_rate = rate_of(rate, memory, c)
     u_slope = weight[stage] * vi  # summed up: the state is rounded once a step, not a stage
