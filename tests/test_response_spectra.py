@@ -19,8 +19,6 @@ from warpdyn import plots
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.methods.oscillator_increments import halvings_of, oscillator_increments
 
-pytestmark = pytest.mark.fast
-
 
 @pytest.fixture(scope="module")
 def el_centro() -> wd.GroundMotion:

@@ -6,8 +6,6 @@ from test_simulate import MOTIONS
 
 import warpdyn as wd
 
-pytestmark = pytest.mark.fast
-
 LEVELS = [0.2, 0.4, 0.8, 1.6]
 RUBBER = {"displacement_capacity": 0.2, "stiffness": 2e5, "yield_force": 2e3, "post_yield_stiffness": 2e4}
 

@@ -18,8 +18,6 @@ from warpdyn.methods.stability_limits import (
 )
 from warpdyn.methods.table import METHODS
 
-pytestmark = pytest.mark.fast
-
 EULER = ExplicitMethod("euler", 1, ((0,),), (1,), (0,))
 LIMITED = [EULER, *(method for method in METHODS.values() if stability_limit(method, 0.5) < np.inf)]
 # What stable_step states: never above the limit, at most this far below it (relative).
