@@ -10,7 +10,7 @@ from combination_cases import ROW_OF_LAW, springs_of_laws
 from method_sources import thorough_unless
 from storey_draws import STIFFNESS, YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
-from warpdyn.device.processor import cpu_flags
+from warpdyn.device.processor import module_options
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
@@ -32,7 +32,7 @@ MAY_DIFFER = STOREYS // 50
 def walking_kernel(row: str, dtype_name: str) -> wp.Kernel:
     """Return a kernel that takes storeys along drifts by their rules, and by lines where nothing is decided."""
     spring, dtype = SPRINGS[row], DTYPES[dtype_name]
-    options = {"cpu_compiler_flags": cpu_flags(), "max_unroll": 1}  # products and sums fused, as in whole histories
+    options = module_options(max_unroll=1)  # products and sums fused, as in whole histories
     mapped, memory_on_line, leaves_line, tangent_on_line, force, held, C = (
         spring.return_mapping,
         spring.memory_on_line,

@@ -28,9 +28,8 @@ from warpdyn.scene.scene import Scene
 # The methods that the accuracy study found cheapest, within the scatter of its timings, for some scene and error, and
 # the cheapest method without a stability limit; other methods are tried only if they are asked for.
 CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
-SHARE_OF_TARGET = (
-    0.9  # the part of the target that the pilot's error must stay below: its reference errs a little itself
-)
+# The share of the target that the pilot's error must stay below: its reference errs a little itself.
+SHARE_OF_TARGET = 0.9
 # Steps tried, as steps in the first period: half an octave apart.
 STEPS_PER_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
 REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more below it

@@ -15,6 +15,11 @@ def cpu_flags() -> str:
     return f"{own} -ffp-contract=fast -mprefer-vector-width=512".strip()
 
 
+def module_options(max_unroll: int) -> dict[str, object]:
+    """Return the options of the module that a kernel is compiled in, whose loops are unrolled up to so many rounds."""
+    return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags()}
+
+
 # A processor's frame is aligned for its most demanding variable. Without one of a cache line, every row of lanes in it
 # would straddle two, and take twice as long to read.
 @wp.func_native("""

@@ -17,7 +17,7 @@ A part is a module of one of FOLDERS. It holds
 In a slot stand the parts of the folder that FOLDERS has first, then those of the next; within a folder they are sorted
 by `order`, then by name.
 
-Names in capitals are has_left when the kernel is composed: those of `names`; for every module of FOLDERS its own name,
+Names in capitals are decided when the kernel is composed: those of `names`; for every module of FOLDERS its own name,
 true if the part is wanted (P_DELTA, DRIFT); for each module of skeletons/, true if the
 kernel is one of it (EXPLICIT_CHAIN); and HAS_ with the name of a slot, true if a wanted part stands there
 (HAS_DASHPOT). An `if` on them, alone or beside other conditions, is settled in the text, and so is a loop over an empty
@@ -37,12 +37,12 @@ step of lane j, 0 once it is done; `u[i, j]`, `v[i, j]`, `z[i * M + m, j]` are t
     declare                variables, before all else: `row()` has a value for each lane, `matrix()` one for each storey
                            and lane, `indices()` a whole number for each lane
     place                  of which storeys of which samples a thread is
-    read_lane            lane j takes its sample
+    read_lane              lane j takes its sample
     read_sample            of lane j and its structure s; the same with read_storey, read_entry (of full matrices, in
                            row i and column k) and start_row
     number_storey          sets g
     fill_pad, leave_pad    storeys that only fill a section up
-    exchange_states            all is read; threads that share a sample exchange it
+    exchange_states        all is read; threads that share a sample exchange it
     start_storey           of storey i and lane j, before the first step; start_drift the same, with `drift`
     start                  before the first interval
 
@@ -57,7 +57,7 @@ Every step, with `index` from the first one on and `substep` from the interval's
 
     begin_step, end_step   with the accepted state
     begin_attempt, end_attempt   of an explicit method's stages, through which an adaptive method goes until lanes agree
-    save, restore_saved        of lane j: what an attempt that fails must not leave behind
+    save, restore_saved    of lane j: what an attempt that fails must not leave behind
     miss_turns             of storey i and lane j: what an error estimate does not see
     position_of_stage      sets `at`, the stage's time from the start of the interval, over its length
     begin_stage, end_stage around a stage, `stage` counts them; end_stages after the last
@@ -73,6 +73,7 @@ Every walk through the storeys, from the top down:
                            `drift` and `rate`, memory_of_stage sets `memory`
     accepted_drift, storey_coefficients, accepted_memory   set `drift`, `c` and `memory` as the accepted state has them;
                            reached_drift sets `reached_drift[j]`, with `u=us` as a stage has it
+    follow_rules           sets `after`, the memory at `reached_drift[j]` by all rules of the law
     restore                sets `f`, the law's force, where it is no function of the memory as it stands; with an
                            implicit method `stiffness` too, its slope
     add_to_force           of what else is a force of the drift

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
-from warpdyn.device.processor import cpu_flags
+from warpdyn.device.processor import module_options
 from warpdyn.kernels.registry import fields, parts_in
 from warpdyn.laws.rate_law import POWERS
 from warpdyn.laws.springs import spring_row
@@ -56,6 +56,7 @@ class Plan:
     sections: int = 1
     viscous_dampers: str = "none"
     physics: tuple[str, ...] = ()
+    resumes: bool = False
 
     @property
     def kind(self) -> str:
@@ -67,12 +68,10 @@ class Plan:
         """Storeys of the section that a thread has; the last section may be filled up."""
         return -(-self.dofs // self.sections)
 
-    resumes: bool = False
-
 
 def options(plan: Plan) -> dict[str, object]:
     """Return the options of the module that a plan's kernel is compiled in."""
-    return {"max_unroll": plan.max_unroll, "cpu_compiler_flags": cpu_flags()}
+    return module_options(plan.max_unroll)
 
 
 def row_types(plan: Plan) -> tuple:

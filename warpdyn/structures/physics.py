@@ -50,14 +50,12 @@ def storey_weight_over_height(parameters: Values) -> np.ndarray:
 
 def _buckling_problem(parameters: Values) -> str | None:
     """Return an error message on the first storey that buckles under its gravity load, or None."""
-    bad = parameters["stiffness"] - storey_weight_over_height(parameters) <= 0
+    stiffness, leaning = parameters["stiffness"], storey_weight_over_height(parameters)
+    bad = stiffness - leaning <= 0
     if not bad.any():
         return None
     place = first_place(bad)
-    bounds, loads = (
-        per_height * parameters["height"]
-        for per_height in (parameters["stiffness"], storey_weight_over_height(parameters))
-    )
+    bounds, loads = (per_height * parameters["height"] for per_height in (stiffness, leaning))
     bound, carried = (np.broadcast_to(values, bad.shape)[place] for values in (bounds, loads))
     return (
         f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: from the top down it must stay "

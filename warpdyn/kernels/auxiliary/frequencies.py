@@ -12,7 +12,7 @@ import functools
 import numpy as np
 import warp as wp
 
-from warpdyn.device.processor import align_rows, cpu_flags
+from warpdyn.device.processor import align_rows, module_options
 from warpdyn.kernels.arguments import lane_rows
 
 # Measured: a division waits for the one before it, so that more lanes than registers hold are quicker all the same.
@@ -33,9 +33,7 @@ def frequencies_kernel(storeys: int, lanes: int) -> wp.Kernel:
     least = wp.constant(double(1e-30))
     short = wp.constant(double(1 - 8 * np.finfo(float).eps * storeys))
 
-    @wp.kernel(
-        module="unique", enable_backward=False, module_options={"max_unroll": 1, "cpu_compiler_flags": cpu_flags()}
-    )
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
     def find_frequencies(
         mass: wp.array2d(dtype=double),  # [storey, structure]; as many structures as threads have lanes
         stiffness: wp.array2d(dtype=double),

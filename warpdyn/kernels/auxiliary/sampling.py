@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from warpdyn.core.random_numbers import Purpose, key_of
-from warpdyn.device.processor import align_rows, cpu_flags
+from warpdyn.device.processor import align_rows, module_options
 from warpdyn.device.random_numbers import normal_of, uniform_pair
 from warpdyn.kernels.build import CPU_LANES
 
@@ -18,9 +18,7 @@ def uniforms_kernel(lanes: int) -> wp.Kernel:
     row = wp.types.vector(length=LANES, dtype=wp.float64)
     Numbers = wp.types.vector(length=LANES, dtype=wp.uint64)
 
-    @wp.kernel(
-        module="unique", enable_backward=False, module_options={"max_unroll": 1, "cpu_compiler_flags": cpu_flags()}
-    )
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
     def draw_uniforms(
         key: wp.uint64,
         purpose: int,
@@ -55,9 +53,7 @@ def normals_kernel(lanes: int) -> wp.Kernel:
     LANES = lanes
     row = wp.types.vector(length=LANES, dtype=wp.float64)
 
-    @wp.kernel(
-        module="unique", enable_backward=False, module_options={"max_unroll": 1, "cpu_compiler_flags": cpu_flags()}
-    )
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
     def make_normals(
         factor: wp.array2d(dtype=wp.float64),  # of the correlation matrix, lower triangle
         values: wp.array2d(dtype=wp.float64),  # [variable, structure]

@@ -60,11 +60,7 @@ def before_storey():
                         z[i * M + m, j] = wp.where(has_left[j] > 0, memory[m], after[m])
         if leaving > 0:
             for j in range(LANES):
-                slot("storey_coefficients")
-                memory = memory_vector()
-                for m in range(M):
-                    memory[m] = z[i * M + m, j]
-                after = mapped_memory(reached_drift[j], memory, c)
+                slot("follow_rules")
                 force_then = held_of(reached_drift[j], after, c)
                 reached_force[j] = wp.where(has_left[j] > 0, force_then, reached_force[j])
                 if IMPLICIT_CHAIN:
@@ -75,6 +71,14 @@ def before_storey():
                     if is_last:
                         for m in range(M):
                             z[i * M + m, j] = wp.where(has_left[j] > 0, after[m], memory[m])
+
+
+def follow_rules():
+    slot("storey_coefficients")
+    memory = memory_vector()
+    for m in range(M):
+        memory[m] = z[i * M + m, j]
+    after = mapped_memory(reached_drift[j], memory, c)
 
 
 def restore():
@@ -109,10 +113,6 @@ def end_step():
                     z[i * M + m, j] = wp.where(has_left[j] > 0, memory[m], after[m])
             if leaving > 0:
                 for j in range(LANES):
-                    slot("storey_coefficients")
-                    memory = memory_vector()
-                    for m in range(M):
-                        memory[m] = z[i * M + m, j]
-                    after = mapped_memory(reached_drift[j], memory, c)
+                    slot("follow_rules")
                     for m in range(M):
                         z[i * M + m, j] = wp.where(has_left[j] > 0, after[m], memory[m])
