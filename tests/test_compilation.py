@@ -3,6 +3,9 @@
 import os
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import pytest
 
@@ -33,13 +36,52 @@ def test_every_plan_is_in_the_cache_afterwards(tmp_path):
 
 
 def test_a_few_kernels_start_no_process(monkeypatch):
+    there, *missing = plans(4)
     monkeypatch.setattr(compilation, "MOST_PROCESSES", 8)
-    monkeypatch.setattr(compilation, "is_compiled", lambda plan, device: plan == "there")
+    monkeypatch.setattr(compilation, "is_compiled", lambda plan, device: plan == there)
     monkeypatch.setattr(compilation, "ProcessPoolExecutor", None)
-    compilation.compile_side_by_side(["there", "missing", "other", "missing"], "cpu", threads=8)
-    compilation.compile_side_by_side(["missing", "other", "third"], "cpu", threads=1)
+    compilation.compile_side_by_side([there, missing[0], missing[1], missing[0]], "cpu", threads=8)
+    compilation.compile_side_by_side(missing, "cpu", threads=1)
     with pytest.raises(TypeError):  # it would
-        compilation.compile_side_by_side(["missing", "other", "third"], "cpu", threads=2)
+        compilation.compile_side_by_side(missing, "cpu", threads=2)
+
+
+def test_helpers_take_the_longest_and_this_process_the_shortest(monkeypatch):
+    class Helper(ThreadPoolExecutor):
+        def __init__(self, helpers, **_settings):
+            super().__init__(helpers)
+
+    here, helped, under_way = [], [], threading.Event()
+
+    def compile_here(plan, _device):
+        assert under_way.wait(60)  # or this process might take all before a helper has begun
+        here.append(plan.dofs)
+
+    def compile_there(plan, _device):
+        helped.append(plan.dofs)
+        under_way.set()
+
+    monkeypatch.setattr(compilation, "MOST_PROCESSES", 8)
+    monkeypatch.setattr(compilation, "is_compiled", lambda _plan, _device: False)
+    monkeypatch.setattr(compilation, "ProcessPoolExecutor", Helper)
+    monkeypatch.setattr(compilation, "load_kernel", compile_here)
+    monkeypatch.setattr(compilation, "_compile", compile_there)
+    compilation.compile_side_by_side(plans(20)[::-1], "cpu", threads=2)
+    assert sorted(here + helped) == list(range(1, 21))
+    assert here == sorted(here)
+    assert helped == sorted(helped, reverse=True)
+    assert helped[0] == 20
+
+
+class PlanOfStoreys(NamedTuple):
+    """Stand-in of a plan."""
+
+    dofs: int
+
+
+def plans(number):
+    """Return stand-ins of plans, of 1, 2, 3, ... storeys."""
+    return [PlanOfStoreys(dofs) for dofs in range(1, number + 1)]
 
 
 def test_a_process_that_fails_stops_no_run(monkeypatch):
@@ -50,4 +92,4 @@ def test_a_process_that_fails_stops_no_run(monkeypatch):
     monkeypatch.setattr(compilation, "is_compiled", lambda _plan, _device: False)
     monkeypatch.setattr(compilation, "ProcessPoolExecutor", fail)
     with pytest.warns(UserWarning, match=r"compiled one by one: .* \(no semaphores\)"):
-        compilation.compile_side_by_side(["one", "two", "three"], "cpu", threads=2)
+        compilation.compile_side_by_side(plans(3), "cpu", threads=2)

@@ -86,5 +86,5 @@ def test_the_kernel_writes_every_value():
     mass, stiffness = (np.ascontiguousarray(values.T) for values in random_chains(4, 16, 3))
     found = np.full((4, 16), np.nan)
     arrays = [wp.array(values, copy=False, device="cpu") for values in (mass, stiffness, found)]
-    wp.launch(frequencies_kernel(4, 16), dim=1, inputs=arrays, device="cpu")
+    wp.launch(frequencies_kernel(16, 16), dim=1, inputs=[4, *arrays], device="cpu")
     assert np.all(np.diff(found, axis=0) > 0)

@@ -5,8 +5,9 @@ compiling is shared with processes instead, which leave their results in Warp's 
 processes do not run the user's script again, as those of the standard library do where it has no `__main__` guard.
 """
 
-from collections.abc import Iterable
-from concurrent.futures import BrokenExecutor
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from pathlib import Path
 
 import warp as wp
@@ -16,8 +17,8 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.kernels.build import block_size, build_kernel, load_kernel
 from warpdyn.kernels.plan import Plan
 
-# A process takes a second or two to start, as long as two kernels take to compile, and on a GPU half a gigabyte of its
-# memory until it ends.
+# A process takes three to four seconds until it has compiled its first kernel, as long as two kernels take, and half a
+# gigabyte of a GPU's memory until it ends: more of them were no faster on 16 processor cores.
 MOST_PROCESSES, FEWEST_KERNELS = 8, 3
 CONFIGURATION = (bool, int, float, str, type(None))  # types of settings that a process is started with
 
@@ -44,19 +45,40 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
     if helpers < 1 or len(missing) < FEWEST_KERNELS:
         return  # each is compiled when it is first launched
     settings = {name: value for name, value in vars(wp.config).items() if _is_setting(name, value)}
+    missing.sort(key=lambda plan: plan.dofs)
+    left = deque(missing)
     try:
-        with ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,)) as pool:
-            compiled = [pool.submit(_compile, plan, device) for plan in missing]
-            # This process is ready at once: it compiles from the other end what no helper has begun.
-            for plan, future in zip(reversed(missing), reversed(compiled), strict=True):
-                if future.cancel():
+        with (
+            ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,)) as processes,
+            ThreadPoolExecutor(helpers) as threads_that_wait,
+        ):
+            # Helpers begin with what takes longest. This process is ready at once: it compiles from the other end. None
+            # is handed a kernel before it has done the last one, so that all end at about the same time.
+            helping = [threads_that_wait.submit(_hand_out, left, processes, device) for _ in range(helpers)]
+            try:
+                while (plan := _taken(left.popleft)) is not None:
                     load_kernel(plan, device)
-            for future in compiled:
-                if not future.cancelled():
-                    future.result()
+            finally:
+                left.clear()  # an interrupted user does not wait for the rest
+            for waiting in helping:
+                waiting.result()
     except (BrokenExecutor, OSError) as error:
         # Each is compiled when it is first launched.
         warn_caller(f"kernels are compiled one by one: a process that compiled them side by side failed ({error})")
+
+
+def _hand_out(left: deque[Plan], processes: Executor, device: str) -> None:
+    """Have processes compile plans that are left, from the last on, one at a time."""
+    while (plan := _taken(left.pop)) is not None:
+        processes.submit(_compile, plan, device).result()
+
+
+def _taken(take: Callable[[], Plan]) -> Plan | None:
+    """Return what is taken, or None if nothing is left."""
+    try:
+        return take()
+    except IndexError:
+        return None
 
 
 def _is_setting(name: str, value: object) -> bool:

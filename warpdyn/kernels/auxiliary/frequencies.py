@@ -18,23 +18,35 @@ from warpdyn.kernels.arguments import lane_rows
 # Measured: a division waits for the one before it, so that more lanes than registers hold are quicker all the same.
 LANES_OF_CHAINS = 64
 MOST_ITERATIONS = 200  # three or so find an eigenvalue, a few more where several are alike
+# A kernel serves chains of up to 4, 16, 64, ... storeys: a city has chains of ten lengths, and each kernel takes half a
+# second to compile.
+FEWEST_STOREYS, STOREYS_GROW_BY = 4, 4
+
+
+def most_storeys(storeys: int) -> int:
+    """Return the longest chain of the kernel that serves chains of so many storeys."""
+    most = FEWEST_STOREYS
+    while most < storeys:
+        most *= STOREYS_GROW_BY
+    return most
 
 
 @functools.cache
-def frequencies_kernel(storeys: int, lanes: int) -> wp.Kernel:
-    """Return the kernel for chains of so many storeys, so many chains a thread."""
-    N, LANES = storeys, lanes
+def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
+    """Return the kernel for chains of at most so many storeys, so many chains a thread."""
+    LANES = lanes
     double = wp.float64
-    matrix = wp.types.matrix(shape=(N, LANES), dtype=double)
+    matrix = wp.types.matrix(shape=(most, LANES), dtype=double)
     row = wp.types.vector(length=LANES, dtype=double)
     # What may be left between two eigenvalues, of their size; where nothing is left of one, it still must divide; and a
     # shift this close to its bound is safe from rounding.
     left = wp.constant(double(np.finfo(float).eps ** 2 / 16))
     least = wp.constant(double(1e-30))
-    short = wp.constant(double(1 - 8 * np.finfo(float).eps * storeys))
+    rounding = wp.constant(double(8 * np.finfo(float).eps))
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
     def find_frequencies(
+        storeys: int,
         mass: wp.array2d(dtype=double),  # [storey, structure]; as many structures as threads have lanes
         stiffness: wp.array2d(dtype=double),
         frequency: wp.array2d(dtype=double),  # [mode, structure]
@@ -53,13 +65,14 @@ def frequencies_kernel(storeys: int, lanes: int) -> wp.Kernel:
         shift = row()
         floor = row()
         one, two, zero = double(1.0), double(2.0), double(0.0)
-        for i in range(N):
+        short = one - rounding * double(storeys)
+        for i in range(storeys):
             for j in range(LANES):
                 inverse = one / mass[i, first + j]
                 q[i, j] = stiffness[i, first + j] * inverse
-                if i < N - 1:
+                if i < storeys - 1:
                     e[i, j] = stiffness[i + 1, first + j] * inverse
-        last = int(N - 1)
+        last = storeys - 1
         iteration = int(0)
         while last > 0:
             going = double(0.0)
@@ -112,15 +125,15 @@ def frequencies_kernel(storeys: int, lanes: int) -> wp.Kernel:
         for j in range(LANES):
             q[0, j] += shifted[j]
         # What was found first is the least, but for eigenvalues that had nothing to do with the others from the start.
-        for sorted in range(N - 1):
-            for i in range(N - 1 - sorted):
+        for sorted in range(storeys - 1):
+            for i in range(storeys - 1 - sorted):
                 for j in range(LANES):
                     lower = wp.min(q[i, j], q[i + 1, j])
                     q[i, j] = wp.max(q[i, j], q[i + 1, j])
                     q[i + 1, j] = lower
-        for i in range(N):
+        for i in range(storeys):
             for j in range(LANES):
-                frequency[i, first + j] = wp.sqrt(q[N - 1 - i, j])
+                frequency[i, first + j] = wp.sqrt(q[storeys - 1 - i, j])
 
     return find_frequencies
 
@@ -140,7 +153,6 @@ def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     for array, values in zip(arrays, (mass, stiffness), strict=False):
         array[:, :structures] = values.T
     inputs = [wp.array(array, copy=False, device="cpu") for array in arrays]
-    wp.launch(
-        frequencies_kernel(storeys, LANES_OF_CHAINS), dim=-(-structures // LANES_OF_CHAINS), inputs=inputs, device="cpu"
-    )
+    kernel, threads = frequencies_kernel(most_storeys(storeys), LANES_OF_CHAINS), -(-structures // LANES_OF_CHAINS)
+    wp.launch(kernel, dim=threads, inputs=[storeys, *inputs], device="cpu")
     return arrays[2][:, :structures].T
