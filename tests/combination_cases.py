@@ -8,7 +8,9 @@ all compatible pairs occur:
   differ by constants alone, and random motions of one, two and four states are taken in turn.
 - Of laws of many values, explicit and implicit methods, chains of two and five storeys and number types. They share all
   else with the laws of few values: it is taken in turn.
-- `pytest -m thorough` adds what is left of law x method x dtype, and of dense systems by method x dtype.
+- `pytest -m thorough` runs those, and what is left of law x method x dtype, and of dense systems by method x dtype.
+- By default as many of them are run as show every value of each factor, and every value with each kind of method and
+  with each structure, which decide on the kernel's skeleton.
 
 What is recorded is one of the rows of RECORDED: every recorder, one recorder alone, every recorder beside whole
 histories or beside one alone.
@@ -248,8 +250,8 @@ def remaining_cases(met):
 
 
 RECORDED_IN = cases_of(rows_of_few()) | cases_of(rows_of_many())
-DEFAULT = list(RECORDED_IN)
-REMAINING = remaining_cases(DEFAULT)
+COVERING = list(RECORDED_IN)
+REMAINING = remaining_cases(COVERING)
 RECORDED_IN |= dict.fromkeys(REMAINING, ("alone",))
 SHOWN = shown(METHODS)
 
@@ -298,7 +300,31 @@ def recorders_alone(cases):
     return found
 
 
+def shown_by(case):
+    """Return what a case shows: its values, and those of few values with its kind of method and with its structure."""
+    structure, kind = case[:2], METHODS[case[5]].kind
+    recorded = RECORDED_IN[case]
+    values = {*enumerate(case[2:]), recorded, source_of(case[5])}
+    if "alone" in recorded:
+        values.add((case[0], ALONE[case]))
+    if case[3] in MANY:
+        return values
+    load = "noise" if case[4] in NOISE else case[4]
+    return values | set(product((structure, kind), (structure, kind, case[2], case[3], load, case[6], recorded)))
+
+
+def chosen(cases, shown_by):
+    """Return cases that show all that the cases show, those first that show most."""
+    left, found = set().union(*map(shown_by, cases)), []
+    while left:
+        found.append(max(cases, key=lambda case: len(shown_by(case) & left)))
+        left -= shown_by(found[-1])
+    return found
+
+
 ALONE = recorders_alone([*RECORDED_IN, *(case for case in SM90 if case not in RECORDED_IN)])
+
+DEFAULT = chosen(COVERING, shown_by)
 
 
 def name_of(case):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matrices import chain_matrix
+from method_sources import thorough_unless
 from scipy.linalg import eigh
 
 import warpdyn as wd
@@ -52,7 +53,7 @@ def exact_displacement(law):
     return chain.displacement
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", [thorough_unless(law not in ("bouc_wen 1", "bouc_wen 3"), law) for law in LAWS])
 def test_against_the_truth(law):
     exact = exact_displacement(law)
     scale = np.abs(exact).max()

@@ -20,6 +20,8 @@ from matplotlib import image
 
 needs_compiler = pytest.mark.skipif(shutil.which("g++") is None, reason="the C++ peer is compiled by g++")
 STUDIES = ROOT / "studies"
+# The whole study starts a process for each peer; one peer, and peers that fail, are measured by default.
+whole_study = pytest.mark.thorough
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +75,7 @@ def test_cpp_integrates_the_same_building(study: ModuleType, law: str) -> None:
         assert row["peak_drift_difference"] < 1e-10  # rounding of 200 steps, summed in another order. Seen: 1e-14
 
 
+@whole_study
 def test_peers_that_are_there_agree(result: tuple[xr.Dataset, Path, str]) -> None:
     dataset = result[0]
     if shutil.which("g++"):
@@ -94,6 +97,7 @@ def test_peers_that_are_there_agree(result: tuple[xr.Dataset, Path, str]) -> Non
     assert own["peak_drift_difference"].max() > 0  # float32 beside float64
 
 
+@whole_study
 def test_peers_that_are_not_there_are_named(study: ModuleType, result: tuple[xr.Dataset, Path, str]) -> None:
     dataset, _, printed = result
     for row in study.cases.PEERS:
@@ -134,6 +138,7 @@ def test_a_broken_peer_stops_nothing(
     assert np.isfinite([row["seconds"] for row in rows]).tolist() == [False] * 4 + [True]
 
 
+@whole_study
 def test_dof_steps_are_counted(result: tuple[xr.Dataset, Path, str]) -> None:
     rows = result[0].isel(measurement=np.flatnonzero(np.isfinite(result[0]["seconds"])))
     done = rows["run_samples"] * rows["storeys"] * rows["steps"] * rows["substeps"]
@@ -141,6 +146,7 @@ def test_dof_steps_are_counted(result: tuple[xr.Dataset, Path, str]) -> None:
     assert set(rows["part"].values) == {"kernels", "laws", "samples", "threads"}
 
 
+@whole_study
 def test_parts_of_the_main_job_add_up(result: tuple[xr.Dataset, Path, str]) -> None:
     dataset = result[0]
     parts = dataset["seconds_of_part"]
@@ -163,6 +169,7 @@ def test_a_start_compiles_once(study: ModuleType) -> None:
     assert empty["first_run"] > later["first_run"]  # which finds the kernel compiled
 
 
+@whole_study
 def test_file_and_figure_are_written(result: tuple[xr.Dataset, Path, str]) -> None:
     dataset, out, _ = result
     for name, variable in dataset.variables.items():

@@ -92,13 +92,13 @@ def check_energies(run, damping, load):
     assert run.viscous_energy.item() == pytest.approx(viscous_energy, abs=1e-6 * supplied)
 
 
-# Each kind of damping and of load, once by default and twice at least in all, with different partners.
+# Each kind of damping and of load, twice at least in all, with different partners.
 @pytest.mark.parametrize(
     ("damping", "load"),
     [
-        ("none", "harmonic"),
+        pytest.param("none", "harmonic", marks=pytest.mark.thorough),
         ("storey", "base"),
-        ("rayleigh", "force"),
+        pytest.param("rayleigh", "force", marks=pytest.mark.thorough),
         ("modal", "free"),
         pytest.param("none", "base", marks=pytest.mark.thorough),
         pytest.param("storey", "free", marks=pytest.mark.thorough),
@@ -161,7 +161,9 @@ def yielding(law, damping):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("law", ["bouc_wen 1", "bouc_wen 2", "bouc_wen 1.5"])
+@pytest.mark.parametrize(
+    "law", [*(pytest.param(f"bouc_wen {n}", marks=pytest.mark.thorough) for n in (1, 2)), "bouc_wen 1.5"]
+)
 def test_smooth_yielding(law):
     runs, order = balance_errors(yielding(law, "none"), "push")
     assert 3.6 < order < 4.4
@@ -174,9 +176,9 @@ def test_smooth_yielding(law):
         ("bilinear", "storey", "base"),
         ("bilinear", "rayleigh", "harmonic"),
         ("bilinear", "modal", "force"),
-        ("bouc_wen 1", "storey", "base"),
+        pytest.param("bouc_wen 1", "storey", "base", marks=pytest.mark.thorough),
         ("bouc_wen 2", "modal", "force"),
-        ("bouc_wen 1.5", "rayleigh", "harmonic"),
+        pytest.param("bouc_wen 1.5", "rayleigh", "harmonic", marks=pytest.mark.thorough),
     ],
 )
 def test_yielding_back_and_forth(law, damping, load):

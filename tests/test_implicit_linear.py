@@ -49,7 +49,10 @@ def step_by_step(method, matrices, load, step, u, v):
 @pytest.mark.parametrize(
     ("method", "kinds"),
     [(name, ["harmonic"]) for name in IMPLICIT if name not in ("hht_alpha", "wilson_theta")]
-    + [("hht_alpha", ["harmonic", "base", "force"]), ("wilson_theta", ["harmonic", "free", "force"])],
+    + [
+        ("hht_alpha", ["harmonic", "base", "force"]),
+        pytest.param("wilson_theta", ["harmonic", "free", "force"], marks=pytest.mark.thorough),
+    ],
 )
 def test_implicit_methods_step_by_step(method, kinds):
     step, matrices = 0.025, (np.diag(MASS), CHAINS["storey"][1], MATRIX)

@@ -98,7 +98,7 @@ def exact_with_tail(force, step, tail):
     return [np.concatenate([a[:-1], b]) for a, b in zip(moved, free, strict=True)]
 
 
-@pytest.mark.parametrize("kind", ["base", "force"])
+@pytest.mark.parametrize("kind", ["base", pytest.param("force", marks=pytest.mark.thorough)])
 def test_chain_and_dense_under_sampled_loads(kind):
     random = np.random.default_rng(3)
     if kind == "base":

@@ -186,7 +186,9 @@ def reference(law, damping):
     return SimpleNamespace(**dict(zip(names, columns, strict=True)))
 
 
-@pytest.mark.parametrize(("law", "damping"), [("bouc_wen", "rayleigh"), ("bilinear", "modal")])
+@pytest.mark.parametrize(
+    ("law", "damping"), [("bouc_wen", "rayleigh"), pytest.param("bilinear", "modal", marks=pytest.mark.thorough)]
+)
 def test_three_yielding_storeys(law, damping):
     omega, _ = matrices(damping)
     exact = reference(law, damping)

@@ -40,7 +40,7 @@ def test_loads_add_up_from_the_top():
     np.testing.assert_allclose(storeys().modal()["circular_frequency"], np.sort(eigenvalues) ** 0.5, rtol=1e-12)
 
 
-@pytest.mark.parametrize("method", ["rk4", "newmark_linear", "exact"])
+@pytest.mark.parametrize("method", ["rk4", thorough_unless(False, "newmark_linear"), "exact"])
 def test_an_elastic_oscillator_swings_slower(method):
     frequency = np.sqrt((STIFFNESS - TOPPLING) / MASS)
     assert oscillator().fundamental_period == pytest.approx(2 * np.pi / frequency, rel=1e-14)
@@ -166,8 +166,8 @@ def by_scipy():
     return shaken_by_scipy()
 
 
-# One method of each way to step and to solve: slopes summed up, kept, chosen by their error, and implicit ones.
-SHOWN = ("rk4", "kutta3", "dormand_prince54", "newmark_average")
+# One method of each way to step and to solve: explicit, adaptive and implicit.
+SHOWN = ("rk4", "dormand_prince54", "newmark_average")
 
 
 @pytest.mark.parametrize("method", [thorough_unless(name in SHOWN, name) for name in fitting_methods("bouc_wen")])
@@ -186,7 +186,7 @@ def test_methods_agree_with_scipy(method, by_scipy):
     ("damping", "parameters"),
     [
         pytest.param("none", {}, marks=pytest.mark.thorough),
-        ("storey", {"damping_coefficient": DAMPERS}),
+        pytest.param("storey", {"damping_coefficient": DAMPERS}, marks=pytest.mark.thorough),
         ("rayleigh", {"damping_ratio": 0.05}),
         ("modal", {"damping_ratio": 0.05}),
     ],

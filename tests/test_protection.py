@@ -120,7 +120,7 @@ PULSE = 4.0 * np.sin(0.35 * np.arange(160)) * np.hanning(160) + 2.0 * np.sin(0.0
     ("method", "dtype"),
     [
         ("newmark_average", "float64"),
-        ("rk4", "float32"),
+        pytest.param("rk4", "float32", marks=pytest.mark.thorough),
         pytest.param("rk4", "float64", marks=pytest.mark.thorough),
     ],
 )

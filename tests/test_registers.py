@@ -12,7 +12,7 @@ from warpdyn.kernels.plan import Plan
 
 DRIFT, EVERY = ("drift",), tuple(sorted(RECORDERS["chain"]))
 CASES = [
-    (10, "float32", "bouc_wen_1", "rayleigh", EVERY),
+    pytest.param(10, "float32", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
     pytest.param(20, "float32", "elastic", "storey", DRIFT, marks=pytest.mark.thorough),
     (20, "float32", "bilinear", "rayleigh", EVERY),
     pytest.param(20, "float32", "bouc_wen_1", "rayleigh", DRIFT, marks=pytest.mark.thorough),

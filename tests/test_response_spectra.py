@@ -108,7 +108,7 @@ def test_far_field_against_matrix_exponentials(records):
         assert result[i, j, k] == pytest.approx(expected, rel=1e-10), (chosen[i].name, periods[k], damping_ratios[j])
 
 
-@pytest.mark.parametrize("kind", ["noise", "walk", "sparse", "swelling"])
+@pytest.mark.parametrize("kind", ["noise", pytest.param("walk", marks=pytest.mark.thorough), "sparse", "swelling"])
 def test_periods_from_far_below_the_step_to_far_above_the_record(kind):
     random = np.random.default_rng(3)
     values = {

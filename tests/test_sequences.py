@@ -75,11 +75,11 @@ CASES += [
     pytest.param("bilinear", "rk4", "float64", 1e-12, marks=pytest.mark.thorough),
     pytest.param("pinching4", "rk4", "float64", 1e-12, marks=pytest.mark.thorough),
     pytest.param("bouc_wen", "newmark_average", "float64", 1e-9, marks=pytest.mark.thorough),
-    ("ibarra_medina_krawinkler_peak_oriented", "rk4", "float32", 1e-5),
+    pytest.param("ibarra_medina_krawinkler_peak_oriented", "rk4", "float32", 1e-5, marks=pytest.mark.thorough),
     pytest.param("bouc_wen", "kutta3", "float64", 1e-12, marks=pytest.mark.thorough),
     pytest.param("bouc_wen", "dormand_prince5", "float64", 1e-12, marks=pytest.mark.thorough),
     ("bilinear", "dormand_prince54", "float64", 1e-4),  # its steps begin anew with each event
-    ("bilinear", "central_difference_lagged", "float64", 1e-12),
+    pytest.param("bilinear", "central_difference_lagged", "float64", 1e-12, marks=pytest.mark.thorough),
 ]
 
 
@@ -106,7 +106,7 @@ def test_events_in_turn_are_one_run_under_the_joined_motions(law, method, dtype,
 
 
 @pytest.mark.filterwarnings("ignore:a tail of:UserWarning")
-@pytest.mark.parametrize("method", ["rk4", "newmark_average"])
+@pytest.mark.parametrize("method", [pytest.param("rk4", marks=pytest.mark.thorough), "newmark_average"])
 def test_energy_closes_in_every_event(method):
     # The second event starts with what is stored and moves, under gravity that has pushed already: it gives back what
     # is told here to be far more than the balance may be off. (Hysteretic energies are held to one run's above.)

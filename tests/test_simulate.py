@@ -75,7 +75,16 @@ def test_more_samples_leave_the_first_as_they_are():
     assert set(many["motion_index"].values) == {0, 1, 2}
 
 
-@pytest.mark.parametrize(("law", "method"), [("takeda", "rk4"), ("pinching4", "rk4"), ("takeda", "newmark_average")])
+@pytest.mark.parametrize(
+    ("law", "method"),
+    [
+        ("takeda", "rk4"),
+        *(
+            pytest.param(*case, marks=pytest.mark.thorough)
+            for case in (("pinching4", "rk4"), ("takeda", "newmark_average"))
+        ),
+    ],
+)
 def test_a_storey_that_glides_does_not_see_whether_others_turn(law, method):
     backbone = {"ductility_2": 2.0, "force_ratio_2": 1.3, "ductility_3": 5.0, "force_ratio_3": 1.4}
     backbone |= {"ductility_4": 9.0, "force_ratio_4": 0.5}

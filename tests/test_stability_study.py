@@ -17,6 +17,9 @@ from conftest import ROOT
 from matplotlib.image import imread
 from scipy.integrate import solve_ivp
 
+# The study charts what test_growth.py, test_stability.py and test_guard.py show of the kernels by default.
+pytestmark = pytest.mark.thorough
+
 # Limits of w h by damping ratio: Runge-Kutta of order 2, 3 and 4 in as many stages, and Dormand-Prince 5 at a fixed
 # step; roots of |R(z)| = 1 to 40 digits, not from warpdyn.
 RUNGE_KUTTA_LIMITS = {
