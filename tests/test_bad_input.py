@@ -173,8 +173,15 @@ SCENES = {
         "LinearSystem 'drift'",
         "'displacement'",
     ),
+    "collapse of a full system": (
+        lambda: wd.Scene(system(), wd.FreeVibration(1.0), collapse_drift_ratio=0.1),
+        "needs storeys: take a ShearBuilding",
+    ),
+    "drift capacity": (
+        lambda: building(drift_capacity=0.0),
+        "drift_capacity is 0 at storey 1; it must be finite and above 0",
+    ),
     "collapse limit": (lambda: scene(collapse_drift_ratio=0.0), "collapse_drift_ratio must be a finite number above 0"),
-    "collapse unseen": (lambda: scene(recorders=("energy",), collapse_drift_ratio=0.1), "needs the recorder 'drift'"),
     "tail": (lambda: scene(tail=-1.0), "tail [s] must be a finite number of at least 0, got -1.0"),
     "unknown sampling": (lambda: scene(sampling="halton"), "unknown sampling 'halton'", "'latin_hypercube', 'sobol'"),
     "scatter of nothing": (

@@ -245,7 +245,8 @@ def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monk
         assert set(read.attrs) == set(held.attrs)
         for name in held.variables:
             xr.testing.assert_identical(read[name].load().drop_attrs(), held[name].drop_attrs())
-            assert str(read[name].attrs) == str(held[name].attrs), name
+            # HDF5 keeps the order of attributes only where they are few and short.
+            assert str(sorted(read[name].attrs.items())) == str(sorted(held[name].attrs.items())), name
     assert ("mass" in held) == keep_inputs
     with xr.open_dataset(wd.write(held, tmp_path / "again.nc")) as again:
         xr.testing.assert_identical(again.load(), held)

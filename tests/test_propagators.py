@@ -212,10 +212,10 @@ def test_samples_together_and_alone(family, damping, method, monkeypatch):
             matrices = (structure.parameters[name] * one[f"{name}_factor"].values for name in structure.parameters)
             alone = wd.LinearSystem(*matrices, influence=structure.influence)
         run = wd.simulate(wd.Scene(alone, motion), dtype="float64", **options).isel(sample=0)
-        for name in demands:
-            close(run[name].values, one[name].values, 1e-11)  # matrices scaled before or after their modes: rounding
         if family == "chain":
             assert one.status == int(run.peak_storey_drift.max() > 3e-3)
+        for name in demands if one.status == 0 else ():
+            close(run[name].values, one[name].values, 1e-11)  # matrices scaled before or after their modes: rounding
     assert set(together.status.values) == ({0, 1} if family == "chain" else {0})
     # What else is packed, launched or drawn beside a sample changes no bit of it.
     monkeypatch.setattr("warpdyn.running.blocks.CPU_BLOCK", 4)
@@ -227,9 +227,9 @@ def test_samples_together_and_alone(family, damping, method, monkeypatch):
         np.testing.assert_array_equal(fewer[name], together[name][:6])
     rough = wd.simulate(scene, structures=6, dtype="float32", **options)
     for name in demands:
-        difference = np.abs(rough[name] - together[name]).values.max()
+        difference = np.nanmax(np.abs(rough[name] - together[name]).values)
         scale = together["peak_storey_drift_ratio" if name.startswith("residual") else name]
-        assert 0 < difference < 1e-5 * np.abs(scale).values.max()  # 6e-8 of rounding a step, over 150 steps
+        assert 0 < difference < 1e-5 * np.nanmax(np.abs(scale).values)  # 6e-8 of rounding a step, over 150 steps
 
 
 @pytest.mark.parametrize("damping", ["storey", thorough_unless(False, "modal")])

@@ -20,7 +20,13 @@ from warpdyn.methods.stability_limits import (
 )
 from warpdyn.methods.table import Method
 from warpdyn.structures.modal import chain_stiffness_matrix
-from warpdyn.structures.physics import PHYSICS, effective_stiffness, physics_of
+from warpdyn.structures.physics import (
+    PHYSICS,
+    capacities_of,
+    effective_stiffness,
+    inverse_drift_capacity,
+    physics_of,
+)
 from warpdyn.structures.shear_building import ShearBuilding
 
 
@@ -41,6 +47,7 @@ class ChainDynamics(Dynamics):
         self.fitting_law = structure.law.replace("+viscous_damper", "") if is_linear else structure.law
         self.damping = inherent.kernel
         self.physics = physics_of(structure.parameters)
+        self.has_drift_capacity = bool(capacities_of(structure.parameters))
         # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta.
         is_short = inherent.is_of_springs and bool(self.physics)
         self.couples_modes = inherent.is_uneven or self.viscous_dampers != "none" or is_short
@@ -132,11 +139,15 @@ class ChainDynamics(Dynamics):
             packed["viscous_damper"] = values.reshape(-1, structures)
         if dashpots is not None:
             packed["storey_damping"] = dashpots.T
-        packed |= inherent.pack(parameters, rayleigh)
+        packed |= inherent.pack(parameters, rayleigh) | self._pack_capacity(parameters)
         for row in self.physics:
             packed |= {name: values.T for name, values in PHYSICS[row].packed(parameters).items()}
         return packed
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return heights and stiffnesses of the storeys, from which drift ratios and forces are recorded."""
-        return {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}
+        """Return what is recorded and judged by: heights, stiffnesses and drift capacities of the storeys."""
+        own = {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}
+        return own | self._pack_capacity(parameters)
+
+    def _pack_capacity(self, parameters: Arrays) -> Arrays:
+        return {"inverse_drift_capacity": inverse_drift_capacity(parameters).T} if self.has_drift_capacity else {}

@@ -25,7 +25,7 @@ class DenseDynamics(Dynamics):
 
     structure: LinearSystem
     law, fitting_law, damping, viscous_dampers = "elastic", "elastic", "matrix", "none"
-    physics, needs_eigenvalues, steps_modes = (), True, True
+    physics, needs_eigenvalues, steps_modes, has_drift_capacity = (), True, True, False
     histories = tuple(name for name in HISTORY if name != "storey_force")
 
     def __init__(self, structure: LinearSystem, representative: Mapping[str, np.ndarray]) -> None:

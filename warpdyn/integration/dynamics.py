@@ -74,6 +74,7 @@ class Dynamics(ABC):
         damping: Damping that a kernel is built with, except for the exact method.
         viscous_dampers: "none", "linear" or "power" of the velocity.
         physics: Rows of PHYSICS that the structures have.
+        has_drift_capacity: Whether storeys have drifts of their own at which they collapse.
         couples_modes: Whether damping couples the undamped modes.
         needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
         steps_modes: Whether implicit methods advance its modes, and not its degrees of freedom.
@@ -85,6 +86,7 @@ class Dynamics(ABC):
     damping: str
     viscous_dampers: str
     physics: tuple[str, ...]
+    has_drift_capacity: bool
     couples_modes: bool
     needs_eigenvalues: bool
     steps_modes: bool

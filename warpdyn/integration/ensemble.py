@@ -16,6 +16,7 @@ from warpdyn.integration.time_grid import Schedule
 from warpdyn.kernels import arguments, queues as devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
+from warpdyn.kernels.parts.collapse import VARIABLES as COLLAPSE
 from warpdyn.kernels.plan import Plan
 
 MapFunction = Callable[..., Iterable[object]]  # map, or a parallel one
@@ -182,12 +183,18 @@ class Ensemble:
         names = self.model.dynamics.histories
         blank = {name: np.full((last.size, times, self.plan.dofs), np.nan) for name in names}
         history = self.queue.upload("History", blank, self.plan.dtype)
-        output = self.queue.blank({"status": np.empty(last.size, np.int8)}, self.plan.dtype)
+        of_outcome = {"status", *(COLLAPSE if self.plan.collapses else ())}
+        outcomes = {name: values for name, values in self.model.blank_outputs(last.size).items() if name in of_outcome}
+        output = self.queue.blank(outcomes, self.plan.dtype)
         for own in np.unique(every_own):
             rows = np.flatnonzero(every_own == own)
             own_part = part.select(rows)
             own_part._launch(history_plan(self.plan), own_part._pack(rows), output, history, every=int(own))
         values = {name: self.queue.read(getattr(history, name)) for name in names}
+        if self.plan.collapses:
+            # The last state is that of the step in which it collapses.
+            steps = np.ceil(self.queue.read(output.time_of_collapse) / part.schedule.step - 1e-6)
+            last = np.where(np.isfinite(steps), steps // every_own, last).astype(np.int64)
         for row, end in enumerate(last):
             for array in values.values():
                 array[row, end + 1 :] = np.nan
@@ -214,7 +221,9 @@ class Ensemble:
         structures = packing.pack_structures(self.model, parameters, step, self.rayleigh, self.model.threads)
         structures |= {name: values.T for name, values in self.state.items()}
         number = self.sample if LOADS[self.plan.load].noise_states else None
-        samples, groups = packing.pack_samples(self.schedule, self.assignment, place, columns, number)
+        samples, groups = packing.pack_samples(
+            self.schedule, self.assignment, place, columns, number, by_intensity=self.plan.collapses
+        )
         dtype = self.plan.dtype
         return Packed(
             arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups
@@ -232,7 +241,7 @@ class Ensemble:
         """Integrate all samples."""
         structures = self.queue.upload("Structure", packed.structures, plan.dtype)
         samples = self.queue.upload("Samples", packed.samples, plan.dtype)
-        limit = self.scene.collapse_drift_ratio
+        limit = self.scene.collapse_limit
         launches, first = [], 0
         for substeps, count in packed.groups:
             control = arguments.control(

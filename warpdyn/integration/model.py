@@ -51,6 +51,8 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         dtype=dtype,
         viscous_dampers=dynamics.viscous_dampers,
         physics=() if is_exact else dynamics.physics,
+        collapses=scene.collapse_limit is not None or dynamics.has_drift_capacity,
+        has_drift_capacity=dynamics.has_drift_capacity,
     )
     return fitted(plan, is_gpu)
 
@@ -109,7 +111,8 @@ class Model:
     @cached_property
     def variables(self) -> dict[str, Variable]:
         """The variables that are recorded of each sample, by name."""
-        return recorded(self.plan.family, self.plan.recorders, self.method.is_adaptive)
+        plan, is_adaptive = self.plan, self.method.is_adaptive
+        return recorded(plan.family, plan.recorders, is_adaptive=is_adaptive, collapses=plan.collapses)
 
     @cached_property
     def demands(self) -> dict[str, Variable]:

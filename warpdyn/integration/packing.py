@@ -55,7 +55,13 @@ def pack_structures(
 
 
 def pack_samples(
-    schedule: Schedule, assignment: Assignment, place: np.ndarray, columns: np.ndarray, number: np.ndarray | None = None
+    schedule: Schedule,
+    assignment: Assignment,
+    place: np.ndarray,
+    columns: np.ndarray,
+    number: np.ndarray | None = None,
+    *,
+    by_intensity: bool = False,
 ) -> tuple[Arrays, list[tuple[int, int]]]:
     """Return the fields of the Samples struct, in the order in which samples are launched.
 
@@ -65,14 +71,19 @@ def pack_samples(
         place: Place of each sample's structure among those packed, shape [sample].
         columns: Column of the outputs that each sample is written to, shape [sample].
         number: Index of each sample in the run, shape [sample], if its motion depends on it.
+        by_intensity: Whether the strongest motions go first: those samples collapse together, and their threads end.
 
     Returns:
         The arrays, and the steps in an interval and the number of samples of each group with a launch of its own.
     """
-    repeats = schedule.repeats  # consecutive samples with the same steps are sorted as one
+    repeats = 1 if by_intensity else schedule.repeats  # consecutive samples with the same steps are sorted as one
     run_intervals, substeps, step, residual_steps = (column[::repeats] for column in schedule.columns)
     # Longest first, so that no thread waits long for the last history of another.
     order = _longest_first(run_intervals)
+    if by_intensity:
+        level = assignment.scale if assignment.im_level is None else assignment.im_level
+        strongest = np.lexsort((assignment.motion, -level))
+        order = strongest[_longest_first(run_intervals[strongest])]
     kinds = np.unique(substeps)
     parts = [order[substeps[order] == kind] for kind in kinds] if kinds.size > 1 else [order]
     order = np.concatenate(parts)

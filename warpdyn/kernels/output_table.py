@@ -6,6 +6,7 @@ Demands are evaluated at every step, not between steps; forces and accelerations
 from __future__ import annotations
 
 from warpdyn.core.output_variables import Variable
+from warpdyn.kernels.parts.collapse import VARIABLES as COLLAPSE
 from warpdyn.kernels.recorders.history import HISTORY as HISTORY
 from warpdyn.kernels.recorders.steps import ADAPTIVE
 from warpdyn.kernels.registry import recorders
@@ -16,9 +17,9 @@ RECORDERS = recorders()
 STATE = "state"
 
 
-def recorded(family: str, recorders: tuple[str, ...], is_adaptive: bool) -> dict[str, Variable]:
-    """Return the variables that some recorders fill, by name, with those that an adaptive method adds."""
+def recorded(family: str, recorders: tuple[str, ...], *, is_adaptive: bool, collapses: bool) -> dict[str, Variable]:
+    """Return the variables that some recorders fill, by name, with those of collapses and of an adaptive method."""
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
     }
-    return variables | (ADAPTIVE if is_adaptive else {})
+    return variables | (COLLAPSE if collapses else {}) | (ADAPTIVE if is_adaptive else {})

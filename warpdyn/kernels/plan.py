@@ -40,6 +40,8 @@ class Plan:
         sections: Threads that share a sample's storeys (a GPU's chains of many storeys), a power of 2.
         viscous_dampers: "none", "linear" (part of the storey damping) or "power" of the velocity, devices of a chain.
         physics: Parts of the kernel beside storey laws and damping, such as "p_delta" (chain, integrated step by step).
+        collapses: Whether a sample ends where a storey drift passes its capacity (chain).
+        has_drift_capacity: Whether storeys have capacities of their own, beside the building's drift ratio.
         resumes: Whether each structure starts from the state that an event before left it in, and not from the load's.
     """
 
@@ -56,6 +58,8 @@ class Plan:
     sections: int = 1
     viscous_dampers: str = "none"
     physics: tuple[str, ...] = ()
+    collapses: bool = False
+    has_drift_capacity: bool = False
     resumes: bool = False
 
     @property

@@ -32,7 +32,10 @@ class Scene:
         recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
-        collapse_drift_ratio: Storey drift ratio beyond which a sample counts as collapsed; None for none.
+        collapse_drift_ratio: Storey drift ratio at which a sample collapses: there it ends, with the demands up to
+            there, no residual drift, its `time_of_collapse` and its `storey_of_collapse`. Storeys may have capacities
+            of their own (`drift_capacity` and `drift_ratio_capacity` of a ShearBuilding). None for none, but for 0.5
+            where a building has a `gravity_load` and no such capacities.
         tail: Free vibration after the end of a motion, or of each event of an EventSequence [s]; None for long enough
             to read each structure's residual drift.
         title: Title of the dataset.
@@ -86,8 +89,8 @@ class Scene:
         limit = self.collapse_drift_ratio
         if limit is not None:
             real_number("collapse_drift_ratio", limit, above=0)
-            if "drift" not in self.recorders:
-                raise ValueError("collapse_drift_ratio needs the recorder 'drift' of a ShearBuilding")
+            if self.structure.family != "chain":
+                raise ValueError("collapse_drift_ratio needs storeys: take a ShearBuilding, or leave it out")
         if self.tail is not None:
             real_number("tail [s]", self.tail, least=0)
         check_scatter(self.structure, self.scatter, self.correlation)
@@ -103,6 +106,13 @@ class Scene:
     def representative_parameters(self) -> dict[str, np.ndarray]:
         """Values of the scattered parameters that are equal only where all values that can be drawn are equal."""
         return representative(self.structure, self.scatter)
+
+    @property
+    def collapse_limit(self) -> float | None:
+        """The storey drift ratio at which a sample ends, given or by default; None for none."""
+        if self.collapse_drift_ratio is not None or self.structure.is_many:
+            return self.collapse_drift_ratio
+        return self.structure.default_collapse_drift_ratio
 
     def description(self) -> dict[str, object]:
         """Return what the scene's JSON says."""

@@ -1,4 +1,4 @@
-"""Physics of storeys beside their laws and their damping, one row of PHYSICS each, such as P-Delta.
+"""Physics of storeys beside their laws and their damping, one row of PHYSICS each, such as P-Delta; and what ends them.
 
 To add one, write its row here and its part of the kernels, which has the row's name, in `warpdyn/kernels/parts/`. A
 building has it if it is given its parameters; the kernels of other buildings hold nothing of it.
@@ -90,3 +90,31 @@ def physics_problem(parameters: Values) -> str | None:
     """Return an error message on the first parameters of physics that do not go together, or None."""
     problems = (PHYSICS[row].problem(parameters) for row in physics_of(parameters))
     return next((problem for problem in problems if problem), None)
+
+
+# A building may be given either or both; the one that is passed first counts.
+DRIFT_CAPACITIES = {
+    "drift_capacity": Parameter("m", "storey drift at collapse", low=0.0, low_open=True),
+    "drift_ratio_capacity": Parameter("1", "storey drift ratio at collapse", low=0.0, low_open=True),
+}
+# No storey stands that leans by half its height: where gravity pulls and nothing else is said, it collapses there.
+COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY = 0.5
+
+
+def capacities_of(names: Mapping[str, object]) -> dict[str, Parameter]:
+    """Return the rows of DRIFT_CAPACITIES that are among the names."""
+    return {name: parameter for name, parameter in DRIFT_CAPACITIES.items() if name in names}
+
+
+def inverse_drift_capacity(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return one over the drift at which each storey collapses [1/m], shape [..., storey].
+
+    Args:
+        parameters: Parameters of shear buildings, one or both of DRIFT_CAPACITIES among them, each [..., storey].
+    """
+    inverse = []
+    if "drift_capacity" in parameters:
+        inverse.append(1 / parameters["drift_capacity"])
+    if "drift_ratio_capacity" in parameters:
+        inverse.append(1 / (parameters["drift_ratio_capacity"] * parameters["height"]))
+    return np.maximum.reduce(inverse)

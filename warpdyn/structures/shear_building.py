@@ -20,7 +20,14 @@ from warpdyn.structures.calibration import CalibratedChain
 from warpdyn.structures.damping import DAMPING
 from warpdyn.structures.linear_system import LinearSystem
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
-from warpdyn.structures.physics import PHYSICS, effective_stiffness, physics_of, physics_problem
+from warpdyn.structures.physics import (
+    COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY,
+    PHYSICS,
+    capacities_of,
+    effective_stiffness,
+    physics_of,
+    physics_problem,
+)
 from warpdyn.structures.protection import ProtectedChain
 from warpdyn.structures.structure import Structure, count_along
 
@@ -58,6 +65,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             Polanco 2008, Journal of Structural Engineering 134).
         gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, that leans with the
             building (P-Delta); None for no P-Delta.
+        drift_capacity: Storey drift at which the building collapses [m], shape [storey], as of OpenSees' MinMax; None
+            for none.
+        drift_ratio_capacity: The same as a drift ratio, shape [storey]; of both, the one that is passed first counts.
         **parameters: What the damping takes, and laws and devices that are given by name: one value or one a storey,
             such as `yield_force` [N] and `damping_ratio`. Where laws differ, a value counts in storeys whose law takes
             it, and is NaN in the others. A storey without a device has 0 for its `slip_force` [N],
@@ -86,6 +96,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         damping_modes: tuple[int, int] | None = None,
         damped_storeys: tuple[int, int] | None = None,
         gravity_load: ArrayLike | None = None,
+        drift_capacity: ArrayLike | None = None,
+        drift_ratio_capacity: ArrayLike | None = None,
         **parameters: ArrayLike,
     ) -> None:
         one_of("damping", damping, DAMPING)
@@ -102,14 +114,16 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
                 f"damping {damping!r} does not go with a {stiff[0]}: its stiffness would damp too; take 'rayleigh'"
             )
         given = {"mass": mass, "stiffness": stiffness, "height": height, **parameters}
-        if gravity_load is not None:
-            given["gravity_load"] = gravity_load
+        of_all = {"gravity_load": gravity_load, "drift_capacity": drift_capacity}
+        of_all |= {"drift_ratio_capacity": drift_ratio_capacity}
+        given |= {name: value for name, value in of_all.items() if value is not None}
         self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
             {
                 "mass": Parameter("kg", "floor mass", low=0.0, low_open=True),
                 "stiffness": Parameter("N m-1", "initial storey stiffness", low=0.0, low_open=True),
                 "height": Parameter("m", "storey height", low=0.0, low_open=True),
                 **{name: row for each in physics_of(given) for name, row in PHYSICS[each].parameters.items()},
+                **capacities_of(given),
                 **self.storey_law.parameters,
                 **kind.parameters,
             }
@@ -213,6 +227,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped building."""
         return modal_properties(self.parameters["mass"], chain_stiffness_matrix(effective_stiffness(self.parameters)))
+
+    @property
+    def default_collapse_drift_ratio(self) -> float | None:
+        """A drift ratio at which no storey stands, where gravity pulls and the storeys have no drift capacities."""
+        is_pulled = "gravity_load" in self.parameters and not capacities_of(self.parameters)
+        return COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY if is_pulled else None
 
     @property
     def fundamental_period(self) -> float:

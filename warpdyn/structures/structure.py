@@ -74,6 +74,11 @@ class Structure(ABC):
         """Return the coordinates along the dimensions of what these recorders keep."""
 
     @property
+    def default_collapse_drift_ratio(self) -> float | None:
+        """The storey drift ratio at which it collapses where neither scene nor structure names one; None for none."""
+        return None
+
+    @property
     def forgets(self) -> bool:
         """Whether its forces follow from where it is and how it moves, however it came there."""
         return {*self.storey_laws, *self.devices} <= {"elastic", "viscous_damper"}

@@ -103,7 +103,7 @@ def leave_pad():
 
 
 def end_step():
-    if IS_MAPPING or RESIDUAL:
+    if IS_MAPPING or RESIDUAL or COLLAPSE:
         for j in range(LANES):
             foot_u[j] = below(u[N - 1, j], section, THREADS)
 

@@ -11,7 +11,6 @@ VARIABLES = {
         ),
     },
 }
-FIELDS = {"Control": {"collapse_drift_ratio": "float"}}
 
 
 def wanted(plan):
@@ -46,8 +45,6 @@ def finish_storey():
 
 def judge_demand():
     largest = worst_storey(output, structures, o, samples.structure[sample[j]], STOREYS)
-    if largest > control.collapse_drift_ratio:
-        status = collapsed
     if not PROPAGATED:  # what is linear and exact cannot blow up
         if largest > blown_up:
             status = diverged

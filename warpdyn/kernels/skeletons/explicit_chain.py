@@ -83,6 +83,10 @@ def integrate_chain(
     # One interval more than the longest run, but where the step is held: its first stage sees the last state.
     for interval in range(intervals if HOLDS_STEP else intervals + 1):
         slot("begin_interval")
+        if COLLAPSE and not SECTIONS:
+            # Threads that share a sample exchange values with others to the end.
+            if standing == 0:
+                break
         for j in range(LANES):
             # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
             if not HOLDS_STEP:

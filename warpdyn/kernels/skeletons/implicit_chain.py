@@ -99,6 +99,9 @@ def integrate_implicit_chain(
     # One interval more than the longest run, of a single step: it sees the forces of the last state.
     for interval in range(intervals + 1):
         slot("begin_interval")
+        if COLLAPSE:
+            if standing == 0:
+                break
         for j in range(LANES):
             # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
             h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))

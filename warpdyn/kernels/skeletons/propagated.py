@@ -52,7 +52,7 @@ def names(plan: Plan) -> dict[str, object]:
         "IS_IMPLICIT": is_implicit,
         "IS_COUPLED": is_coupled,
         "IS_COPIED": is_copied,
-        "SEEN": 1 if set(plan.recorders) <= {"base_shear", "energy"} else n,  # storeys
+        "SEEN": 1 if set(plan.recorders) <= {"base_shear", "energy"} and not plan.collapses else n,  # storeys
         "PARTNERS": n if is_coupled else 1,
         "ROWS": rows,
         "COLUMNS": columns,
@@ -134,6 +134,9 @@ def advance_linear(
     # One interval more than the longest run: its first step sees the last state.
     for interval in range(intervals + 1):
         slot("begin_interval")
+        if COLLAPSE:
+            if standing == 0:
+                break
         for j in range(LANES):
             live[j] = wp.where(interval < live_intervals[j], dtype(1.0), dtype(0.0))
             slot("settle_lane")

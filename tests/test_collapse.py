@@ -1,0 +1,124 @@
+"""Collapse: what a sample tells that ends where a storey passes its drift capacity, by every kind of method."""
+
+import numpy as np
+import pytest
+from combination_cases import SOURCES
+from method_sources import shown, source_of, thorough_unless
+
+import warpdyn as wd
+from warpdyn.core.output_variables import COLLAPSED, OK
+from warpdyn.methods.table import METHODS, fitting_methods
+
+MASS, STIFFNESS, HEIGHT = [3e4, 2e4, 1e4], [2e7, 1.5e7, 8e6], [4.0, 3.0, 3.0]
+# One pulse after the other, each larger, so that it passes one limit after the other.
+PULSES = wd.GroundMotion(np.linspace(0, 9, 400) * np.sin(np.arange(400) * 0.12), 0.01, "growing")
+RUN = {"step": 0.005, "dtype": "float64", "device": "cpu", "histories": wd.Histories((0,))}
+LIMIT = 0.012
+
+
+def building(law="bilinear", **parameters):
+    given = {} if law == "elastic" else {"yield_force": [4e5, 3e5, 1.6e5], "hardening_ratio": 0.05}
+    return wd.ShearBuilding(
+        MASS, STIFFNESS, HEIGHT, law=law, damping="rayleigh", damping_ratio=0.03, **given | parameters
+    )
+
+
+def run(structure, method, **settings):
+    return wd.simulate(wd.Scene(structure, PULSES, tail=0.0, **settings), method=method, **RUN)
+
+
+METHOD_CASES = [
+    thorough_unless(name in ("rk4", "newmark_average"), name) for name in shown(fitting_methods("bilinear"))
+]
+
+
+@pytest.mark.filterwarnings("ignore:.*energy balance:UserWarning")
+@pytest.mark.parametrize("method", [*METHOD_CASES, "exact"])
+def test_demands_are_those_of_the_history_up_to_the_collapse(method):
+    structure = building("elastic" if method == "exact" else "bilinear")
+    whole, ended = (
+        wd.simulate(wd.Scene(structure, PULSES, tail=0.0, collapse_drift_ratio=limit), method=method, **RUN)
+        for limit in (None, LIMIT)
+    )
+    ratio = np.abs(np.diff(whole["displacement"].values[0], axis=1, prepend=0)) / HEIGHT
+    last = int(np.argmax(ratio.max(axis=1) > LIMIT))
+    assert 50 < last < len(ratio) - 50
+    assert ended["status"].item() == COLLAPSED
+    assert whole["status"].item() == OK
+    # Between the two states, on a line.
+    before, after = ratio[last - 1].max(), ratio[last].max()
+    exact = whole["time"].values[last - 1] + (LIMIT - before) / (after - before) * RUN["step"]
+    assert ended["time_of_collapse"].item() == pytest.approx(exact, rel=1e-9)
+    assert ended["storey_of_collapse"].item() == ratio[last].argmax() + 1
+    # The histories hold the states that the demands are taken of; adaptive methods see parts of steps too.
+    rtol = 1e-3 if METHODS[method].is_adaptive else 1e-10
+    np.testing.assert_allclose(
+        ended["peak_storey_drift_ratio"][0], np.minimum(ratio[: last + 1].max(axis=0), LIMIT), rtol=rtol
+    )
+    acceleration = np.abs(whole["acceleration"].values[0, : last + 1]).max(axis=0)
+    np.testing.assert_allclose(ended["peak_floor_acceleration"][0], acceleration, rtol=10 * rtol)
+    assert np.isnan(ended["residual_drift_ratio"]).all()
+    for name in ("displacement", "velocity", "acceleration", "storey_force"):
+        one, other = (each[name].values[0] for each in (ended, whole))
+        # The compiler may fuse other products: what a rounding in each of some hundred steps makes.
+        np.testing.assert_allclose(one[: last + 1], other[: last + 1], rtol=0, atol=1e-10 * np.abs(other).max())
+        assert np.isnan(one[last + 1 :]).all(), name
+    # Lagged forces and long steps leave a balance of their own; a frozen sample adds nothing to it.
+    usual = abs(whole["energy_balance_error"].item())
+    assert abs(ended["energy_balance_error"].item()) < max(0.02, 3 * usual)
+
+
+def test_storeys_have_capacities_of_their_own():
+    ratio = run(building(), "rk4")["peak_storey_drift_ratio"].values[0]
+    strong = np.full(3, 1.0)
+    for storey in range(3):
+        capacity = np.where(np.arange(3) == storey, 0.5 * ratio, strong)
+        by_ratio = run(building(drift_ratio_capacity=capacity), "rk4")
+        by_drift = run(building(drift_capacity=capacity * HEIGHT), "rk4")
+        for each in (by_ratio, by_drift):
+            assert each["status"].item() == COLLAPSED
+            assert each["storey_of_collapse"].item() == storey + 1
+            passed = each["peak_storey_drift_ratio"].values[0, storey]
+            assert passed == pytest.approx(0.5 * ratio[storey], rel=1e-12)
+        assert by_ratio["time_of_collapse"].item() == by_drift["time_of_collapse"].item()
+    first = run(building(drift_ratio_capacity=0.5 * ratio, drift_capacity=strong), "rk4", collapse_drift_ratio=0.9)
+    assert first["status"].item() == COLLAPSED
+
+
+def test_capacities_can_be_scattered():
+    scatter = {"drift_ratio_capacity": wd.GivenValues([0.004, 0.008, 1.0])}
+    scene = wd.Scene(building(drift_ratio_capacity=0.01), PULSES, scatter, tail=0.0)
+    found = wd.simulate(scene, structures=3, step=0.005, dtype="float64", device="cpu")
+    assert found["status"].values.tolist() == [COLLAPSED, COLLAPSED, OK]
+    assert found["time_of_collapse"].values[0] < found["time_of_collapse"].values[1]
+    peak = found["peak_storey_drift_ratio"].max("storey").values
+    np.testing.assert_allclose(peak[:2], [0.004, 0.008], rtol=1e-12)
+
+
+@pytest.mark.parametrize("method", ["rk4", "velocity_verlet", "newmark_average", "dormand_prince54"])
+def test_gravity_takes_a_bouc_wen_storey_past_its_limit(method):
+    # By scipy's DOP853 (rtol 1e-10) the storey passes 0.1 m at .15349017 s; it does not come back.
+    storey = wd.ShearBuilding(
+        1.0, 100.0, 1.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=5.0, gravity_load=10.0
+    )
+    scene = wd.Scene(storey, wd.FreeVibration(6.0, velocity=0.75), collapse_drift_ratio=0.1, recorders=("drift",))
+    found = wd.simulate(scene, method=method, device="cpu")
+    assert found["status"].item() == COLLAPSED
+    # On a line between two states: the acceleration of 2 m/s2 bends it by 2 h^2 / 8 over a velocity of .6 m/s.
+    assert found["time_of_collapse"].item() == pytest.approx(0.15349017, abs=1e-4)
+    assert found["peak_storey_drift_ratio"].item() == pytest.approx(0.1, rel=1e-6)
+
+
+def test_a_building_that_begins_beyond_its_capacity_has_collapsed():
+    scene = wd.Scene(
+        building("elastic"), wd.FreeVibration(1.0, displacement=[0.1, 0.2, 0.3]), collapse_drift_ratio=0.02
+    )
+    found = wd.simulate(scene, dtype="float64", device="cpu", step=0.005)
+    assert found["status"].item() == COLLAPSED
+    assert found["time_of_collapse"].item() == 0
+    assert found["storey_of_collapse"].item() == 2
+    np.testing.assert_allclose(found["peak_storey_drift"][0], 0.1, rtol=1e-12)
+
+
+def test_every_source_of_methods_is_met():
+    assert {source_of(case.values[0]) for case in METHOD_CASES} | {source_of("exact")} == set(SOURCES)
