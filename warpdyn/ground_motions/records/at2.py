@@ -5,17 +5,30 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
-
+from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.text import check_last_value, lines_of, number, text_of
+from warpdyn.ground_motions.records.text import (
+    check_last_value,
+    lines_of,
+    number,
+    numbers_of,
+    other_forms,
+    other_layouts,
+    text_of,
+)
 from warpdyn.ground_motions.records.units import ALLOWED_UNITS, checked_step, unit_factor
 
-_AT2_UNITS = re.compile(r"UNITS\s+OF\s+(\S+)", re.IGNORECASE)
-_AT2_SIZES = (
-    re.compile(r"NPTS\s*=\s*(?P<count>[^\s,]+)\s*,?\s*DT\s*=\s*(?P<step>[^\s,]+)", re.IGNORECASE),
-    re.compile(r"^\s*(?P<count>[^\s,]+)[\s,]+(?P<step>[^\s,]+)\s+NPTS\s*,\s*DT", re.IGNORECASE),
+# The unit ends where the line or a sentence ends, or where the filter is told.
+_UNITS = re.compile(r"UNITS\s+OF\s+(.*?)\s*(?:[.,;:(]|\bFILTER|\bHP\b|$)", re.IGNORECASE)
+_OTHER_QUANTITY = re.compile(r"\b(VELOCITY|DISPLACEMENT)\b", re.IGNORECASE)
+_SIZES = (
+    re.compile(
+        r"NPTS\s*=\s*(?P<count>[^\s,]+)\s*,?\s*DT\s*=\s*(?P<step>[-+.\d]+(?:[ED][-+]?\d+)?|[^\s,]+)(?P<rest>.*)",
+        re.IGNORECASE,
+    ),
+    re.compile(r"^\s*(?P<count>[^\s,]+)[\s,]+(?P<step>[^\s,]+)\s+NPTS\s*,\s*DT(?P<rest>.*)", re.IGNORECASE),
 )
+_STEP_UNITS = {"": 1.0, "S": 1.0, "SEC": 1.0, "SECS": 1.0, "SECOND": 1.0, "SECONDS": 1.0, "MS": 1e-3, "MSEC": 1e-3}
 
 
 def read_at2(path: str | Path) -> GroundMotion:
@@ -32,31 +45,66 @@ def read_at2(path: str | Path) -> GroundMotion:
 
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
-        ValueError: If the file is empty, the header does not name a known unit, a number of values and a step, a value
-            is not a finite number, there are fewer or more values than the header says, or the last one is cut. If no
-            newline ends the file and its values have no common format, a warning says that this cannot be decided.
+        ValueError: If the file is empty, holds velocities or displacements, the header does not name a known unit, a
+            number of values and a step, a value is not a finite number or is written in another form than all others
+            (a lost point or digit), there are fewer or more values than the header says, or the last one is cut. If a
+            line is laid out otherwise than all others (a lost sign), or no newline ends the file and its values have
+            no common form, a warning says that this cannot be decided.
     """
     text = text_of(path)
     lines = lines_of(text)
     if len(lines) < 4:
         raise ValueError(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(lines)}")
-    unit = _AT2_UNITS.search(lines[2])
-    if not unit:
-        raise ValueError(f"{path}:3: expected 'UNITS OF' and one of {ALLOWED_UNITS}, got {lines[2].strip()!r}")
-    factor = unit_factor(unit[1].rstrip(".,;:"), f"{path}:3")
-    sizes = next(filter(None, (style.search(lines[3]) for style in _AT2_SIZES)), None)
-    if not sizes:
-        raise ValueError(f"{path}:4: expected 'NPTS= 9, DT= .02 SEC' or '9 .02 NPTS, DT', got {lines[3].strip()!r}")
-    if not re.fullmatch(r"[+-]?\d+", sizes["count"]) or int(sizes["count"]) < 2:
-        raise ValueError(f"{path}:4: NPTS must be a whole number of at least 2, got {sizes['count']!r}")
-    count = int(sizes["count"])
-    step = checked_step(number(sizes["step"], f"{path}:4"), f"{path}:4: DT")
+    factor = _unit_of(lines[2], f"{path}:3")
+    count, step = _sizes_of(lines[3], f"{path}:4")
 
-    tokens = [(token, i) for i, line in enumerate(lines[4:], start=5) for token in line.split()]
-    values = [number(token, f"{path}:{i}") for token, i in tokens]
+    rows = [(i, line) for i, line in enumerate(lines[4:], start=5) if line.strip()]
+    places = [i for i, line in rows for _ in line.split()]
+    tokens = [token for _, line in rows for token in line.split()]
+    values = numbers_of(tokens, lambda i: f"{path}:{places[i]}")
     if len(values) < count:
         raise ValueError(f"{path}: truncated: holds {len(values)} of the {count} values that its header announces")
     if len(values) > count:
         raise ValueError(f"{path}: holds {len(values)} values, more than the {count} that its header announces")
-    check_last_value(text, [token for token, _ in tokens], path)
-    return GroundMotion(factor * np.array(values), step, Path(path).stem, str(path))
+    check_last_value(text, tokens, path)
+    example, others = other_forms(tokens)
+    if others:
+        raise ValueError(
+            f"{path}:{places[others[0]]}: {tokens[others[0]]!r} is written in another form than the file's other "
+            f"values, such as {example!r}: it may have lost a digit or its point"
+        )
+    if moved := other_layouts([line for _, line in rows]):
+        warn_caller(
+            f"{path}:{rows[moved[0]][0]}: the values of this line do not stand in the columns of the others: one may "
+            "have lost its sign or a digit"
+        )
+    return GroundMotion(factor * values, step, Path(path).stem, str(path))
+
+
+def _unit_of(line: str, place: str) -> float:
+    """Return the factor to m/s2 from the header line that names the unit."""
+    quantity = _OTHER_QUANTITY.search(line)
+    if quantity and not re.search(r"\bACC", line, re.IGNORECASE):
+        raise ValueError(f"{place}: holds a {quantity[1].lower()} history, not an acceleration: {line.strip()!r}")
+    unit = _UNITS.search(line)
+    if not unit:
+        raise ValueError(f"{place}: expected 'UNITS OF' and one of {ALLOWED_UNITS}, got {line.strip()!r}")
+    return unit_factor(unit[1], place)
+
+
+def _sizes_of(line: str, place: str) -> tuple[int, float]:
+    """Return the number of values and the step [s] from the header line that tells them."""
+    sizes = next(filter(None, (style.search(line) for style in _SIZES)), None)
+    if not sizes:
+        raise ValueError(f"{place}: expected 'NPTS= 9, DT= .02 SEC' or '9 .02 NPTS, DT', got {line.strip()!r}")
+    if not re.fullmatch(r"[+-]?\d+", sizes["count"], re.ASCII) or int(sizes["count"]) < 2:
+        raise ValueError(f"{place}: NPTS must be a whole number of at least 2, got {sizes['count']!r}")
+    unit = re.match(r"[\s(]*+([A-Z]*+)(?!\s*[-+]?\.?\d)", sizes["rest"], re.IGNORECASE)
+    word = unit[1].upper() if unit else None
+    if word is None or word not in _STEP_UNITS:
+        raise ValueError(f"{place}: DT must be in SEC or MSEC, got {line.strip()!r}")
+    factor = _STEP_UNITS[word]
+    step = checked_step(number(sizes["step"], place), f"{place}: DT")
+    if "." not in sizes["step"] and "E" not in sizes["step"].upper() and factor == 1.0:
+        warn_caller(f"{place}: DT= {sizes['step']} s has no decimal point, which may be lost")
+    return int(sizes["count"]), step * factor

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from numbers import Real
 
 import numpy as np
@@ -18,7 +19,9 @@ TIME_TOLERANCE = 0.02
 
 
 def unit_factor(unit: str, place: str) -> float:
-    known = str(unit).strip().lower().replace("^", "").replace("sec", "s")
+    """Return the factor from a unit to m/s2, or raise a ValueError that names its place."""
+    known = re.sub(r"\s+", " ", re.sub(r"\s*([/*^])\s*", r"\1", str(unit).strip().lower()))
+    known = known.replace("**", "").replace("^", "").replace("sec", "s").replace("/s/s", "/s2")
     if known not in UNITS:
         raise ValueError(f"{place}: unknown unit {unit!r}, allowed are {ALLOWED_UNITS}")
     return UNITS[known]
