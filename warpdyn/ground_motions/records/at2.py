@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
+
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.text import (
+    NumberLines,
+    check_forms,
     check_last_value,
     lines_of,
     number,
-    numbers_of,
-    other_forms,
-    other_layouts,
     text_of,
 )
 from warpdyn.ground_motions.records.units import ALLOWED_UNITS, checked_step, unit_factor
@@ -58,26 +59,15 @@ def read_at2(path: str | Path) -> GroundMotion:
     factor = _unit_of(lines[2], f"{path}:3")
     count, step = _sizes_of(lines[3], f"{path}:4")
 
-    rows = [(i, line) for i, line in enumerate(lines[4:], start=5) if line.strip()]
-    places = [i for i, line in rows for _ in line.split()]
-    tokens = [token for _, line in rows for token in line.split()]
-    values = numbers_of(tokens, lambda i: f"{path}:{places[i]}")
+    rows = [(line, i) for i, line in enumerate(lines[4:], start=5) if line.strip()]
+    numbers = NumberLines(path, [line for line, _ in rows], [i for _, i in rows])
+    values = numbers.values() if rows else np.zeros(0)
     if len(values) < count:
         raise ValueError(f"{path}: truncated: holds {len(values)} of the {count} values that its header announces")
     if len(values) > count:
         raise ValueError(f"{path}: holds {len(values)} values, more than the {count} that its header announces")
-    check_last_value(text, tokens, path)
-    example, others = other_forms(tokens)
-    if others:
-        raise ValueError(
-            f"{path}:{places[others[0]]}: {tokens[others[0]]!r} is written in another form than the file's other "
-            f"values, such as {example!r}: it may have lost a digit or its point"
-        )
-    if moved := other_layouts([line for _, line in rows]):
-        warn_caller(
-            f"{path}:{rows[moved[0]][0]}: the values of this line do not stand in the columns of the others: one may "
-            "have lost its sign or a digit"
-        )
+    check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], path)
+    check_forms(numbers)
     return GroundMotion(factor * values, step, Path(path).stem, str(path))
 
 

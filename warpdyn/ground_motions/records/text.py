@@ -1,10 +1,11 @@
-"""Text of record files: its lines, its numbers, and signs that a number or a line was damaged."""
+"""Text of record files: lines of numbers, and signs that a number or a line was damaged."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,8 @@ from warpdyn.core.messages import warn_caller
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
 # Of a number whose digits are all written 0: what stands before the point, behind it, and the exponent.
 _FORM = re.compile(r"[+-]?(0*)(?:\.(0*))?(E[+-]?0+)?")
-_TO_FORM = str.maketrans("123456789eDd", "000000000EEE")
-_TO_E = str.maketrans("Dd", "EE")
+_TO_FORM = bytes.maketrans(b"123456789eDd", b"000000000EEE")
+_TO_E = bytes.maketrans(b"Dd", b"EE")
 # Among as many numbers or lines, a common form is no chance; writers that drop zeros at the end change every tenth.
 FEWEST_ALIKE = 12
 LARGEST_SHARE_OF_OTHERS = 0.02
@@ -47,44 +48,131 @@ def number(token: str, place: str) -> float:
     return value
 
 
-def numbers_of(tokens: Sequence[str], place_of: Callable[[int], str]) -> np.ndarray:
-    """Return the numbers of a file, or raise a ValueError that names the place of the first that is none.
+class NumberLines:
+    """Lines of numbers of a file.
+
+    Lines that differ in their digits alone are looked at once, which makes a careful look as quick as a plain one.
 
     Args:
-        tokens: The numbers as text.
-        place_of: Returns the place of a token, such as "quake.txt:7", from its index.
+        path: The file.
+        lines: The lines, without blank ones and comments.
+        line_numbers: Where each line stands in the file, from 1.
+        mark: What separates numbers; white space by default.
     """
-    joined = " ".join(tokens)
-    # A few patterns stand for all numbers once their digits are written 0, so that few are looked at.
-    sound = all(_NUMBER.fullmatch(form) for form in set(joined.translate(_TO_FORM).split(" ")))
-    if sound and joined.isascii():
-        # Letters for exponents apart from E are Fortran's.
-        values = np.fromiter(map(float, joined.translate(_TO_E).split(" ")), np.float64, len(tokens))
-        if np.isfinite(values).all():
-            return values
-    return np.array([number(token, place_of(i)) for i, token in enumerate(tokens)])
+
+    def __init__(
+        self, path: str | Path, lines: Sequence[str], line_numbers: Sequence[int], mark: str | None = None
+    ) -> None:
+        self.path, self.lines, self.line_numbers, self.mark = path, lines, line_numbers, mark
+        self._text = "\n".join(lines).encode("ascii", "replace")
+        self._forms = self._text.translate(_TO_FORM).split(b"\n")
+        self._counts = Counter(self._forms)
+        self._cells = {form: self._split(form.decode("ascii")) for form in self._counts}
+
+    def _split(self, line: str) -> list[str]:
+        return line.split() if self.mark is None else [token.strip() for token in line.split(self.mark)]
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def place(self, i: int) -> str:
+        """Return file and line, such as "quake.txt:7", of line `i`."""
+        return f"{self.path}:{self.line_numbers[i]}"
+
+    def tokens(self, i: int) -> list[str]:
+        """Return the numbers of line `i` as text."""
+        return self._split(self.lines[i])
+
+    def widths(self) -> dict[int, int]:
+        """Return how many numbers the lines have, each with the first line that has so many."""
+        widths = {form: len(cells) for form, cells in self._cells.items()}
+        if len(set(widths.values())) == 1:
+            return {next(iter(widths.values())): 0}
+        return {widths[form]: i for i, form in reversed(list(enumerate(self._forms)))}
+
+    def values(self, columns: Sequence[int] | None = None) -> np.ndarray:
+        """Return the numbers: all in a row, or some columns, shape [column, line].
+
+        Raises:
+            ValueError: If one is not a finite number, or of all in a row one is missing between separators.
+        """
+        if all(_NUMBER.fullmatch(cell) for cells in self._cells.values() for cell in cells):
+            text = self._text.translate(_TO_E)
+            if columns is None:
+                values = np.fromstring(text if self.mark is None else text.replace(self.mark.encode(), b" "), sep=" ")
+            else:
+                lines = self.lines if text == self._text else text.decode("ascii").split("\n")
+                values = np.loadtxt(lines, delimiter=self.mark, comments=None, usecols=columns, ndmin=2).T
+            if np.isfinite(values).all():
+                return values
+        if columns is None:
+            return np.array([number(token, self.place(i)) for i in range(len(self)) for token in self.tokens(i)])
+        rows = [[number(self.tokens(i)[j], self.place(i)) for j in columns] for i in range(len(self))]
+        return np.array(rows).T
+
+    def has_line(self, is_such: Callable[[str], bool]) -> bool:
+        """Return whether some line is such a one; its digits are written 0."""
+        return any(is_such(form.decode("ascii")) for form in self._cells)
+
+    def other_forms(self, column: int | None = None) -> tuple[str, str, str] | None:
+        """Return the place and text of the first number in another form than almost all others, and one of those.
+
+        The form is the number of digits after the decimal point, and in numbers with an exponent also its digits and
+        those before the point. A zero may be written in any form. Where no form is common, no number differs.
+
+        Args:
+            column: The column to look at; all of them by default.
+        """
+        which = slice(None) if column is None else slice(column, column + 1)
+        kinds = {form: [_kind(cell) for cell in cells[which]] for form, cells in self._cells.items()}
+        if len({kind for row in kinds.values() for kind in row}) == 1:
+            return None
+        counts: Counter[tuple] = Counter()
+        for form, count in self._counts.items():
+            for kind in kinds[form]:
+                counts[kind] += count
+        common, alike = counts.most_common(1)[0]
+        total = counts.total()
+        if total < FEWEST_ALIKE or not 0 < total - alike <= max(2, LARGEST_SHARE_OF_OTHERS * total):
+            return None
+        others = {form for form, row in kinds.items() if any(kind != common for kind in row)}
+        example = ""
+        for i, form in enumerate(self._forms):
+            if form not in others and not example:
+                example = self.tokens(i)[which][0]
+            if form in others:
+                for token, kind in zip(self.tokens(i)[which], kinds[form], strict=True):
+                    if kind != common and not _ZERO.fullmatch(token):
+                        return self.place(i), token, example or self._example(kinds, common, which)
+        return None
+
+    def _example(self, kinds: dict[bytes, list[tuple]], common: tuple, which: slice) -> str:
+        i, j = next((i, kinds[form].index(common)) for i, form in enumerate(self._forms) if common in kinds[form])
+        return self.tokens(i)[which][j]
+
+    @cached_property
+    def other_layouts(self) -> list[int]:
+        """The lines whose numbers do not end where those of almost all other lines do.
+
+        A number that lost its sign or a digit moves what stands behind it. The last line may be shorter. Where numbers
+        do not stand in columns of a fixed width, no line differs.
+        """
+        ends = {form: tuple(match.end() for match in re.finditer(r"\S+", form.decode("ascii"))) for form in self._cells}
+        if len(set(ends.values())) == 1:
+            return []
+        counts: Counter[tuple] = Counter()
+        for form, count in self._counts.items():
+            counts[ends[form]] += count
+        common, alike = counts.most_common(1)[0]
+        if len(self) < FEWEST_ALIKE or len(self) - alike > max(3, LARGEST_SHARE_OF_OTHERS * len(self)):
+            return []
+        wrong = {form for form, row in ends.items() if row != common}
+        last = ends[self._forms[-1]]
+        rows = [i for i, form in enumerate(self._forms) if form in wrong] if wrong else []
+        return [i for i in rows if i != len(self) - 1 or last != common[: len(last)]]
 
 
-def other_forms(tokens: Sequence[str]) -> tuple[str, list[int]]:
-    """Return an example of the form that almost all numbers of a file have, and the indices of those that differ.
-
-    The form is the number of digits after the decimal point, and in numbers with an exponent also its digits and those
-    before the point. A zero may be written in any form. Where no form is common, no number differs.
-
-    Args:
-        tokens: The numbers as text.
-    """
-    forms = "\n".join(tokens).translate(_TO_FORM).split("\n")
-    kinds = {text: _kind(text) for text in set(forms)}
-    counts: Counter[tuple] = Counter()
-    for text, count in Counter(forms).items():
-        counts[kinds[text]] += count
-    common, alike = counts.most_common(1)[0]
-    if len(tokens) < FEWEST_ALIKE or len(tokens) - alike > max(2, LARGEST_SHARE_OF_OTHERS * len(tokens)):
-        return "", []
-    wrong = {text for text, kind in kinds.items() if kind != common}
-    others = [i for i, text in enumerate(forms) if text in wrong and not _is_plain_zero(tokens[i])] if wrong else []
-    return next(token for token, text in zip(tokens, forms, strict=True) if kinds[text] == common), others
+_ZERO = re.compile(r"[+-]?0*(0|\.0+)([ED][+-]?0+)?", re.IGNORECASE)
 
 
 def _kind(form: str) -> tuple:
@@ -97,26 +185,24 @@ def _kind(form: str) -> tuple:
     return (digits, len(before), exponent.replace("-", "+")) if exponent else (digits,)
 
 
-def _is_plain_zero(token: str) -> bool:
-    return re.fullmatch(r"[+-]?0*(0|\.0+)([ED][+-]?0+)?", token, re.IGNORECASE) is not None
+def check_forms(numbers: NumberLines) -> None:
+    """Raise a ValueError at a number of another form than the rest; warn of a line that is laid out otherwise."""
+    if other := numbers.other_forms():
+        place, token, example = other
+        raise ValueError(
+            f"{place}: {token!r} is written in another form than the file's other values, such as {example!r}: it may "
+            "have lost a digit or its point"
+        )
+    warn_of_layout(numbers, numbers.other_layouts)
 
 
-def other_layouts(lines: Sequence[str]) -> list[int]:
-    """Return the indices of lines whose numbers do not end where those of almost all other lines do.
-
-    A number that lost its sign or a digit moves what stands behind it. Where numbers do not stand in columns of a
-    fixed width, and in the last line, no line differs.
-
-    Args:
-        lines: The lines of numbers, without blank ones.
-    """
-    ends = [tuple(match.end() for match in re.finditer(r"\S+", line)) for line in lines]
-    if len(lines) < FEWEST_ALIKE:
-        return []
-    common, alike = Counter(ends).most_common(1)[0]
-    if len(lines) - alike > max(3, LARGEST_SHARE_OF_OTHERS * len(lines)):
-        return []
-    return [i for i, row in enumerate(ends) if row != (common if i < len(ends) - 1 else common[: len(row)])]
+def warn_of_layout(numbers: NumberLines, lines: Sequence[int]) -> None:
+    """Warn of the first of some lines whose numbers do not stand where those of other lines do."""
+    if lines:
+        warn_caller(
+            f"{numbers.place(lines[0])}: the values of this line do not stand in the columns of the others: one may "
+            "have lost its sign or a digit"
+        )
 
 
 def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None:
