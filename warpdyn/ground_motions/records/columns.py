@@ -209,7 +209,7 @@ def _without_end(moved: list[int], count: int) -> list[int]:
 def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float | None, time_unit: str | None) -> float:
     """Return the step [s] of a column of times; raise if it is an index and no step is given."""
     tokens = [table.numbers.tokens(i)[column] for i in (0, 1)]
-    is_index = times[0] in (0, 1) and all(map(str.isdigit, tokens)) and bool(np.all(np.diff(times) == 1))
+    is_index = all(map(str.isdigit, tokens)) and times[0] in (0, 1) and bool(np.all(np.diff(times) == 1))
     if is_index and time_unit is None:
         if step is None:
             raise ValueError(

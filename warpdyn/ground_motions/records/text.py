@@ -28,7 +28,9 @@ def text_of(path: str | Path) -> str:
         raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
     if not Path(path).is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    text = Path(path).read_bytes().decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
+    text = Path(path).read_bytes().decode("utf-8-sig", errors="replace")
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
     if not text.strip():
         raise ValueError(f"{path}: the file is empty")
     return text
@@ -97,11 +99,12 @@ class NumberLines:
             ValueError: If one is not a finite number, or of all in a row one is missing between separators.
         """
         if all(_NUMBER.fullmatch(cell) for cells in self._cells.values() for cell in cells):
-            text = self._text.translate(_TO_E)
+            is_fortran = b"D" in self._text or b"d" in self._text  # the letter of an exponent
+            text = self._text.translate(_TO_E) if is_fortran else self._text
             if columns is None:
                 values = np.fromstring(text if self.mark is None else text.replace(self.mark.encode(), b" "), sep=" ")
             else:
-                lines = self.lines if text == self._text else text.decode("ascii").split("\n")
+                lines = text.decode("ascii").split("\n") if is_fortran else self.lines
                 values = np.loadtxt(lines, delimiter=self.mark, comments=None, usecols=columns, ndmin=2).T
             if np.isfinite(values).all():
                 return values
