@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
 
@@ -38,6 +38,14 @@ def record_and_component(name: str) -> tuple[str, str]:
 def is_vertical(component: str) -> bool:
     """Return whether a component, by its name, is a vertical one."""
     return component in VERTICAL or re.fullmatch(r"[BEH][HLN]Z", component) is not None
+
+
+# Which components are read, by their names.
+COMPONENTS: dict[str, Callable[[str], bool]] = {
+    "horizontal": lambda component: not is_vertical(component),
+    "vertical": is_vertical,
+    "all": lambda component: True,
+}
 
 
 def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMotion]]:

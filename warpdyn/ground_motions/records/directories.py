@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -10,14 +9,7 @@ from pathlib import Path
 from warpdyn.core.checks import one_of
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.at2 import read_at2
-from warpdyn.ground_motions.records.components import is_vertical, record_and_component
-
-# Which components are read, by what a file's name tells.
-_COMPONENTS: dict[str, Callable[[str], bool]] = {
-    "horizontal": lambda component: not is_vertical(component),
-    "vertical": is_vertical,
-    "all": lambda component: True,
-}
+from warpdyn.ground_motions.records.components import COMPONENTS, record_and_component
 
 
 def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "horizontal") -> list[GroundMotion]:
@@ -36,14 +28,14 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
         FileNotFoundError: If there is no such directory, or no file in it matches, or none is such a component.
         ValueError: If a file is not a sound record, as `read_at2` says, or `components` is another word.
     """
-    one_of("components", components, _COMPONENTS)
+    one_of("components", components, COMPONENTS)
     directory = Path(path)
     if not directory.is_dir():
         raise FileNotFoundError(f"{path}: no such directory (to read records {pattern!r} from)")
     files = [file for file in directory.iterdir() if fnmatchcase(file.name.lower(), pattern.lower()) and file.is_file()]
     if not files:
         raise FileNotFoundError(f"{path}: no file in this directory matches {pattern!r}")
-    chosen = [file for file in files if _COMPONENTS[components](record_and_component(file.stem)[1])]
+    chosen = [file for file in files if COMPONENTS[components](record_and_component(file.stem)[1])]
     if not chosen:
         raise FileNotFoundError(
             f"{path}: none of the {len(files)} files that match {pattern!r} is a {components} component by its name; "
