@@ -62,6 +62,20 @@ def test_cosmos(tmp_path):
     assert len(wd.records.read_cosmos(file, "all")) == 3
 
 
+@pytest.mark.parametrize(
+    ("line", "spelling"),
+    [
+        ("units=cm/sec2(04),Format=(8F10.5)", "units=cm/sec2. (04)Format=(8f10.5)"),
+        ("End-of-data for Chan  1 acceleration", "/&  ----------  End of data for channel  1  ----------"),
+    ],
+)
+def test_cosmos_of_several_agencies(tmp_path, line, spelling):
+    content = record_files.cosmos(VALUES)
+    assert line in content
+    (motion,) = wd.records.read_cosmos(write(tmp_path, content.replace(line, spelling)))
+    assert motion.acceleration.size == 203
+
+
 def test_cosmos_with_velocities(tmp_path):
     """Velocities of the same channel, which may follow, are passed over."""
     whole = record_files.cosmos(VALUES)

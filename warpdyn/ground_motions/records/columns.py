@@ -188,22 +188,19 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
 def _check_damage(table: _Table, column: int) -> None:
     """Raise or warn where the text of the numbers shows that one is damaged."""
     numbers = table.numbers
-    if not table.text[-1].isspace():
-        check_last_value(table.text, [numbers.tokens(i)[-1] for i in range(len(numbers))], table.path)
+    is_ended = table.text.endswith("\n")  # most files are, and the last column need not be looked at
+    last = [] if is_ended else [numbers.tokens(i)[-1] for i in range(len(numbers))]
+    check_last_value(table.text, last, table.path)
     if other := numbers.other_forms(column):
         place, token, example = other
         warn_caller(
             f"{place}: {token!r} is written in another form than the other accelerations, such as {example!r}: it may "
             "have lost a digit or its point"
         )
-    warn_of_layout(numbers, _without_end(numbers.other_layouts, len(numbers)))
-
-
-def _without_end(moved: list[int], count: int) -> list[int]:
-    """Leave out the lines at the end, in which a time may have one more digit."""
-    while moved and moved[-1] == count - 1:
-        moved, count = moved[:-1], count - 1
-    return moved
+    moved, end = numbers.other_layouts, len(numbers)
+    while moved and moved[-1] == end - 1 and len(numbers.lines[end - 1]) > len(numbers.lines[0]):
+        moved, end = moved[:-1], end - 1  # at the end, a time may have one more digit
+    warn_of_layout(numbers, moved)
 
 
 def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float | None, time_unit: str | None) -> float:

@@ -27,7 +27,7 @@ _VALUES = re.compile(r"^\s*(\d+)\s+(Integer|Real)-header\s+values\s+follow\s+on\
 _COMMENTS = re.compile(r"^\s*(\d+)\s+Comment\s+line", re.IGNORECASE)
 _DATA = re.compile(
     r"^\s*(?P<count>\d+)\s+(?P<quantity>\w+)\s+pts,\s*approx\s+(?P<seconds>[\d.]+)\s+secs,\s*"
-    r"units=\s*(?P<unit>[^(,]+?)\s*\((?P<code>\d+)\)\s*,\s*Format=\s*\((?P<per_line>\d+)[FEG](?P<width>\d+)",
+    r"units=\s*(?P<unit>[^(,]+?)[.\s]*\((?P<code>\d+)\)\s*,?\s*Format=\s*\((?P<per_line>\d+)[FEG](?P<width>\d+)",
     re.IGNORECASE,
 )
 # The specification's tables 2 and 6, and places of values in its headers, counted from 0.
@@ -86,7 +86,7 @@ def read_cosmos(path: str | Path, components: str = "horizontal") -> list[Ground
                 motions.append(GroundMotion(*motion, name, str(path), record if component else "", component))
             if at < len(lines) and _DATA.match(lines[at]):
                 continue
-            if at >= len(lines) or not re.match(r"\s*End[- ]of[- ]data", lines[at], re.IGNORECASE):
+            if at >= len(lines) or not re.match(r"[\s/&-]*End[- ]of[- ]data", lines[at], re.IGNORECASE):
                 raise ValueError(f"{path}: truncated: no line 'End-of-data' follows the values that end at line {at}")
             at += 1
             break
@@ -140,6 +140,12 @@ def _read_data(
         raise ValueError(f"{place}: unit {told['unit']!r} is not that of its code ({code}), {_UNIT_CODES[code]!r}")
     if reals.size <= _PEAK or reals[_STEP_IN_MS] <= 0:
         raise ValueError(f"{path}: the Real-header has no step: its value {_STEP_IN_MS + 1} [ms] must be above 0")
+    for i, row in enumerate(rows[:-1]):
+        if len(row.rstrip()) != per_line * width:
+            raise ValueError(
+                f"{path}:{at + 2 + i}: {row.strip()!r} must be {per_line} values of {width} characters, as its "
+                "format says"
+            )
     # Values of fixed width may follow each other without a blank.
     fields = [" ".join(row[i : i + width] for i in range(0, len(row.rstrip()), width)) for row in rows]
     is_cut = end >= len(lines)

@@ -121,13 +121,15 @@ class NumberLines:
         """Return the place and text of the first number in another form than almost all others, and one of those.
 
         The form is the number of digits after the decimal point, and in numbers with an exponent also its digits and
-        those before the point. A zero may be written in any form. Where no form is common, no number differs.
+        those before the point. Zeros may all be written in another form. Where no form is common, no number differs.
 
         Args:
             column: The column to look at; all of them by default.
         """
         which = slice(None) if column is None else slice(column, column + 1)
-        kinds = {form: [_kind(cell) for cell in cells[which]] for form, cells in self._cells.items()}
+        # Where "0.5" is written with its zero, ".5" has lost a digit.
+        has_zeros = re.search(rb"(?<![\d.])0\.\d", self._text) is not None
+        kinds = {form: [_kind(cell, has_zeros) for cell in cells[which]] for form, cells in self._cells.items()}
         if len({kind for row in kinds.values() for kind in row}) == 1:
             return None
         counts: Counter[tuple] = Counter()
@@ -139,15 +141,20 @@ class NumberLines:
         if total < FEWEST_ALIKE or not 0 < total - alike <= max(2, LARGEST_SHARE_OF_OTHERS * total):
             return None
         others = {form for form, row in kinds.items() if any(kind != common for kind in row)}
-        example = ""
-        for i, form in enumerate(self._forms):
-            if form not in others and not example:
-                example = self.tokens(i)[which][0]
-            if form in others:
-                for token, kind in zip(self.tokens(i)[which], kinds[form], strict=True):
-                    if kind != common and not _ZERO.fullmatch(token):
-                        return self.place(i), token, example or self._example(kinds, common, which)
-        return None
+        found = [
+            (i, token)
+            for i, form in enumerate(self._forms)
+            if form in others
+            for token, kind in zip(self.tokens(i)[which], kinds[form], strict=True)
+            if kind != common
+        ]
+        zeros = [(i, token) for i, token in found if _ZERO.fullmatch(token)]
+        # Writers abbreviate all zeros, and hands those at the ends; a single one between is what is left of a number.
+        if len(zeros) > 2 or all(i in (0, len(self) - 1) for i, _ in zeros):
+            found = [each for each in found if each not in zeros]
+        if not found:
+            return None
+        return self.place(found[0][0]), found[0][1], self._example(kinds, common, which)
 
     def _example(self, kinds: dict[bytes, list[tuple]], common: tuple, which: slice) -> str:
         i, j = next((i, kinds[form].index(common)) for i, form in enumerate(self._forms) if common in kinds[form])
@@ -160,6 +167,9 @@ class NumberLines:
         A number that lost its sign or a digit moves what stands behind it. The last line may be shorter. Where numbers
         do not stand in columns of a fixed width, no line differs.
         """
+        tabs = [i for i, line in enumerate(self.lines) if "\t" in line] if b"\t" in self._text else []
+        if 0 < len(tabs) <= 2 and len(self) >= FEWEST_ALIKE:
+            return tabs  # in the place of a sign or a digit
         ends = {form: tuple(match.end() for match in re.finditer(r"\S+", form.decode("ascii"))) for form in self._cells}
         if len(set(ends.values())) == 1:
             return []
@@ -178,14 +188,16 @@ class NumberLines:
 _ZERO = re.compile(r"[+-]?0*(0|\.0+)([ED][+-]?0+)?", re.IGNORECASE)
 
 
-def _kind(form: str) -> tuple:
+def _kind(form: str, has_zeros: bool) -> tuple:
     """Return what numbers of one form have in common, from a number whose digits are all written 0."""
     match = _FORM.fullmatch(form)
     if match is None:
         return (form,)
     before, after, exponent = match.groups()
     digits = None if after is None else len(after)
-    return (digits, len(before), exponent.replace("-", "+")) if exponent else (digits,)
+    if exponent:
+        return digits, form[0] == "+", len(before), exponent.replace("-", "+")
+    return digits, form[0] == "+", has_zeros and not before
 
 
 def check_forms(numbers: NumberLines) -> None:
@@ -227,8 +239,9 @@ def check_peak(values: np.ndarray, told: float, place: str) -> None:
 def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None:
     """Raise a ValueError if the last value of a file is cut; warn if that cannot be decided.
 
-    A value that white space follows is complete. If no newline ends the file, its last value must have as many
-    characters after the decimal point, exponent included, as all others; if the others differ, it cannot be decided.
+    A value that white space follows is complete, but blanks after the last newline are a line that is cut. If no
+    newline ends the file, its last value must have as many characters after the decimal point, exponent included, as
+    all others; if the others differ, it cannot be decided.
 
     Args:
         text: The file's text.
@@ -236,6 +249,8 @@ def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None
         path: The file.
     """
     if text[-1].isspace():
+        if text[-1] != "\n" and not text.rpartition("\n")[2].strip():
+            warn_caller(f"{path}: ends within a line of blanks, so it may be truncated")
         return
     *others, last = (len(value.partition(".")[2]) for value in values)
     if len(set(others)) == 1 and others[0] > 0:
