@@ -111,6 +111,12 @@ def test_at2_that_may_be_cut(tmp_path, values):
         ("CM/SEC^2", 0.01),
         ("M/S2", 1),
         ("GAL", 0.01),
+        ("CM/SEC/SEC", 0.01),
+        ("CM/S/S", 0.01),
+        ("CM/SEC**2", 0.01),
+        ("cm / sec ^ 2", 0.01),
+        ("M/SEC/SEC, FILTER", 1),
+        ("G  FILTER POINTS: HP=.2 Hz", 9.80665),
     ],
 )
 def test_at2_units(tmp_path, unit, factor):
@@ -169,6 +175,96 @@ def test_missing_file(tmp_path, read):
         read(tmp_path)
 
 
+def fortran(count: int = 40) -> list[str]:
+    """Return numbers as PEER prints them, E15.7 with a normalised mantissa, five a line."""
+    values = np.random.default_rng(3).normal(scale=0.05, size=count)
+    mantissas = [f"{value:.6e}" for value in values]
+    texts = []
+    for text in mantissas:
+        digits, exponent = text.split("e")
+        sign = "-" if digits[0] == "-" else ""
+        texts.append(f"{sign}.{digits.lstrip('-').replace('.', '')}E{int(exponent) + 1:+03d}")
+    return texts
+
+
+def page(texts: list[str], per_line: int = 5) -> str:
+    rows = [texts[i : i + per_line] for i in range(0, len(texts), per_line)]
+    return "".join("".join(f"{text:>16}" for text in row) + "\n" for row in rows)
+
+
+@pytest.mark.parametrize("line", ["DT= 5 MSEC", "DT=.005SEC", "DT= .0050 SEC.", "DT=0.005, ", "DT= .5E-02 seconds"])
+def test_at2_steps(tmp_path, line):
+    content = NEW + f"NPTS= 2, {line}\n 4. -8.\n"
+    assert wd.records.read_at2(write(tmp_path, content)).step == 0.005
+
+
+def test_at2_step_that_lost_its_point(tmp_path):
+    with pytest.warns(UserWarning, match=r"AT2:4: DT= 0050 s has no decimal point, which may be lost"):
+        wd.records.read_at2(write(tmp_path, NEW + "NPTS= 2, DT= 0050 SEC\n 4. -8.\n"))
+
+
+@pytest.mark.parametrize("given", ["200 HZ", ".005 SFC", ".005 MIN", ".00 50 SEC"])
+def test_at2_step_in_another_unit(tmp_path, given):
+    with pytest.raises(ValueError, match=rf"AT2:4: DT must be in SEC or MSEC, got 'NPTS= 2, DT= {given}'"):
+        wd.records.read_at2(write(tmp_path, NEW + f"NPTS= 2, DT= {given}\n 4. -8.\n"))
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("ACCELERATION TIME SERIES IN UNITS OF G / 1000", r"AT2:3: unknown unit 'G / 1000'"),
+        ("ACCELERATION TIME SERIES IN UNITS OF G*100", r"AT2:3: unknown unit 'G\*100'"),
+        ("VELOCITY TIME SERIES IN UNITS OF G", r"AT2:3: holds a velocity history, not an acceleration"),
+        ("DISPLACEMENT TIME SERIES IN UNITS OF CM", r"AT2:3: holds a displacement history, not an acceleration"),
+    ],
+)
+def test_at2_other_quantities(tmp_path, line, message):
+    content = NEW.replace("ACCELERATION TIME SERIES IN UNITS OF G", line) + "NPTS= 2, DT= .01 SEC\n 4. -8.\n"
+    with pytest.raises(ValueError, match=message):
+        wd.records.read_at2(write(tmp_path, content))
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda text: text.replace(".", "", 1),
+        lambda text: text.replace("E", "3E"),
+        lambda text: text[:4] + text[5:],
+        lambda text: text.replace(".", "7.", 1),
+        lambda text: text.split("E")[0],
+        lambda text: text.replace("E-", "E").replace("E+", "E"),
+    ],
+)
+def test_at2_number_of_another_form(tmp_path, damage):
+    texts = fortran()
+    write(tmp_path, NEW + "NPTS= 40, DT= .01 SEC\n" + page(texts))
+    assert wd.records.read_at2(tmp_path / "record.AT2").acceleration.size == 40
+    damaged = [*texts[:17], damage(texts[17]), *texts[18:]]
+    with pytest.raises(ValueError, match=r"record.AT2:8: '.*' is written in another form than .* such as '-?\.\d{7}E"):
+        wd.records.read_at2(write(tmp_path, NEW + "NPTS= 40, DT= .01 SEC\n" + page(damaged)))
+
+
+def test_at2_zeros_may_be_written_short(tmp_path):
+    texts = fortran()
+    texts[:2] = ["0.0", "0"]
+    with warnings.catch_warnings(action="error"):
+        wd.records.read_at2(write(tmp_path, NEW + "NPTS= 40, DT= .01 SEC\n" + page(texts)))
+
+
+def test_at2_lost_sign(tmp_path):
+    """A sign that is lost, not replaced by a blank, moves the numbers behind it."""
+    body = page(fortran(80))
+    place = body.index("-", body.index("\n") * 4)
+    while body[place - 1] in "E":
+        place = body.index("-", place + 1)
+    damaged = body[:place] + body[place + 1 :]
+    line = 5 + body[:place].count("\n")
+    with pytest.warns(UserWarning, match=rf"record.AT2:{line}: the values of this line do not stand in the columns"):
+        wd.records.read_at2(write(tmp_path, NEW + "NPTS= 80, DT= .01 SEC\n" + damaged))
+    with warnings.catch_warnings(action="error"):
+        wd.records.read_at2(write(tmp_path, NEW + "NPTS= 80, DT= .01 SEC\n" + body))
+
+
 # Directories
 
 
@@ -208,87 +304,3 @@ def test_files_from_peer():
         body = (folder / f"{motion.name}.AT2").read_text().split("\n", 4)[4]
         assert motion.acceleration.tolist() == [GRAVITY * float(text) for text in body.split()]
         assert (motion.acceleration.size, motion.step) == (size, 0.01)
-
-
-# Text
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        "# t a\n0 1\n0.02 -2\n\n% middle\n0.04 3.5\n",
-        "0,1\r\n.02,-2\r\n.04,3.5",
-        "\ufeff  0.00 , 1.0\n  2.0D-2 , -2.0\n  4.0E-2 , 3.5\n",
-        "5\t1\n5.02\t-2\n5.04\t3.5\n",
-    ],
-)
-def test_text_with_times(tmp_path, content):
-    file = write(tmp_path, content, "station.txt")
-    for step in (None, 0.02):
-        motion = wd.records.read_text(file, unit="m/s2", step=step)
-        assert motion.acceleration.tolist() == [1.0, -2.0, 3.5]
-        assert motion.step == 0.02
-        assert motion.name == "station"
-
-
-def test_text_with_one_column(tmp_path):
-    motion = wd.records.read_text(write(tmp_path, "# gal\n 100\n-50\n 2e1\n"), unit="gal", step=0.005)
-    np.testing.assert_allclose(motion.acceleration, [1.0, -0.5, 0.2], rtol=2.3e-16)
-    assert motion.step == 0.005
-
-
-def test_times_with_few_digits(tmp_path):
-    """1/128 s in four decimals, 2000 samples: no time is more than 0.00005 s from where it is due."""
-    content = "\n".join(f"{i / 128:.4f} {i % 7}" for i in range(2000))
-    file = write(tmp_path, content)
-    # 1e-4 s over 1999 steps is the rounding of both ends.
-    assert wd.records.read_text(file, unit="g").step == pytest.approx(1 / 128, abs=1e-4 / 1999)
-    assert wd.records.read_text(file, unit="g", step=1 / 128).step == 1 / 128
-
-
-@pytest.mark.parametrize("lost", [1, 50, 98])
-def test_a_lost_sample_is_noticed(tmp_path, lost):
-    file = write(tmp_path, "\n".join(f"{0.01 * i:.2f} 1" for i in range(100) if i != lost))
-    before, after = 0.01 * (lost - 1), 0.01 * (lost + 1)
-    message = rf"record.AT2: the times must increase evenly.* at {before:.6g} s and sample {lost} at {after:.6g} s"
-    for step in (None, 0.01):
-        with pytest.raises(ValueError, match=message):
-            wd.records.read_text(file, unit="g", step=step)
-
-
-@pytest.mark.parametrize(
-    ("content", "step", "message"),
-    [
-        ("", 0.01, r"record.AT2: the file is empty"),
-        ("# only\n# comments\n", 0.01, r"record.AT2: a record needs at least 2 samples, found 0"),
-        ("1\n", 0.01, r"record.AT2: a record needs at least 2 samples, found 1"),
-        ("1\n2\n", None, r"record.AT2: one column has no times, so step \[s\] must be given"),
-        ("1\n2\n", 0.0, r"step must be a finite number above 0 s, got 0.0"),
-        ("1\n2\n", -0.01, r"step must be a finite number above 0 s, got -0.01"),
-        ("1\n2\n", float("nan"), r"step must be a finite number above 0 s, got nan"),
-        ("1\n2\n", "0.01", r"step must be a finite number above 0 s, got '0.01'"),
-        ("time,acc\n0,1\n1,2\n", None, r"record.AT2:1: 'time' is not a finite number"),
-        ("0 1\n# c\n\n1 two\n", None, r"record.AT2:4: 'two' is not a finite number"),
-        ("0 1\n1 nan\n", None, r"record.AT2:2: 'nan' is not a finite number"),
-        ("0,1\n1,\n", None, r"record.AT2:2: '' is not a finite number"),
-        ("0 1 2\n1 2 3\n", None, r"record.AT2:1: 3 columns; all lines must have 1 \(acceleration\) or 2"),
-        ("0 1\n1\n", None, r"record.AT2:2: 1 columns"),
-        ("0\n1 2\n", 1.0, r"record.AT2:2: 2 columns"),
-        ("0 1\n0 2\n0 3\n", None, r"times must increase .* sample 0 is at 0 s and sample 1 at 0 s"),
-        ("0 1\n-1 2\n-2 3\n", None, r"times must increase .* sample 0 is at 0 s and sample 1 at -1 s"),
-        ("0 1\n1 2\n1 3\n2 3\n", None, r"times must increase evenly, .* sample 1 is at 1 s and sample 2 at 1 s"),
-        ("0 1\n.02 2\n.04 3\n", 0.01, r"evenly, here by 0.01 s within 2% of it, but sample 0 is at 0 s and .* 0.02 s"),
-    ],
-)
-def test_bad_text(tmp_path, content, step, message):
-    with pytest.raises(ValueError, match=message):
-        wd.records.read_text(write(tmp_path, content), unit="g", step=step)
-
-
-def test_bad_unit(tmp_path):
-    file = write(tmp_path, "1\n2\n")
-    for unit in ("ft/s2", "", None):
-        with pytest.raises(ValueError, match=r"unknown unit .*, allowed are 'm/s2', 'm s-2', 'cm/s2', .*'gal', 'g'"):
-            wd.records.read_text(file, unit=unit, step=0.01)
-        with pytest.raises(ValueError, match=r"motion 'A': unknown unit .*, allowed are"):
-            wd.records.from_array([1.0, 2.0], 0.01, unit, "A")

@@ -30,6 +30,10 @@ from .ground_motions.motions import (
     GroundMotion as GroundMotion,
     HarmonicForce as HarmonicForce,
 )
+from .ground_motions.pair_measures import (
+    GeometricMean as GeometricMean,
+    RotatedSpectralAcceleration as RotatedSpectralAcceleration,
+)
 from .ground_motions.response_spectra import response_spectra as response_spectra
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary

@@ -13,7 +13,7 @@ from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
-from warpdyn.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.ground_motions.motions import GroundMotion, checked_motions, warn_of_duplicates
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
@@ -78,6 +78,7 @@ class Stripes(Design):
                     f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} g: "
                     "an all-zero record cannot be scaled to a stripe; leave it out"
                 )
+        warn_of_duplicates(motions)
         object.__setattr__(self, "motions", motions)
         object.__setattr__(self, "levels_in_g", levels)
         object.__setattr__(self, "_intensities", intensities)
@@ -112,6 +113,7 @@ class Cloud(Design):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motions", checked_motions(self.motions))
+        warn_of_duplicates(self.motions)
         object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
 
     @property

@@ -44,7 +44,7 @@ def arias_intensity(motion: GroundMotion) -> float:
 
     Source: Arias (1970), "A measure of earthquake intensity".
     """
-    return float(np.pi / (2 * STANDARD_GRAVITY) * _squares(motion.acceleration, motion.step).sum())
+    return float(np.pi / (2 * STANDARD_GRAVITY) * squared_integrals(motion.acceleration, motion.step).sum())
 
 
 def cumulative_absolute_velocity(motion: GroundMotion) -> float:
@@ -74,7 +74,7 @@ def significant_duration(motion: GroundMotion, start: float, end: float) -> floa
     if peak == 0:
         return float("nan")
     a = motion.acceleration / peak
-    reached = np.concatenate([[0.0], np.cumsum(_squares(a, motion.step))])
+    reached = np.concatenate([[0.0], np.cumsum(squared_integrals(a, motion.step))])
     times = []
     for share in (start, end):
         i = np.searchsorted(reached, share * reached[-1]) - 1  # share > 0: there is a sample before
@@ -92,6 +92,6 @@ def _pieces(motion: GroundMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return a, np.diff(a) / motion.step, velocity
 
 
-def _squares(a: np.ndarray, step: float) -> np.ndarray:
+def squared_integrals(a: np.ndarray, step: float) -> np.ndarray:
     """Return the integral of the squared acceleration over every interval."""
     return step / 3 * (a[:-1] ** 2 + a[:-1] * a[1:] + a[1:] ** 2)

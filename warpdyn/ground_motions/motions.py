@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_number, real_numbers
+from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.excitation import (
     THE_DURATION,
     Sampled,
@@ -32,6 +33,8 @@ class GroundMotion:
         step: Sampling step of the record [s].
         name: What the record is called in results.
         source: Where it came from (a file, a package).
+        record: What the components that one instrument recorded in one earthquake have in common, if it is known.
+        component: Which component it is, such as "090", "N" or "UP".
 
     Raises:
         ValueError: If the acceleration is not a finite 1-D array of at least two values, or the step is not
@@ -42,6 +45,8 @@ class GroundMotion:
     step: float
     name: str = "motion"
     source: str = field(default="", repr=False)
+    record: str = field(default="", repr=False)
+    component: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         acceleration = real_numbers(f"motion {self.name!r}: acceleration", self.acceleration)
@@ -76,7 +81,8 @@ class GroundMotion:
 
     def description(self) -> dict[str, object]:
         """Return what the motion's JSON says: not its samples."""
-        return {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
+        said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
+        return said | ({"record": self.record, "component": self.component} if self.record else {})
 
     @property
     def duration(self) -> float:
@@ -100,6 +106,19 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
         if not isinstance(motion, GroundMotion):
             raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
     return motions
+
+
+def warn_of_duplicates(motions: Sequence[GroundMotion]) -> None:
+    """Warn where two motions of a set have the same samples and step, as two copies of a record have."""
+    seen: dict[tuple[float, bytes], str] = {}
+    for motion in motions:
+        key = motion.step, motion.acceleration.tobytes()
+        if key in seen:
+            warn_caller(
+                f"motions {seen[key]!r} and {motion.name!r} are the same record twice, which statistics count double"
+            )
+            return
+        seen[key] = motion.name
 
 
 def motion_names(motions: Sequence[Sampled]) -> tuple:

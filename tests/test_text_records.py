@@ -1,0 +1,245 @@
+"""Reading of text files: columns, header lines, delimiters, times, and what is wrong with them."""
+
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+
+pytestmark = pytest.mark.fast
+
+
+def write(folder: Path, content: str, name: str = "record.AT2") -> Path:
+    file = folder / name
+    file.write_bytes(content.encode())
+    return file
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "# t a\n0 1\n0.02 -2\n\n% middle\n0.04 3.5\n",
+        "0,1\r\n.02,-2\r\n.04,3.5\r\n",
+        "\ufeff  0.00 , 1.0\n  2.0D-2 , -2.0\n  4.0E-2 , 3.5\n",
+        "5\t1\n5.02\t-2\n5.04\t3.5\n",
+    ],
+)
+def test_text_with_times(tmp_path, content):
+    file = write(tmp_path, content, "station.txt")
+    for step in (None, 0.02):
+        motion = wd.records.read_text(file, unit="m/s2", step=step)
+        assert motion.acceleration.tolist() == [1.0, -2.0, 3.5]
+        assert motion.step == 0.02
+        assert motion.name == "station"
+
+
+def test_text_with_one_column(tmp_path):
+    motion = wd.records.read_text(write(tmp_path, "# gal\n 100\n-50\n 2e1\n"), unit="gal", step=0.005)
+    np.testing.assert_allclose(motion.acceleration, [1.0, -0.5, 0.2], rtol=2.3e-16)
+    assert motion.step == 0.005
+
+
+def test_times_with_few_digits(tmp_path):
+    """1/128 s in four decimals, 2000 samples: no time is more than 0.00005 s from where it is due."""
+    content = "\n".join(f"{i / 128:.4f} {i % 7}" for i in range(2000)) + "\n"
+    file = write(tmp_path, content)
+    # 1e-4 s over 1999 steps is the rounding of both ends.
+    assert wd.records.read_text(file, unit="g").step == pytest.approx(1 / 128, abs=1e-4 / 1999)
+    assert wd.records.read_text(file, unit="g", step=1 / 128).step == 1 / 128
+
+
+@pytest.mark.parametrize("lost", [1, 50, 98])
+def test_a_lost_sample_is_noticed(tmp_path, lost):
+    file = write(tmp_path, "\n".join(f"{0.01 * i:.2f} 1" for i in range(100) if i != lost) + "\n")
+    before, after = 0.01 * (lost - 1), 0.01 * (lost + 1)
+    message = rf"record.AT2: the times must increase evenly.* at {before:.6g} s and sample {lost} at {after:.6g} s"
+    for step in (None, 0.01):
+        with pytest.raises(ValueError, match=message):
+            wd.records.read_text(file, unit="g", step=step)
+
+
+@pytest.mark.parametrize(
+    ("content", "step", "message"),
+    [
+        ("", 0.01, r"record.AT2: the file is empty"),
+        ("# only\n# comments\n", 0.01, r"record.AT2: a record needs at least 2 samples, found 0"),
+        ("1\n", 0.01, r"record.AT2: a record needs at least 2 samples, found 1"),
+        ("1\n2\n", None, r"record.AT2: one column has no times, so step \[s\] must be given"),
+        ("1\n2\n", 0.0, r"step must be a finite number above 0 s, got 0.0"),
+        ("1\n2\n", -0.01, r"step must be a finite number above 0 s, got -0.01"),
+        ("1\n2\n", float("nan"), r"step must be a finite number above 0 s, got nan"),
+        ("1\n2\n", "0.01", r"step must be a finite number above 0 s, got '0.01'"),
+        ("time,acc\n0,1\n1,2\n", None, r"record.AT2: column 0 counts the samples \(0, 1, ...\), so step \[s\] must"),
+        ("0 1\n# c\n\n1 two\n", None, r"record.AT2:4: 'two' is not a finite number"),
+        ("0 1\n1 nan\n", None, r"record.AT2:2: 'nan' is not a finite number"),
+        ("0,1\n1,\n", None, r"record.AT2:2: '' is not a finite number"),
+        ("0 1 2\n1 2 3\n", None, r"record.AT2:1: 3 columns.*: acceleration_column must say"),
+        ("0 1\n1\n", None, r"record.AT2:2: 1 columns"),
+        ("0\n1 2\n", 1.0, r"record.AT2:2: 2 columns"),
+        ("0 1\n0 2\n0 3\n", None, r"times must increase .* sample 0 is at 0 s and sample 1 at 0 s"),
+        ("0 1\n-1 2\n-2 3\n", None, r"times must increase .* sample 0 is at 0 s and sample 1 at -1 s"),
+        ("0 1\n1 2\n1 3\n2 3\n", None, r"times must increase evenly, .* sample 1 is at 1 s and sample 2 at 1 s"),
+        ("0 1\n.02 2\n.04 3\n", 0.01, r"evenly, here by 0.01 s within 2% of it, but sample 0 is at 0 s and .* 0.02 s"),
+    ],
+)
+def test_bad_text(tmp_path, content, step, message):
+    with pytest.raises(ValueError, match=message):
+        wd.records.read_text(write(tmp_path, content), unit="g", step=step)
+
+
+def test_bad_unit(tmp_path):
+    file = write(tmp_path, "1\n2\n")
+    for unit in ("ft/s2", "", None):
+        with pytest.raises(ValueError, match=r"unknown unit .*, allowed are 'm/s2', 'm s-2', 'cm/s2', .*'gal', 'g'"):
+            wd.records.read_text(file, unit=unit, step=0.01)
+        with pytest.raises(ValueError, match=r"motion 'A': unknown unit .*, allowed are"):
+            wd.records.from_array([1.0, 2.0], 0.01, unit, "A")
+
+
+# Columns
+
+
+def test_columns_of_a_table(tmp_path):
+    """The same numbers, however they are laid out."""
+    names, rows = ["time", "NS", "EW"], [[0.0, 1.5, -2.25], [0.01, -3.5, 4.0], [0.02, 0.5, 6.5]]
+    for content, options in (
+        ("Station 12\n\ntime NS EW\n0.00 1.5 -2.25\n0.01 -3.5 4.0\n0.02 0.5 6.5\n", {"header_lines": 3}),
+        ("# time NS EW\n0.00 1.5 -2.25\n0.01 -3.5 4.0\n\n0.02 0.5 6.5\n", {}),
+        ('"time","NS","EW"\n0.00,1.5,-2.25\n0.01,-3.5,4.0\n0.02,0.5,6.5\n', {}),
+        ("time;NS;EW\n0.00;1.5;-2.25\n0.01;-3.5;4.0\n0.02;0.5;6.5\n", {}),
+        ("time;NS;EW\n0,00;1,5;-2,25\n0,01;-3,5;4,0\n0,02;0,5;6,5\n", {"decimal_comma": True}),
+        ("time\tNS\tEW\n0,00\t1,5\t-2,25\n0,01\t-3,5\t4,0\n0,02\t0,5\t6,5\n", {"decimal_comma": True}),
+        ("time|NS|EW\n0.00|1.5|-2.25\n0.01|-3.5|4.0\n0.02|0.5|6.5\n", {"delimiter": "|"}),
+    ):
+        file = write(tmp_path, content, "table.csv")
+        for column, name in enumerate(names[1:], start=1):
+            for chosen in ((column, 0), (name, "time")):
+                motion = wd.records.read_text(
+                    file, unit="m/s2", acceleration_column=chosen[0], time_column=chosen[1], **options
+                )
+                assert motion.acceleration.tolist() == [row[column] for row in rows]
+                assert motion.step == 0.01
+
+
+def test_accelerations_side_by_side(tmp_path):
+    """Without a column of times, no column is taken for them."""
+    file = write(tmp_path, "1.5 -2.5\n3.5 4.5\n")
+    motion = wd.records.read_text(file, unit="m/s2", acceleration_column=0, step=0.01)
+    assert motion.acceleration.tolist() == [1.5, 3.5]
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "message"),
+    [
+        ("0 1 2\n1 2 3\n", {"acceleration_column": 3}, "acceleration_column must be at most 2, counted from 0, got 3"),
+        ("0 1 2\n1 2 3\n", {"acceleration_column": -1}, "acceleration_column must be a whole number of at least 0"),
+        (
+            "t NS\n0 1\n1 2\n",
+            {"acceleration_column": "NZ"},
+            r"'NZ' is not the name of one column.*the names are \(t, NS",
+        ),
+        ("0 1\n1 2\n", {"acceleration_column": "NS"}, "'NS' is not .*no line of names stands before the numbers"),
+        ("0 1 2\n1 2 3\n", {"acceleration_column": 1, "time_column": 1}, "are the same column"),
+        ("0 1 2\n1 2 3\n", {"time_column": 0}, "3 columns.*: acceleration_column must say"),
+        ("0,12\n0,13\n", {"step": 0.01}, r"AT2:1: '0,12' may be decimal commas or .*decimal_comma=True or delimiter"),
+        ("0,01 0,12\n0,02 -,13\n", {}, r"AT2:1: '0,01 0,12' may be decimal commas"),
+        ("0,01;0,12\n0,02;0,13\n", {}, r"AT2:1: '0,01;0,12' seems to have decimal commas: give decimal_comma=True"),
+        ("0,01;0,12\n0.02;0,13\n", {"decimal_comma": True}, "AT2:2: has a decimal point, although decimal_comma"),
+        ("1 2\n", {"delimiter": "ab"}, "delimiter must be one character that is not part of a number, got 'ab'"),
+        ("1 2\n", {"delimiter": "."}, "delimiter must be one character"),
+        ("1,2\n", {"delimiter": ",", "decimal_comma": True}, "decimal_comma must be False"),
+        ("t a\nt a\n", {}, "at least 2 samples, found 0"),
+        ("O.1 1\n0.2 2\n", {}, "AT2:1: 'O.1' is not a finite number"),
+        ("O.1\n0.2\n0.3\n", {"step": 0.01}, "AT2:1: 'O.1' is not a finite number"),
+        ("nan\n0.2\n0.3\n", {"step": 0.01}, "AT2:1: 'nan' is not a finite number"),
+        ("0 5\n5 6\n10 7\n", {"time_unit": "us"}, "unknown time_unit 'us'"),
+        ("time_(ms) a\n0 5\n5 6\n10 7\n", {}, r"the times are in 'time_\(ms\)': give time_unit='ms'"),
+        ("1 5\n2 6\n3 7\n", {}, r"column 0 counts the samples \(1, 2, ...\), so step \[s\] must be given"),
+    ],
+)
+def test_bad_columns(tmp_path, content, options, message):
+    with pytest.raises(ValueError, match=message):
+        wd.records.read_text(write(tmp_path, content), unit="g", **options)
+
+
+def test_index_and_milliseconds(tmp_path):
+    index = write(tmp_path, "1 5\n2 6\n3 7\n")
+    assert wd.records.read_text(index, unit="g", step=0.02).step == 0.02
+    assert wd.records.read_text(index, unit="g", time_unit="s").step == 1.0
+    milliseconds = write(tmp_path, "0 5\n5 6\n10 7\n")
+    assert wd.records.read_text(milliseconds, unit="g", time_unit="ms").step == 0.005
+    with pytest.warns(UserWarning, match="5 s apart, which no record is: if they are in milliseconds"):
+        assert wd.records.read_text(milliseconds, unit="g").step == 5.0
+    with warnings.catch_warnings(action="error"):
+        wd.records.read_text(milliseconds, unit="g", time_unit="s")
+
+
+def shaken(format_of: Callable[[float, float], str], count: int = 60) -> str:
+    values = np.random.default_rng(1).normal(size=count)
+    return "".join(format_of(0.01 * i, value) + "\n" for i, value in enumerate(values))
+
+
+@pytest.mark.parametrize("digits", [1, 3, 5, 6, 7])
+def test_cut_in_its_last_value(tmp_path, digits):
+    content = shaken(lambda t, a: f"{t:.2f},{a:.6f}")
+    wd.records.read_text(write(tmp_path, content), unit="g")
+    with pytest.raises(ValueError, match=r"truncated within its last value|is not a finite number|columns"):
+        wd.records.read_text(write(tmp_path, content[: -1 - digits]), unit="g")
+
+
+def test_damaged_number(tmp_path):
+    content = shaken(lambda t, a: f"{t:.2f},{a:.6f}")
+    lines = content.split("\n")
+    for damage in (lambda text: text.replace(".", ""), lambda text: text[:-1], lambda text: text + "0"):
+        time_text, value = lines[20].split(",")
+        damaged = "\n".join([*lines[:20], f"{time_text},{damage(value)}", *lines[21:]])
+        with pytest.warns(UserWarning, match=r"AT2:21: '.*' is written in another form than the other accelerations"):
+            wd.records.read_text(write(tmp_path, damaged), unit="g")
+
+
+def test_lost_sign(tmp_path):
+    content = shaken(lambda t, a: f"{t:8.2f}{a:14.6f}")
+    lines = content.split("\n")
+    row = next(i for i, line in enumerate(lines) if i > 5 and "-" in line)
+    damaged = "\n".join([*lines[:row], lines[row].replace("-", ""), *lines[row + 1 :]])
+    with pytest.warns(UserWarning, match=rf"AT2:{row + 1}: the values of this line do not stand in the columns"):
+        wd.records.read_text(write(tmp_path, damaged), unit="g")
+
+
+@pytest.mark.parametrize(
+    "format_of",
+    [
+        lambda t, a: f"{t:.2f} {a:12.6f}",
+        lambda t, a: f"{t} {a}",
+        lambda t, a: f"{t:g},{a:g}",
+        lambda t, a: f"{round(t, 4)};{round(a, 3)}",
+        lambda t, a: f"{t:.2f}\t{0 if abs(a) < 0.3 else f'{a:.5f}'}",
+    ],
+)
+def test_sound_files_warn_of_nothing(tmp_path, format_of):
+    """1,010 samples of .01 s: the times of the last ten have one more digit."""
+    with warnings.catch_warnings(action="error"):
+        wd.records.read_text(write(tmp_path, shaken(format_of, 1010)), unit="g")
+
+
+@pytest.mark.thorough
+def test_speed(tmp_path):
+    """Reading with all its checks takes less than twice as long as numpy.loadtxt, which checks next to nothing."""
+    count = 200_000
+    values = np.random.default_rng(0).normal(size=count)
+    np.savetxt(tmp_path / "two.txt", np.c_[0.005 * np.arange(count), values], fmt="%.3f %.7e")
+
+    def quickest(read: Callable[[], object]) -> float:
+        times = []
+        for _ in range(7):
+            start = time.perf_counter()
+            read()
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+    ours = quickest(lambda: wd.records.read_text(tmp_path / "two.txt", unit="g"))
+    assert ours < 2 * quickest(lambda: np.loadtxt(tmp_path / "two.txt"))

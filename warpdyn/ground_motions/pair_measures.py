@@ -1,0 +1,128 @@
+"""Intensity measures of two horizontal components together: each component of a pair has the value of the pair."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpdyn.core.checks import real_number
+from warpdyn.ground_motions.intensity_measures import IntensityMeasure, SpectralAcceleration
+from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.records.components import pairs
+
+ANGLES = np.arange(180)  # degrees; a turn by 180 changes signs alone
+
+
+class PairMeasure(IntensityMeasure):
+    """A measure of pairs of motions, which their `record` names."""
+
+    def value(self, motion: GroundMotion) -> float:
+        """Raise a ValueError: one component does not tell the measure of the pair."""
+        raise ValueError(
+            f"{self.name} needs both components of motion {motion.name!r}: ask for values([...]) of a pair"
+        )
+
+    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+        """Return the measure of each motion's pair, shape [motion]."""
+        both = pairs(motions)
+        of_record = dict(zip((first.record for first, _ in both), self.pair_values(both), strict=True))
+        for motion in motions:
+            if motion.record not in of_record:
+                raise ValueError(
+                    f"{self.name}: record {motion.record!r} of {motion.name!r} has no horizontal components"
+                )
+        return np.array([of_record[motion.record] for motion in motions])
+
+    def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
+        """Return the measure of each pair, shape [pair]."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class GeometricMean(PairMeasure):
+    """The geometric mean of a measure of both horizontal components, as they were recorded.
+
+    Args:
+        measure: The measure of one component.
+
+    Raises:
+        ValueError: From `values`, as `records.pairs` says.
+
+    Example:
+        `wd.Stripes(motions, levels, wd.GeometricMean(wd.SpectralAcceleration(1.0)))`
+    """
+
+    measure: IntensityMeasure
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.measure, IntensityMeasure) or isinstance(self.measure, PairMeasure):
+            raise TypeError(f"GeometricMean takes a measure of one component, got {self.measure!r}")
+        object.__setattr__(self, "units", self.measure.units)
+        object.__setattr__(self, "power", self.measure.power)
+
+    @property
+    def name(self) -> str:
+        """Name of this measure in results and figures."""
+        return f"geometric mean of {self.measure.name}"
+
+    def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
+        """Return the measure of each pair, shape [pair]."""
+        values = self.measure.values([motion for pair in both for motion in pair])
+        return np.sqrt(values[::2] * values[1::2])
+
+
+@dataclass(frozen=True)
+class RotatedSpectralAcceleration(PairMeasure):
+    """A percentile, over all horizontal directions, of the pseudo-spectral acceleration (RotD50, RotD100) [m/s2].
+
+    The two components, zero after their ends, are turned by each degree from 0 to 179.
+
+    Source: Boore (2010), "Orientation-independent, nongeometric-mean measures of seismic intensity from two horizontal
+    components of motion".
+
+    Args:
+        period: Undamped natural period [s].
+        damping_ratio: Viscous damping as a fraction of critical, from 0 up to but not including 1.
+        percentile: 50 for RotD50, 100 for RotD100, 0 for RotD00.
+
+    Raises:
+        ValueError: If the period or damping ratio is none, or the percentile is outside 0 to 100; from `values`, as
+            `records.pairs` says, or if the components of a pair have different steps.
+    """
+
+    period: float
+    damping_ratio: float = 0.05
+    percentile: float = 50.0
+    units = "m s-2"
+
+    def __post_init__(self) -> None:
+        SpectralAcceleration(self.period, self.damping_ratio)
+        if real_number("percentile", self.percentile, least=0) > 100:
+            raise ValueError(f"percentile must be at most 100, got {self.percentile!r}")
+
+    @property
+    def name(self) -> str:
+        """Name of this measure in results and figures."""
+        return f"RotD{self.percentile:02.4g} Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
+
+    def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
+        """Return the measure of each pair, shape [pair]."""
+        measure = SpectralAcceleration(self.period, self.damping_ratio)
+        turned = [motion for first, second in both for motion in _turned(first, second)]
+        return np.percentile(measure.values(turned).reshape(len(both), ANGLES.size), self.percentile, axis=1)
+
+
+def _turned(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
+    """Return the motion in each direction."""
+    if first.step != second.step:
+        raise ValueError(
+            f"record {first.record!r}: {first.name!r} has steps of {first.step:g} s and {second.name!r} of "
+            f"{second.step:g} s: resample one"
+        )
+    rows = np.zeros((2, max(first.acceleration.size, second.acceleration.size)))
+    rows[0, : first.acceleration.size] = first.acceleration
+    rows[1, : second.acceleration.size] = second.acceleration
+    angles = np.radians(ANGLES)
+    return [GroundMotion(row, first.step, first.name) for row in np.c_[np.cos(angles), np.sin(angles)] @ rows]

@@ -1,0 +1,30 @@
+"""Readers of recorded ground motions, pairs of components, and what is mostly done to a record before it is used."""
+
+from warpdyn.ground_motions.records.arrays import from_array, from_dataset
+from warpdyn.ground_motions.records.at2 import read_at2
+from warpdyn.ground_motions.records.columns import read_text
+from warpdyn.ground_motions.records.components import pairs
+from warpdyn.ground_motions.records.cosmos import read_cosmos
+from warpdyn.ground_motions.records.directories import read_directory
+from warpdyn.ground_motions.records.esm import read_esm
+from warpdyn.ground_motions.records.far_field import far_field
+from warpdyn.ground_motions.records.obspy_streams import from_obspy
+from warpdyn.ground_motions.records.processing import band_pass, detrend, trim
+from warpdyn.ground_motions.records.units import UNITS
+
+__all__ = [
+    "UNITS",
+    "band_pass",
+    "detrend",
+    "far_field",
+    "from_array",
+    "from_dataset",
+    "from_obspy",
+    "pairs",
+    "read_at2",
+    "read_cosmos",
+    "read_directory",
+    "read_esm",
+    "read_text",
+    "trim",
+]

@@ -1,0 +1,225 @@
+"""Reader of text files with columns of numbers."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from warpdyn.core.checks import one_of, whole_number
+from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import did_you_mean
+from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.records.text import NumberLines, check_last_value, text_of, warn_of_layout
+from warpdyn.ground_motions.records.units import checked_step, step_of_times, unit_factor
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3}
+SLOWEST_STEP = 0.5  # s; records are sampled at .001 to .05 s, and times in milliseconds differ by 1 to 50
+_HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}")  # a letter, or two in a row: not "1.5E-3", nor "O.5"
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
+
+
+def read_text(
+    path: str | Path,
+    *,
+    unit: str,
+    step: float | None = None,
+    acceleration_column: int | str | None = None,
+    time_column: int | str | None = None,
+    time_unit: str | None = None,
+    delimiter: str | None = None,
+    decimal_comma: bool = False,
+    header_lines: int | None = None,
+) -> GroundMotion:
+    """Read a record from a text file with a column of accelerations and, mostly, one of times.
+
+    One column is the acceleration; of two, the first is the time, or an index if `step` is given. Blank lines and lines
+    that start with # or % are skipped, and so are lines of words before the first number. The first sample acts at
+    t = 0, whatever its time.
+
+    Args:
+        path: The file; its name without the suffix names the motion.
+        unit: Unit of the acceleration, one of `UNITS`.
+        step: Sampling step [s]. It is needed where there are no times, which are otherwise checked against it.
+        acceleration_column: Its number, from 0, or its name in the last line before the numbers; needed where there are
+            more than two columns. No other column is then taken for the time.
+        time_column: Number or name of the column of times.
+        time_unit: "s" or "ms"; seconds by default, with a warning if they cannot be.
+        delimiter: What separates columns. By default a semicolon, a comma or else white space, as in the first line.
+        decimal_comma: Whether numbers are written as 0,5.
+        header_lines: How many lines to skip before the first number; lines of words alone by default.
+
+    Returns:
+        The motion [m/s2].
+
+    Raises:
+        FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
+        ValueError: If the unit is unknown, the file is empty, a value is not a finite number, it is not clear which
+            column is the acceleration, lines have different numbers of columns, commas may be decimal ones, there are
+            fewer than two samples, the last value is cut, or the step is missing, not above 0 or not that of the times.
+
+    Example:
+        `read_text("quake.csv", unit="gal", time_column="t", acceleration_column="NS", header_lines=12)`
+    """
+    factor = unit_factor(unit, "unit")
+    if step is not None:
+        step = checked_step(step, "step")
+    if time_unit is not None:
+        one_of("time_unit", time_unit, TIME_UNITS)
+    table = _table_of(path, delimiter, decimal_comma, header_lines)
+    time, acceleration = _chosen_columns(table, time_column, acceleration_column)
+
+    numbers = table.numbers
+    columns = [acceleration] if time is None else [acceleration, time]
+    values = numbers.values(columns)
+    if values.shape[1] < 2:
+        raise ValueError(f"{path}: a record needs at least 2 samples, found {values.shape[1]}")
+    _check_damage(table, acceleration)
+    if time is not None:
+        step = _step_of_column(table, time, values[1], step, time_unit)
+    elif step is None:
+        raise ValueError(f"{path}: one column has no times, so step [s] must be given")
+    return GroundMotion(factor * values[0], step, Path(path).stem, str(path))
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The numbers of a file, with what its errors and its header need."""
+
+    path: str | Path
+    text: str
+    numbers: NumberLines
+    names: list[str]  # of the columns, if a header names them
+    count: int  # of columns
+
+
+def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
+    text = text_of(path)
+    lines = text.rstrip().split("\n")
+    if delimiter is not None and not (isinstance(delimiter, str) and re.fullmatch(r"[^\w.+\-\n]", delimiter)):
+        raise ValueError(f"delimiter must be one character that is not part of a number, got {delimiter!r}")
+    if decimal_comma and delimiter == ",":
+        raise ValueError("delimiter is ',', so numbers cannot have decimal commas: decimal_comma must be False")
+    first = whole_number("header_lines", header_lines, 0) if header_lines is not None else 0
+    while first < len(lines) and (_is_skipped(lines[first]) or (header_lines is None and _is_header(lines[first]))):
+        first += 1
+    if first == len(lines):
+        raise ValueError(f"{path}: a record needs at least 2 samples, found 0")
+    above = next((line for line in lines[first - 1 :: -1] if line.strip()), "") if first else ""
+    mark = delimiter or next((mark for mark in (";" if decimal_comma else ";,") if mark in lines[first]), None)
+    mark = None if mark is not None and mark.isspace() and mark != "\t" else mark
+    numbers = NumberLines(path, lines[first:], range(first + 1, len(lines) + 1), mark)
+    if numbers.has_line(_is_skipped):
+        kept = [i for i in range(first, len(lines)) if not _is_skipped(lines[i])]
+        numbers = NumberLines(path, [lines[i] for i in kept], [i + 1 for i in kept], mark)
+    if decimal_comma:
+        point = next((i for i, line in enumerate(numbers.lines) if "." in line), None)
+        if point is not None:
+            raise ValueError(f"{numbers.place(point)}: has a decimal point, although decimal_comma is True")
+        numbers = NumberLines(path, [line.replace(",", ".") for line in numbers.lines], numbers.line_numbers, mark)
+    elif "," in lines[first]:
+        is_told = delimiter is not None or above.count(",") == lines[first].count(",")  # by the names of columns
+        _refuse_decimal_commas(numbers, mark, is_told=is_told)
+    widths = numbers.widths()
+    count = len(numbers.tokens(0))
+    if len(widths) > 1:
+        other, i = next((width, i) for width, i in widths.items() if width != count)
+        raise ValueError(f"{numbers.place(i)}: {other} columns, where the first line has {count}")
+    stripped = above.strip(" \t#%")
+    names = stripped.split() if mark is None else [name.strip(" \t\"'") for name in stripped.split(mark)]
+    return _Table(path, text, numbers, names if len(names) == count else [], count)
+
+
+def _is_skipped(line: str) -> bool:
+    return not line or line[0] in "#%" or (line[0] in " \t" and (not line.strip() or line.lstrip()[0] in "#%"))
+
+
+def _is_header(line: str) -> bool:
+    """Return whether a line is of words alone, none of which is a number or the damaged text of one."""
+    words = re.split(r"[\s,;]+", line.strip(" \t\"',;"))
+    return all(_HEADER_WORD.match(word) and word.lower() not in ("nan", "inf", "-inf", "+inf") for word in words)
+
+
+def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_told: bool) -> None:
+    """Raise a ValueError if commas may stand for decimal points."""
+    place, first = numbers.place(0), numbers.lines[0].strip()
+    if mark != ",":
+        if any(map(_DECIMAL_COMMA.fullmatch, numbers.tokens(0))):
+            raise ValueError(f"{place}: {first!r} seems to have decimal commas: give decimal_comma=True")
+    elif not is_told and all(_DECIMAL_COMMA.fullmatch(token) for line in numbers.lines for token in line.split()):
+        raise ValueError(
+            f"{place}: {first!r} may be decimal commas or columns of whole numbers: give decimal_comma=True or "
+            'delimiter=","'
+        )
+
+
+def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | str | None) -> tuple[int | None, int]:
+    """Return the numbers of the columns of times, if there is one, and of accelerations."""
+    count = table.count
+    named = f" ({', '.join(table.names)})" if table.names else ""
+    if acceleration is None:
+        if count > 2 or time is not None:
+            raise ValueError(
+                f"{table.numbers.place(0)}: {count} columns{named}: acceleration_column must say by number, from 0, or "
+                "by name which one is the acceleration, and time_column which one is the time"
+            )
+        return (0, 1) if count == 2 else (None, 0)
+    chosen = []
+    for what, column in (("acceleration_column", acceleration), ("time_column", time)):
+        if column is None:
+            continue
+        if isinstance(column, str):
+            if table.names.count(column) != 1:
+                found = f"the names are{named}" if named else "no line of names stands before the numbers"
+                hint = did_you_mean(column, table.names)
+                raise ValueError(f"{table.path}: {what} {column!r} is not the name of one column{hint}; {found}")
+            chosen.append(table.names.index(column))
+        else:
+            if whole_number(what, column, 0) >= count:
+                raise ValueError(f"{table.path}: {what} must be at most {count - 1}, counted from 0, got {column}")
+            chosen.append(int(column))
+    if len(set(chosen)) < len(chosen):
+        raise ValueError(f"{table.path}: acceleration_column and time_column are the same column")
+    return (chosen[1] if time is not None else None), chosen[0]
+
+
+def _check_damage(table: _Table, column: int) -> None:
+    """Raise or warn where the text of the numbers shows that one is damaged."""
+    numbers = table.numbers
+    is_ended = table.text.endswith("\n")  # most files are, and the last column need not be looked at
+    last = [] if is_ended else [numbers.tokens(i)[-1] for i in range(len(numbers))]
+    check_last_value(table.text, last, table.path)
+    if other := numbers.other_forms(column):
+        place, token, example = other
+        warn_caller(
+            f"{place}: {token!r} is written in another form than the other accelerations, such as {example!r}: it may "
+            "have lost a digit or its point"
+        )
+    moved, end = numbers.other_layouts, len(numbers)
+    while moved and moved[-1] == end - 1 and len(numbers.lines[end - 1]) > len(numbers.lines[0]):
+        moved, end = moved[:-1], end - 1  # at the end, a time may have one more digit
+    warn_of_layout(numbers, moved)
+
+
+def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float | None, time_unit: str | None) -> float:
+    """Return the step [s] of a column of times; raise if it is an index and no step is given."""
+    tokens = [table.numbers.tokens(i)[column] for i in (0, 1)]
+    is_index = all(map(str.isdigit, tokens)) and times[0] in (0, 1) and bool(np.all(np.diff(times) == 1))
+    if is_index and time_unit is None:
+        if step is None:
+            raise ValueError(
+                f"{table.path}: column {column} counts the samples ({', '.join(tokens)}, ...), so step [s] must "
+                "be given; if these are times, give time_unit"
+            )
+        return step
+    if time_unit is None and table.names and re.search(r"\b(ms|msec|milliseconds?)\b", table.names[column], re.I):
+        raise ValueError(f"{table.path}: the times are in {table.names[column]!r}: give time_unit='ms' (or 's')")
+    found = step_of_times(times * TIME_UNITS[time_unit or "s"], step, str(table.path))
+    if time_unit is None and step is None and found >= SLOWEST_STEP:
+        warn_caller(
+            f"{table.path}: the times are {found:g} s apart, which no record is: if they are in milliseconds, give "
+            "time_unit='ms'; if they are right, time_unit='s'"
+        )
+    return found

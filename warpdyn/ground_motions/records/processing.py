@@ -1,0 +1,84 @@
+"""What is mostly done to a record before it is used: detrend, filter and trim it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import signal
+
+from warpdyn.core.checks import one_of, real_number, whole_number
+from warpdyn.ground_motions.motion_integrals import squared_integrals
+from warpdyn.ground_motions.motions import GroundMotion
+
+
+def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
+    """Return a motion without its mean or its straight line of least squares.
+
+    Args:
+        motion: The motion.
+        trend: "constant" or "linear".
+
+    Raises:
+        ValueError: If the trend is another word.
+    """
+    one_of("trend", trend, ("constant", "linear"))
+    return replace(motion, acceleration=signal.detrend(motion.acceleration, type=trend))
+
+
+def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 4) -> GroundMotion:
+    """Return a motion filtered forth and back, without a shift of phase, by a Butterworth band-pass.
+
+    The motion is taken as zero before its start and after its end, for 1.5 orders divided by the lowest frequency, and
+    what the filter leaves there is cut off again. Source: Boore and Bommer (2005), "Processing of strong-motion
+    accelerograms: needs, options and consequences".
+
+    Args:
+        motion: The motion, best without its trend.
+        lowest: Lower corner [Hz].
+        highest: Upper corner [Hz], below half the sampling frequency.
+        order: Order of the filter in each direction; the gain at the corners is 1/2.
+
+    Raises:
+        ValueError: Unless 0 < lowest < highest < 1 / (2 step), and the order is a whole number of at least 1.
+    """
+    half = 0.5 / motion.step
+    real_number("lowest [Hz]", lowest, above=0)
+    real_number("highest [Hz]", highest, above=0)
+    if not lowest < highest < half:
+        raise ValueError(
+            f"motion {motion.name!r}: corners must be 0 < lowest < highest < {half:g} Hz (half the sampling "
+            f"frequency), got {lowest:g} and {highest:g} Hz"
+        )
+    sections = signal.butter(
+        whole_number("order", order, 1), (lowest, highest), "bandpass", fs=1 / motion.step, output="sos"
+    )
+    pad = int(np.ceil(1.5 * order / lowest / motion.step))
+    filtered = signal.sosfiltfilt(sections, np.pad(motion.acceleration, pad), padtype=None)
+    return replace(motion, acceleration=filtered[pad:-pad])
+
+
+def trim(motion: GroundMotion, start: float = 0.05, end: float = 0.95, pad: float = 0.0) -> GroundMotion:
+    """Return the part of a motion between two shares of its Arias intensity, with some time before and after.
+
+    Args:
+        motion: The motion.
+        start: Share at which the part starts.
+        end: Share at which it ends.
+        pad: Time that is kept before and after it [s], as far as the record goes.
+
+    Raises:
+        ValueError: Unless 0 < start < end < 1 and the pad is at least 0, or if the motion is zero throughout.
+    """
+    real_number("start", start, above=0)
+    real_number("end", end, above=0)
+    real_number("pad [s]", pad, least=0)
+    if not start < end < 1:
+        raise ValueError(f"shares of the Arias intensity must be 0 < start < end < 1, got {start:g} and {end:g}")
+    total = np.concatenate([[0.0], np.cumsum(squared_integrals(motion.acceleration, motion.step))])
+    if not total[-1] > 0:
+        raise ValueError(f"motion {motion.name!r} is zero throughout, and has no Arias intensity")
+    first = int(np.searchsorted(total, start * total[-1], side="right")) - 1
+    last = int(np.searchsorted(total, end * total[-1]))
+    samples = int(np.ceil(pad / motion.step - 1e-9))
+    return replace(motion, acceleration=motion.acceleration[max(0, first - samples) : last + samples + 1])
