@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, real_numbers, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import IN_G
 from warpdyn.statistics.lognormal_fit import (
     FIT_MEANINGS,
@@ -68,6 +69,7 @@ def fragility(
     """
     check_dataset("fragility", dataset, advice="give what simulate() returned")
     names, limit = _checked_limits(limits)
+    warn_of_implausible_limits({f" of {name!r}": value for name, value in zip(names, limit, strict=True)})
     bootstrap = whole_number("bootstrap", bootstrap, 1)
     seed = whole_number("seed", seed, 0)
     check_confidence(confidence)
