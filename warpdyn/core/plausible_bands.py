@@ -170,11 +170,11 @@ BANDS: Mapping[str, Band] = {
     "damping_ratio": Band(
         "damping ratio of the first mode",
         "1",
-        1e-3,
+        1e-4,
         0.2,
         _given(IN_PERCENT) | _with("damping_coefficient", {"kN s/m": 1e3, "MN s/m": 1e6}),
     ),
-    "no_damping": Band("damping ratio of the first mode", "1", 1e-3, 0.2, _DAMPED),
+    "no_damping": Band("damping ratio of the first mode", "1", 1e-4, 0.2, _DAMPED),
     "record_step": Band("record step", "s", 5e-4, 0.05, _given(TIME) | _AS_FREQUENCY),
     "peak_ground_acceleration": Band("peak ground acceleration", "m/s2", 1e-4 * G, 5 * G, _given(ACCELERATION)),
     "strongest_motion": Band(
