@@ -50,7 +50,8 @@ def fragility(
     Args:
         dataset: `peak_storey_drift_ratio(sample, storey)`, the flag variable `status(sample)`, and the coordinates
             `motion_index(sample)` and `im_level(sample)` [g], the level of each sample's stripe.
-        limits: Storey drift ratio limit [1] of each damage state, from the lightest on.
+        limits: Storey drift ratio limit [1] of each damage state, from the lightest on; a warning names one that seems
+            to be in percent or mm.
         bootstrap: Number of replicates.
         confidence: Probability that the intervals cover.
         seed: Seed of the bootstrap; the same seed gives the same intervals.

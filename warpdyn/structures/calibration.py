@@ -94,6 +94,8 @@ class CalibratedChain:
         - "first_mode", after GEM's Vulnerability Modellers ToolKit: strengths and drifts are those of the first mode of
           a chain of equal stiffness. This mode is then the chain's own, and it has the curve exactly, in both forms.
 
+        A warning names a chain whose period, strength or yield drift seems to come of a curve in mm, kN or g.
+
         The curve is that without P-Delta: with a `gravity_load` the building's own curve lies below it.
 
         Args:
