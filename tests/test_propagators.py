@@ -41,6 +41,7 @@ pytestmark = [
         "damping_ratio",
         "first_period",
         "integration_step",
+        "no_damping",
         "peak_ground_acceleration",
         "record_step",
         "strongest_motion",
