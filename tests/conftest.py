@@ -8,12 +8,14 @@ import resource
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 import warp as wp
 from hypothesis import HealthCheck, settings
 
+import warpdyn as wd
 from warpdyn.kernels import compilation
 
 ROOT = Path(__file__).parents[1]
@@ -34,7 +36,7 @@ def run_study(command: str, out: Path) -> subprocess.CompletedProcess[str]:
     """Run the `python studies/...` part of a command on the CPU with this interpreter; results are written to `out`."""
     script = re.search(r"python (studies/\S+\.py) --out (\S+)(.*)$", command)
     arguments = [sys.executable, script[1], "--out", str(out), "--device", "cpu", *script[3].split()]
-    environment = os.environ | {"MPLBACKEND": "agg"}
+    environment = os.environ | {"MPLBACKEND": "agg", "PYTHONWARNINGS": "error:implausible input"}
     return subprocess.run(
         arguments, cwd=ROOT, capture_output=True, text=True, env=environment, check=False, preexec_fn=_limit_memory
     )
@@ -76,6 +78,14 @@ def unoptimised() -> Iterator[None]:
     yield
     wp.config.optimization_level = shipped
     _forget_kernels()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Let a test's scenes, and those of its fixtures, be implausible in what its marks `meant_as_given` name."""
+    names = [name for mark in item.iter_markers("meant_as_given") for name in mark.args]
+    with wd.meant_as_given(*names) if names else nullcontext():
+        return (yield)
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -9,6 +9,8 @@ from scipy.linalg import eigh
 import warpdyn as wd
 from warpdyn.truth import bilinear_chain_response, bouc_wen_chain_response, piecewise_linear_response
 
+pytestmark = pytest.mark.meant_as_given("first_period", "force_over_weight", "no_damping", "storey_height")
+
 MASS, STIFFNESS, STEP = np.array([1e5, 1e5, 8e4]), np.array([8e7, 6e7, 5e7]), 0.02
 YIELD_FORCE, HARDENING = np.array([2.2e5, 1.8e5, 1.2e5]), 0.05
 BASE = 2.5 * np.sin(np.arange(300) * 0.37) * np.random.default_rng(5).normal(size=300)  # m/s2

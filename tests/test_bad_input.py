@@ -13,7 +13,10 @@ import warpdyn as wd
 from warpdyn import plots
 from warpdyn.kernels import build, queues as devices
 
-pytestmark = pytest.mark.fast
+pytestmark = [
+    pytest.mark.fast,
+    pytest.mark.meant_as_given("damping_ratio", "random_factor", "yield_base_shear_coefficient"),
+]
 
 WAVE = wd.GroundMotion(np.sin(np.arange(50) * 0.3), 0.02, name="wave")
 SILENCE = wd.GroundMotion(np.zeros(50), 0.02, name="silence")

@@ -23,6 +23,10 @@ from warpdyn.running import blocks
 from warpdyn.running.labels import columns_of
 from warpdyn.scene.scatter import SAMPLING
 
+pytestmark = pytest.mark.meant_as_given(
+    "first_period", "initial_velocity", "no_damping", "random_factor", "storey_height", "yield_base_shear_coefficient"
+)
+
 TWO = ("cpu", "cpu")  # stand for two GPUs: the division does not know what its devices are
 
 

@@ -51,7 +51,7 @@ from warpdyn.kernels.queues import CpuQueue
 from warpdyn.laws.springs import SPRINGS
 from warpdyn.methods.table import METHODS, fitting_methods
 
-pytestmark = pytest.mark.usefixtures("unoptimised")
+pytestmark = [pytest.mark.usefixtures("unoptimised"), pytest.mark.meant_as_given("no_damping")]
 
 
 @pytest.fixture

@@ -7,6 +7,8 @@ from test_portfolio import DAMPED, MOTIONS, YIELDING, chain
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.meant_as_given("drift_limit")
+
 STATES = ("slight", "complete")
 # Peak drift ratios [building, motion, storey] of three buildings with limits 1 and 2, and two with limits 10 and 20.
 NAN = np.nan

@@ -11,6 +11,8 @@ from scipy.special import gamma
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.meant_as_given("first_period", "initial_velocity")
+
 STIFFNESS = 2.0e7
 PROTOCOLS = {
     "growing": growing(0.005 * np.array([0.5, 1, 2, 4, 6, 8]), 50),

@@ -9,6 +9,8 @@ from scipy.linalg import eigh
 import warpdyn as wd
 from warpdyn.truth import harmonic_response, piecewise_linear_response
 
+pytestmark = pytest.mark.meant_as_given("yield_base_shear_coefficient", "yield_drift_ratio")
+
 # Three storeys of 9, 29 and 45 rad/s.
 MASS, STIFFNESS = np.array([2000.0, 1500.0, 1000.0]), np.array([1.2e6, 9e5, 5e5])
 STRENGTH = [8e3, 5e3, 2.4e3]

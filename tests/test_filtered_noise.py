@@ -21,6 +21,8 @@ import warpdyn as wd
 from warpdyn.integration.run import prepare
 from warpdyn.running import blocks
 
+pytestmark = pytest.mark.meant_as_given("record_step")
+
 CLOUGH_PENZIEN = wd.CloughPenzien(0.01, 15.0, 0.6, 1.5, 0.6)
 SPECTRA = {"white": WHITE, "kanai_tajimi": KANAI_TAJIMI, "clough_penzien": CLOUGH_PENZIEN}
 FILTERED = {name: spectrum for name, spectrum in SPECTRA.items() if name != "white"}

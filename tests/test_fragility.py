@@ -9,7 +9,7 @@ from scipy.stats import beta, norm
 import warpdyn as wd
 from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, fit_lognormal
 
-pytestmark = pytest.mark.fast
+pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 
 
 def make_run(drift, record, level):

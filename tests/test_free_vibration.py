@@ -5,6 +5,10 @@ import pytest
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.meant_as_given(
+    "first_period", "initial_velocity", "no_damping", "record_step", "storey_height", "strongest_motion"
+)
+
 SHAKE = wd.GroundMotion(np.random.default_rng(3).normal(size=300), 0.02)
 
 

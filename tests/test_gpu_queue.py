@@ -20,6 +20,15 @@ import warpdyn as wd
 from warpdyn.kernels import arguments, build, queues as devices
 from warpdyn.running import blocks
 
+pytestmark = pytest.mark.meant_as_given(
+    "collapse_drift_ratio",
+    "first_period",
+    "initial_velocity",
+    "random_factor",
+    "storey_height",
+    "yield_base_shear_coefficient",
+)
+
 
 class Event:
     def __init__(self, device=None, enable_timing=False):

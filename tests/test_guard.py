@@ -6,6 +6,16 @@ from building_sweep import BROKEN, sweep
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.meant_as_given(
+    "damping_ratio",
+    "first_period",
+    "initial_velocity",
+    "no_damping",
+    "storey_height",
+    "yield_base_shear_coefficient",
+    "yield_drift_ratio",
+)
+
 LIMIT = 2.82842712474619  # of w h, RK4 without damping
 
 

@@ -22,7 +22,7 @@ from warpdyn.methods.table import METHODS
 from warpdyn.truth import harmonic_response
 
 # Steps of several a period, in which a few per cent of the energy go astray.
-pytestmark = pytest.mark.filterwarnings("ignore:the energy balance")
+pytestmark = [pytest.mark.filterwarnings("ignore:the energy balance"), pytest.mark.meant_as_given("record_step")]
 IMPLICIT = [name for name, method in METHODS.items() if method.kind == "implicit"]
 
 

@@ -25,6 +25,10 @@ import warpdyn as wd
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.laws.springs import SPRINGS
 
+pytestmark = pytest.mark.meant_as_given(
+    "damping_ratio", "first_period", "initial_velocity", "record_step", "storey_height", "yield_base_shear_coefficient"
+)
+
 every_method = pytest.mark.parametrize("method", IMPLICIT)
 
 DEMANDS = [name for recorder in RECORDERS["chain"].values() for name in recorder if name != "residual_drift"]

@@ -14,7 +14,7 @@ import warpdyn as wd
 import warpdyn.plots.ensembles
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, spectral_acceleration
 
-pytestmark = pytest.mark.fast
+pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("no_damping", "record_step")]
 
 G = 9.80665
 MOTIONS = [wd.GroundMotion(np.random.default_rng(i).normal(size=30 + 10 * i), 0.1, f"motion {i}") for i in range(3)]

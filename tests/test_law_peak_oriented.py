@@ -7,7 +7,7 @@ from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
 
-pytestmark = pytest.mark.fast
+pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("pushed_drift_ratio")]
 
 STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm if it does not crack before
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS

@@ -9,6 +9,8 @@ import pytest
 import warpdyn as wd
 from warpdyn import plots
 
+pytestmark = pytest.mark.meant_as_given("yield_drift_ratio")
+
 SHAKE = wd.GroundMotion(3.0 * np.sin(0.3 * np.arange(120)) * np.hanning(120), 0.02)
 TAKEN = [False, True, True]
 

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 import warpdyn as wd
 
-pytestmark = pytest.mark.fast
+pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("record_step")]
 
 G = 9.80665
 

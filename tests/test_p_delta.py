@@ -14,6 +14,16 @@ from warpdyn.integration.run import prepare
 from warpdyn.methods.table import fitting_methods
 from warpdyn.truth import piecewise_linear_response
 
+pytestmark = pytest.mark.meant_as_given(
+    "collapse_drift_ratio",
+    "damping_ratio",
+    "first_period",
+    "gravity_load_over_weight",
+    "no_damping",
+    "record_step",
+    "stability_coefficient",
+)
+
 MASS, STIFFNESS, HEIGHT, LOAD = 2e4, 2e6, 3.0, 6e5  # a tenth of the stiffness goes to gravity
 TOPPLING = LOAD / HEIGHT  # [N/m]
 STOREYS = {"mass": [3e4, 2e4, 1e4], "stiffness": [2e7, 1.5e7, 8e6], "height": [4.0, 3.0, 3.0]}

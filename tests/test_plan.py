@@ -7,6 +7,8 @@ from matrices import chain_matrix
 import warpdyn as wd
 from warpdyn.truth import bilinear_chain_response
 
+pytestmark = pytest.mark.meant_as_given("no_damping")
+
 MASS, STIFFNESS, YIELD_FORCE = np.full(2, 1e5), np.array([6e7, 5e7]), np.array([2e5, 1.4e5])
 DAMPERS, STEP = 2e5, 0.02
 WAVES = [

@@ -16,6 +16,8 @@ from warpdyn.portfolio.groups import ROUND_STEP, checked_archetypes, groups_of, 
 from warpdyn.portfolio.labels import _common_attributes
 from warpdyn.running import run_portfolio as module
 
+pytestmark = pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient")
+
 STRIPES = wd.Stripes(MOTIONS, [0.1, 0.4], wd.PeakGroundAcceleration())
 DAMPED = {"damping": "rayleigh", "damping_ratio": 0.05}
 YIELDING = {"law": "bilinear", "yield_force": 4e3, "hardening_ratio": 0.05}

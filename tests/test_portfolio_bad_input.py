@@ -8,7 +8,10 @@ import warpdyn as wd
 from warpdyn.kernels import queues
 from warpdyn.portfolio.groups import parameters_of
 
-pytestmark = pytest.mark.fast
+pytestmark = [
+    pytest.mark.fast,
+    pytest.mark.meant_as_given("first_period", "random_value", "yield_base_shear_coefficient"),
+]
 
 
 BAD = {

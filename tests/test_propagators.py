@@ -34,7 +34,19 @@ from warpdyn.integration.model import dynamics_of
 from warpdyn.truth import harmonic_response, piecewise_linear_response
 
 # Steps that an exact response can take are long for the powers that energies are summed up from.
-pytestmark = pytest.mark.filterwarnings("ignore:the energy balance")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:the energy balance"),
+    pytest.mark.meant_as_given(
+        "collapse_drift_ratio",
+        "damping_ratio",
+        "first_period",
+        "integration_step",
+        "no_damping",
+        "peak_ground_acceleration",
+        "record_step",
+        "strongest_motion",
+    ),
+]
 
 # Each damping and load twice at least, with different partners; in a kernel all but "storey" are classical.
 # Those of one kernel only are run by default: one of each kind of load, and of either kernel.

@@ -7,6 +7,8 @@ from scipy.constants import g as STANDARD_GRAVITY
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.meant_as_given("damping_ratio")
+
 
 def frame(**parameters):
     given = {"mass": np.full(3, 1e5), "stiffness": [2e8, 1.6e8, 1.2e8], "height": 3.2} | parameters

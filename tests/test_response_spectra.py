@@ -19,6 +19,8 @@ from warpdyn import plots
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.methods.oscillator_increments import halvings_of, oscillator_increments
 
+pytestmark = pytest.mark.meant_as_given("peak_ground_acceleration", "record_step")
+
 
 @pytest.fixture(scope="module")
 def el_centro() -> wd.GroundMotion:

@@ -10,6 +10,15 @@ from test_sequences import AFTER, LATER, MAIN, joined, make_building, make_motio
 import warpdyn as wd
 from warpdyn.core.output_variables import COLLAPSED, OK
 
+pytestmark = pytest.mark.meant_as_given(
+    "damping_ratio",
+    "first_period",
+    "first_period_over_height",
+    "storey_height",
+    "yield_base_shear_coefficient",
+    "yield_drift_ratio",
+)
+
 LEVELS, PEAK = [1.0, 2.0], wd.PeakGroundAcceleration()
 STRIPED = wd.EventSequence(
     {

@@ -9,6 +9,8 @@ import xarray as xr
 
 import warpdyn as wd
 
+pytestmark = pytest.mark.meant_as_given("collapse_drift_ratio", "force_over_weight", "no_damping", "storey_height")
+
 GRAVITY = 9.80665
 SEEDED = {
     "mass": wd.RandomFactor(wd.Lognormal(1, 0.1)),

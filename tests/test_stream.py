@@ -13,6 +13,8 @@ from warpdyn.core import netcdf
 from warpdyn.kernels import queues as devices
 from warpdyn.running import blocks
 
+pytestmark = pytest.mark.meant_as_given("storey_height")
+
 CHANGES = {"history", "seconds_sampling", "seconds_integrating", "seconds_in_kernels"}  # attributes of the clock
 SYSTEM = wd.LinearSystem([2.0, 1.0], np.zeros((2, 2)), [[300.0, -100.0], [-100.0, 100.0]])
 SCENES = {

@@ -22,6 +22,7 @@ from warpdyn.integration.stability_guard import guard, integrate_guarded
 from warpdyn.kernels.plan import values_held
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.methods.table import check_fits, fitting_methods
+from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 
@@ -104,6 +105,32 @@ def plan(
         ValueError: If an argument is out of its range, or no candidate reaches the target.
     """
     check_kind("plan", "a Scene", scene, Scene)
+    if not scene.structure.is_many:  # which is refused
+        warn_of_implausible(scene)
+    return choose_method(
+        scene,
+        target_error,
+        structures=structures,
+        seed=seed,
+        method=method,
+        dtype=dtype,
+        device=device,
+        threads=threads,
+    )
+
+
+def choose_method(
+    scene: Scene,
+    target_error: float,
+    *,
+    structures: int,
+    seed: int,
+    method: str | None,
+    dtype: str | None,
+    device: str | collections.abc.Sequence[str] | None,
+    threads: int | None,
+) -> MethodChoice:
+    """Return what `plan` returns, of a scene whose plausibility has been checked; arguments as of `plan`."""
     check_target_error(target_error)
     if scene.structure.is_many:
         raise ValueError(

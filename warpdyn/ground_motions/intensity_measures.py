@@ -16,6 +16,7 @@ from warpdyn.core.checks import real_number
 from warpdyn.core.netcdf import trace
 from warpdyn.ground_motions import motion_integrals
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
+from warpdyn.ground_motions.plausibility import warn_of_implausible_motions
 from warpdyn.ground_motions.response_spectra import checked_periods, spectral_displacements
 
 
@@ -277,6 +278,7 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
         ValueError: If there is no motion.
     """
     motions = checked_motions(motions)
+    warn_of_implausible_motions(motions)
     variables = {
         name: ("motion", measure.values(motions), {"long_name": long_name, "units": measure.units})
         for name, (measure, long_name) in _TABLE.items()

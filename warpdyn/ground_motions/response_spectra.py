@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import real_numbers, whole_number
 from warpdyn.core.netcdf import trace
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
+from warpdyn.ground_motions.plausibility import warn_of_implausible_motions
 from warpdyn.methods.oscillator_increments import LARGEST_NORM, halvings_of, oscillator_increments
 
 # Bounds of the period over a record's step. Below, an oscillator turns by such large angles in a step that rounding
@@ -55,6 +56,7 @@ def response_spectra(
     bad = damping_ratios[~((damping_ratios >= 0) & (damping_ratios < 1))]
     if bad.size:
         raise ValueError(f"damping_ratios must be from 0 up to but not including 1, got {bad[0]}")
+    warn_of_implausible_motions(motions)
     displacement = spectral_displacements(motions, periods, damping_ratios, device=device, threads=threads)
     frequency = 2 * np.pi / periods
     dimensions = ("motion", "damping_ratio", "period")

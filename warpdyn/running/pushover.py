@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import check_kind, finite_numbers
 from warpdyn.core.description import to_json
 from warpdyn.core.netcdf import trace
+from warpdyn.core.plausibility import Findings
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.kernels.auxiliary.storey_step import storey_step_kernel
 from warpdyn.laws.springs import spring_row
@@ -33,6 +34,13 @@ def _spring_and_coefficients(building: ShearBuilding) -> tuple[str, np.ndarray]:
     return spring, np.ascontiguousarray(coefficients, np.float64)
 
 
+def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
+    """Warn if a building is pushed through drifts that seem to be in another unit than m."""
+    findings = Findings()
+    findings.add("pushed_drift_ratio", np.abs(drift_ratio).max())
+    findings.warn()
+
+
 def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     """Return the forces of a building's storeys under given quasi-static drifts, in double precision.
 
@@ -54,6 +62,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
         path = np.repeat(path[:, None], building.storeys, axis=1)
     if path.ndim != 2 or path.shape[1] != building.storeys or not path.size:
         raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
+    _warn_of_implausible_path(path / building.parameters["height"])
     spring, coefficients = _spring_and_coefficients(building)
     arrays: list[wp.array] = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
     results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
@@ -96,6 +105,7 @@ def pushover(
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
     parameters = building.parameters
     loads = floor_loads(pattern, parameters["mass"], parameters["height"], effective_stiffness(parameters))
+    _warn_of_implausible_path(path / parameters["height"].sum())
     chain = _PushedChain(building, storey_shears(loads))
     shape = (path.size, building.storeys)
     drift, force, dissipated, base_shear = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), []

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
-from warpdyn.accuracy.pilot import plan
+from warpdyn.accuracy.pilot import choose_method
 from warpdyn.core.checks import real_number
 from warpdyn.core.netcdf import GrowingFile
 from warpdyn.core.progress import counted_histories
@@ -66,7 +66,7 @@ def run_scene(
     started = time.perf_counter()
     if integration.target_error is not None:
         build_run(scene, structures, integration, execution, seed)  # errors are raised before the pilot runs
-        choice = plan(
+        choice = choose_method(
             scene,
             integration.target_error,
             structures=structures,

@@ -12,6 +12,7 @@ from warpdyn.integration.settings import Execution, Integration
 from warpdyn.running.histories import Histories
 from warpdyn.running.run_portfolio import run_portfolio
 from warpdyn.running.run_scene import Kept, run_scene
+from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
 
@@ -40,6 +41,9 @@ def simulate(
 
     Structures are drawn, and each of them under each motion (and level) of the scene's design is a sample. A sample's
     values depend on the seed and its own index alone: no division among blocks, threads and devices changes a bit.
+
+    Before anything is drawn or compiled, one warning names all that is implausible in the scene, such as a storey
+    height in mm, with the likely mistake; `meant_as_given` switches it off by the quantities' names.
 
     Args:
         scene: The scene.
@@ -105,5 +109,6 @@ def simulate(
     kept = Kept(checked_share=checked_share, histories=histories, keep_inputs=keep_inputs, path=path)
     if checked_share is not None and resample:
         raise ValueError("checked_share sees nothing of what resample cuts off a motion: leave out one of them")
+    warn_of_implausible(scene, step=step, longest_step=longest_step)
     run = run_portfolio if scene.structure.is_many else run_scene
     return run(scene, structures, integration, execution, kept, seed)

@@ -12,6 +12,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, real_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STRIPED
+from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import IN_G
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.running.selections import archetypes_of
@@ -54,6 +55,9 @@ def damage_shares(
     check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
     names = archetypes_of(run)
     states, table = _checked_limits(names, limits)
+    warn_of_implausible_limits(
+        {f" of {state!r} of {name!r}": limit for name in limits for state, limit in limits[name].items()}
+    )
     record, event_names = _events_of(run, events)
     state = _states_of_samples(run, table)
     failed_samples = np.count_nonzero(state == FAILED)  # those that diverged and the like

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, real_numbers, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import IN_G
 from warpdyn.statistics.lognormal_fit import (
     FIT_MEANINGS,
@@ -49,7 +50,8 @@ def fragility(
     Args:
         dataset: `peak_storey_drift_ratio(sample, storey)`, the flag variable `status(sample)`, and the coordinates
             `motion_index(sample)` and `im_level(sample)` [g], the level of each sample's stripe.
-        limits: Storey drift ratio limit [1] of each damage state, from the lightest on.
+        limits: Storey drift ratio limit [1] of each damage state, from the lightest on; a warning names one that seems
+            to be in percent or mm.
         bootstrap: Number of replicates.
         confidence: Probability that the intervals cover.
         seed: Seed of the bootstrap; the same seed gives the same intervals.
@@ -68,6 +70,7 @@ def fragility(
     """
     check_dataset("fragility", dataset, advice="give what simulate() returned")
     names, limit = _checked_limits(limits)
+    warn_of_implausible_limits({f" of {name!r}": value for name, value in zip(names, limit, strict=True)})
     bootstrap = whole_number("bootstrap", bootstrap, 1)
     seed = whole_number("seed", seed, 0)
     check_confidence(confidence)

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, one_of, whole_number
+from warpdyn.core.plausibility import Findings
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Law
 from warpdyn.laws.lookup import laws_and_values
 from warpdyn.structures.capacity_curves import capacity_chain
 from warpdyn.structures.damping import DAMPING
 from warpdyn.structures.hazus import hazus_chain
+from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
 from warpdyn.structures.periods import chain_of_periods
 from warpdyn.structures.physics import storey_weight_over_height
 
@@ -91,6 +94,8 @@ class CalibratedChain:
         - "first_mode", after GEM's Vulnerability Modellers ToolKit: strengths and drifts are those of the first mode of
           a chain of equal stiffness. This mode is then the chain's own, and it has the curve exactly, in both forms.
 
+        A warning names a chain whose period, strength or yield drift seems to come of a curve in mm, kN or g.
+
         The curve is that without P-Delta: with a `gravity_load` the building's own curve lies below it.
 
         Args:
@@ -116,6 +121,7 @@ class CalibratedChain:
             )
         chain: dict[str, Any] = {**_masses_and_heights(storeys, mass, height)}
         chain |= capacity_chain(displacement, capacity, chain["mass"], chain["height"], curve, distribution)
+        _warn_of_implausible_curve(chain)
         return cls._from_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
@@ -182,6 +188,18 @@ class CalibratedChain:
             values["mass"] = np.full(storeys, values["mass"])  # says how many storeys there are, whatever else is given
         building: type[Any] = cls  # a ShearBuilding, which this is a part of
         return building(law=law, damping=damping, **values)
+
+
+def _warn_of_implausible_curve(chain: Mapping[str, Any]) -> None:
+    """Warn if a chain's period or yield drift seems to be of a capacity curve in other units than m, N and m/s2."""
+    findings = Findings()
+    modes = modal_properties(chain["mass"], chain_stiffness_matrix(chain["stiffness"]))
+    findings.add("capacity_period", float(modes["period"][0]))
+    weight = STANDARD_GRAVITY * chain["mass"].sum()
+    findings.add("capacity_base_shear_coefficient", chain["yield_force"][0] / weight)
+    ratio = chain["yield_force"] / chain["stiffness"] / chain["height"]
+    findings.add("capacity_yield_drift_ratio", ratio, along="storey")
+    findings.warn()
 
 
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:

@@ -34,6 +34,8 @@ class ProtectedChain:
     damped_storeys: tuple[int, int] | None
     parameters: Mapping[str, np.ndarray]
 
+    own_storeys: np.ndarray  # which storeys are not isolators or a tuned mass damper
+
     def modal(self) -> xr.Dataset:
         """Return periods and shapes; the ShearBuilding's own."""
         raise NotImplementedError
@@ -178,4 +180,6 @@ class ProtectedChain:
             damped = (first + (place == 0), last + (place == 0))
         laws = (*laws[:place], law, *laws[place:])
         building: type[Any] = type(self)
-        return building(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)
+        made: Any = building(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)
+        made.own_storeys = np.insert(self.own_storeys, place, False)
+        return made

@@ -178,6 +178,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         if problem:
             raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
+        self.own_storeys = np.ones(self.storeys, dtype=bool)  # not isolators or a tuned mass damper
         self.inherent_damping = kind.checked(damping, self.storeys, damping_modes, damped_storeys)
         self.damping_modes, self.damped_storeys = self.inherent_damping.modes, self.inherent_damping.storeys
 

@@ -1,0 +1,157 @@
+"""Mistakes of units and inputs: each gives one warning or an error that names the quantity, before any kernel runs."""
+
+import re
+import warnings
+
+import mistakes
+import pytest
+from mistakes import (
+    CASES,
+    DAMPED,
+    ISOLATORS,
+    PGA,
+    RECORDS,
+    TALL,
+    UNIT_LAW,
+    building,
+    capacity,
+    demands,
+    elastic,
+    factor,
+    imk,
+    noise,
+    portfolio,
+    run,
+    scaled,
+    sequence,
+)
+
+import warpdyn as wd
+from warpdyn.accuracy import pilot
+from warpdyn.core.plausible_bands import BANDS
+from warpdyn.kernels import build, queues
+from warpdyn.running import pushover, simulate as door
+
+pytestmark = pytest.mark.fast
+
+
+class Reached(Exception):
+    """What comes after the check was reached."""
+
+
+@pytest.fixture(autouse=True)
+def stop_after_the_check(monkeypatch):
+    """Stop where the work begins: a mistake must be told before it."""
+
+    def reached(*arguments, **named):
+        raise Reached
+
+    monkeypatch.setattr(door, "run_scene", reached)
+    monkeypatch.setattr(door, "run_portfolio", reached)
+    monkeypatch.setattr(pilot, "choose_method", reached)
+    monkeypatch.setattr(pushover, "_spring_and_coefficients", reached)
+    monkeypatch.setattr(build, "build_kernel", reached)
+    monkeypatch.setattr(queues.CpuQueue, "launch", reached)
+
+
+def told(attempt):
+    """Return the warnings of implausible input and the error that an attempt gives."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            attempt()
+        except Reached:
+            error = None
+        except Exception as refused:
+            error = refused
+        else:
+            error = None
+    return [w for w in caught if str(w.message).startswith("implausible input")], error
+
+
+def test_the_table_is_large():
+    assert len(CASES) >= 60
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_no_mistake_is_silent(case):
+    attempt, *parts = CASES[case]
+    warned, error = told(attempt)
+    if isinstance(parts[0], type):
+        assert isinstance(error, parts[0])
+        text, parts = str(error), parts[1:]
+    else:
+        assert error is None, error
+        (warning,) = warned  # one a run
+        assert warning.category is UserWarning
+        assert warning.filename == mistakes.__file__  # the line of the user
+        text = str(warning.message)
+    for part in parts:
+        assert part in text
+
+
+MEANT = {
+    "building": lambda: run(),
+    "P-Delta": lambda: run(building(gravity_load=9.81 * 2e5), collapse_drift_ratio=0.1),
+    "isolated": lambda: run(building().on_isolators(**ISOLATORS)),
+    "with a tuned mass damper": lambda: run(building().with_tuned_mass_damper(0.05)),
+    "unit oscillator": lambda: run(wd.ShearBuilding(1.0, 100.0, 3.0, **DAMPED)),
+    "unit oscillator that yields": lambda: run(wd.ShearBuilding(1.0, 100.0, 3.0, **UNIT_LAW, **DAMPED)),
+    "tall": lambda: run(elastic(**TALL)),
+    "deteriorating": lambda: run(imk()),
+    "stripes": lambda: run(None, wd.Stripes(RECORDS, [0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 6.5], PGA)),
+    "weak aftershock": lambda: run(None, sequence(RECORDS[0], scaled(0.05))),
+    "noise": lambda: run(None, noise(1.0)),
+    "undamped free vibration": lambda: run(wd.ShearBuilding(2e5, 2e8, 3.2), wd.FreeVibration(2.0, velocity=0.1)),
+    "scatter": lambda: run(scatter={"mass": factor(1.0, 0.4), "damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}),
+    "portfolio": lambda: run(portfolio(), wd.Cloud(RECORDS)),
+    "hazus": lambda: run(wd.ShearBuilding.from_hazus("C1M", "high", storeys=5)),
+    "capacity": lambda: capacity(),
+    "steps": lambda: run(settings={"step": 0.005}),
+    "limits": lambda: wd.fragility(demands(), wd.hazus_drift_limits("W1", "high")),
+    "pushover": lambda: wd.pushover(building(), [0.0, 0.3]),
+}
+
+
+@pytest.mark.parametrize("case", MEANT)
+def test_what_is_meant_is_not_warned_of(case):
+    warned, error = told(MEANT[case])
+    assert error is None, error
+    assert not warned
+
+
+@pytest.mark.parametrize("type_", ["W1", "S1H", "C2L", "URMM", "PC2H", "MH"])
+@pytest.mark.parametrize("level", ["high", "pre"])
+def test_hazus_buildings_are_plausible(type_, level):
+    storeys = {"L": 2, "M": 5, "H": 12}.get(type_[-1], 1) if type_ not in ("W1", "MH") else 1
+    if type_ == "URMM":
+        storeys = 3
+    warned, error = told(lambda: run(wd.ShearBuilding.from_hazus(type_, level, storeys)))
+    assert error is None
+    assert not warned
+
+
+def test_what_is_named_is_not_warned_of():
+    mistaken = building(height=3200.0)
+    names = re.findall(r"'(\w+)'", str(told(lambda: run(mistaken))[0][0].message).split("meant_as_given(")[1])
+    assert "storey_height" in names
+    assert set(names) <= set(BANDS)
+    with wd.meant_as_given(*names):
+        assert not told(lambda: run(mistaken))[0]
+    with wd.meant_as_given("storey_height"):
+        (warning,) = told(lambda: run(mistaken))[0]
+    assert "storey height" not in str(warning.message)
+    assert told(lambda: run(mistaken))[0]
+
+
+def test_names_are_checked():
+    with pytest.raises(ValueError, match=r"unknown quantity 'storey_heigth' \(did you mean 'storey_height'\?\)"):
+        wd.meant_as_given("storey_heigth").__enter__()
+    with pytest.raises(ValueError, match="takes the names of quantities"):
+        wd.meant_as_given().__enter__()
+
+
+def test_the_configuration_of_the_tests_hides_no_warning():
+    # In any other test, too, what is implausible is an error unless the test is marked.
+    with pytest.raises(UserWarning, match="implausible input: storey height at storey 1 is 3200 m"):
+        run(building(height=3200.0))

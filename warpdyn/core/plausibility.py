@@ -1,0 +1,103 @@
+"""One warning of what is implausible in an input, and how to say that it is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import one_of
+from warpdyn.core.messages import warn_caller
+from warpdyn.core.plausible_bands import BANDS
+
+MOST_TOLD = 5  # findings in one warning; the first ones are what the others follow from
+
+_meant: ContextVar[frozenset[str]] = ContextVar("meant_as_given", default=frozenset())
+
+
+@contextmanager
+def meant_as_given(*quantities: str) -> Iterator[None]:
+    """Give no warning of implausible values of these quantities within a `with` block.
+
+    Args:
+        quantities: Names of the quantities, as the warning tells them.
+
+    Raises:
+        ValueError: If there is none, or a name is unknown.
+
+    Example:
+        >>> with meant_as_given("storey_height", "no_damping"):
+        ...     pass
+    """
+    if not quantities:
+        raise ValueError(f"meant_as_given() takes the names of quantities, of {', '.join(map(repr, BANDS))}")
+    for name in quantities:
+        one_of("quantity", name, BANDS)
+    token = _meant.set(_meant.get() | set(quantities))
+    try:
+        yield
+    finally:
+        _meant.reset(token)
+
+
+class Findings:
+    """What is implausible in one input, one sentence a quantity."""
+
+    def __init__(self) -> None:
+        self._found: dict[str, str] = {}
+        self._others: dict[str, int] = {}
+
+    def add(self, name: str, values: ArrayLike, where: str = "", *, along: str = "", high: float | None = None) -> bool:
+        """Add a sentence on the value that is furthest outside its band, if one is; return whether.
+
+        Args:
+            name: The quantity, of BANDS.
+            values: Values; NaN where there is none.
+            where: What has them, as " of motion 'A'".
+            along: What the last axis counts from 1, such as "storey", if its place is told.
+            high: Upper bound in place of the band's.
+        """
+        if name in _meant.get():
+            return False
+        band, array = BANDS[name], np.asarray(values, dtype=np.float64)
+        high = band.high if high is None else high
+        with np.errstate(divide="ignore", invalid="ignore"):
+            outside = np.fmax(array / high, band.low / array if band.low > 0 else -np.inf)
+        outside = np.where(array < band.low, np.fmax(outside, 2.0), outside)  # zero and below
+        if not array.size or np.isnan(outside).all() or not np.nanmax(outside) > 1 + 1e-9:
+            return False
+        if name in self._found:
+            self._others[name] = self._others.get(name, 0) + 1
+            return True
+        place = np.unravel_index(int(np.nanargmax(outside)), array.shape)
+        counted = f" at {along} {place[-1] + 1}" if along and array.shape[-1:] != (1,) else ""
+        self._found[name] = band.finding(float(array[place]), f"{where}{counted}", high)
+        return True
+
+    def warn(self) -> None:
+        """Give one warning of all that was found, as of the line that called warpdyn."""
+        if not self._found:
+            return
+        names = sorted(self._found, key=list(BANDS).index)
+        told = [
+            self._found[name] + (f" (and {self._others[name]} more of the kind)" if name in self._others else "")
+            for name in names[:MOST_TOLD]
+        ]
+        if len(names) > MOST_TOLD:
+            told.append(f"and {', '.join(names[MOST_TOLD:])}")
+        switch = ", ".join(repr(name) for name in names)
+        warn_caller(
+            f"implausible input: {'; '.join(told)}. Values are taken in kg, m, s and N; if they are meant as they are, "
+            f"say so: `with warpdyn.meant_as_given({switch}):`"
+        )
+
+
+def warn_of_implausible_limits(limits: Mapping[str, float]) -> None:
+    """Give one warning of implausible drift limits, each by the words for whose it is, such as " of 'slight'"."""
+    findings = Findings()
+    for where, limit in limits.items():
+        findings.add("drift_limit", limit, where)
+    findings.warn()

@@ -1,0 +1,205 @@
+"""The bands in which quantities of buildings, motions and runs usually lie, and likely mistakes of each.
+
+Bounds refuse what cannot be; a band is of what is seldom meant: a value outside is most often given in another unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpdyn.core.units import STANDARD_GRAVITY
+
+# The top storeys of FEMA's Hazus buildings without seismic design yield at 9.5e-5; forces in kN lead to 5e-5 at most.
+LEAST_YIELD_DRIFT_RATIO = 7e-5
+MOST_MISTAKES = 2  # told of one value with what it would be
+MOST_NAMED = 3  # told of a value that no mistake explains
+
+
+@dataclass(frozen=True)
+class Band:
+    """What is usual of a quantity.
+
+    Args:
+        words: The quantity in words.
+        units: The unit that it is taken in.
+        low: Least usual value.
+        high: Largest usual value.
+        mistakes: Likely mistakes, each a clause, and the factor that takes the value to what was then meant; None where
+            no factor undoes the mistake.
+    """
+
+    words: str
+    units: str
+    low: float
+    high: float
+    mistakes: Mapping[str, float | None]
+
+    def finding(self, value: float, where: str, high: float) -> str:
+        """Return a sentence on a value outside the band: the quantity, the unit it was taken in, likely mistakes."""
+        usual = f"at most {high:.4g}" if self.low == 0 else f"{self.low:g} to {high:.4g}"
+        meant = {clause: value * factor for clause, factor in self.mistakes.items() if factor is not None}
+        others = [clause for clause, factor in self.mistakes.items() if factor is None]
+        fitting = {clause: m for clause, m in meant.items() if self.low <= m <= high}
+        middle = np.sqrt(self.low * high) if self.low > 0 else high
+        likely = sorted(fitting, key=lambda clause: abs(np.log(fitting[clause] / middle)))[:MOST_MISTAKES]
+        told = [f"{clause}, it would be {fitting[clause]:.3g}{self._unit}" for clause in likely] + others
+        if not told:
+            told = [f"no usual mistake alone explains it ({', '.join(list(meant)[:MOST_NAMED])})"]
+        return f"{self.words}{where} is {value:.6g}{self._unit} (usual: {usual}{self._unit}): {', or '.join(told)}"
+
+    @property
+    def _unit(self) -> str:
+        return "" if self.units == "1" else f" {self.units}"
+
+
+Mistakes = dict[str, float | None]
+# Units that are often given in place of ours, each with what it is of ours.
+LENGTH = {"mm": 1e-3, "cm": 1e-2, "feet": 0.3048}
+TIME = {"ms": 1e-3}
+FORCE = {"kN": 1e3, "MN": 1e6, "kg": STANDARD_GRAVITY, "tonnes": 1e3 * STANDARD_GRAVITY}
+STIFFNESS = {"kN/m or N/mm": 1e3, "kN/mm or MN/m": 1e6}
+MASS = {"tonnes": 1e3, "kN of weight": 1e3 / STANDARD_GRAVITY}
+ACCELERATION = {"g": STANDARD_GRAVITY, "cm/s2 (gal)": 1e-2, "mm/s2": 1e-3, "% g": STANDARD_GRAVITY / 100}
+IN_PERCENT = {"percent": 1e-2}
+
+
+def _with(what: str, units: Mapping[str, float], power: float = 1.0) -> Mistakes:
+    """Return the mistakes of giving an input in other units, of a quantity that goes by a power of this input."""
+    return {f"with {what} given in {unit}": factor**power for unit, factor in units.items()}
+
+
+def _given(units: Mapping[str, float]) -> Mistakes:
+    """Return the mistakes of giving the quantity itself in other units."""
+    return {f"given in {unit}": factor for unit, factor in units.items()}
+
+
+_PERIOD = _with("stiffness", STIFFNESS, -0.5) | _with("mass", MASS, 0.5)
+_FACTOR: Mistakes = _with("motions", ACCELERATION, -1) | {
+    f"with levels given in {unit}": ours / STANDARD_GRAVITY for unit, ours in ACCELERATION.items() if unit != "g"
+}
+_FACTOR |= {"with levels given in m/s2": 1 / STANDARD_GRAVITY}
+_LEVEL: Mistakes = {f"given in {unit}": ours / STANDARD_GRAVITY for unit, ours in ACCELERATION.items() if unit != "g"}
+_LEVEL |= {"given in m/s2": 1 / STANDARD_GRAVITY}
+_RATIO = _given(IN_PERCENT) | {"given as a drift in mm of a storey of 3 m": 1 / 3000}
+_SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
+_AS_FREQUENCY: Mistakes = {"given as a frequency in Hz": None}
+_DAMPED: Mistakes = {"damping='none' is the default; 5 % of critical is damping='rayleigh', damping_ratio=0.05": None}
+G = STANDARD_GRAVITY
+
+# By name: words, unit, least and largest usual value, likely mistakes with the factor that undoes each. Inputs stand
+# first: what follows from them is told after them.
+BANDS: Mapping[str, Band] = {
+    "random_factor": Band(
+        "random factor",
+        "1",
+        0.1,
+        10.0,
+        _given(IN_PERCENT) | {"as a value rather than a factor: RandomValue takes it": None} | _SPREAD,
+    ),
+    "random_value": Band(
+        "random value over the nominal one",
+        "1",
+        1e-2,
+        1e2,
+        {"as a factor rather than a value: RandomFactor takes it": None, "given in another unit": None} | _SPREAD,
+    ),
+    "storey_height": Band("storey height", "m", 1.5, 30.0, _given(LENGTH)),
+    "displacement_capacity": Band("displacement capacity", "m", 0.02, 20.0, _given(LENGTH)),
+    "capacity_period": Band(
+        "first period of the chain with this capacity curve",
+        "s",
+        0.02,
+        20.0,
+        {"with displacement given in mm and capacity in kN": 1e-3}
+        | _with("displacement", {"mm": 1e-3, "cm": 1e-2}, 0.5)
+        | _with("capacity", {"kN": 1e3, "g": G}, -0.5)
+        | _with("mass", MASS, 0.5),
+    ),
+    "capacity_yield_drift_ratio": Band(
+        "yield drift ratio of the chain with this capacity curve",
+        "1",
+        LEAST_YIELD_DRIFT_RATIO,
+        0.05,
+        _with("displacement", LENGTH) | _with("height", LENGTH, -1),
+    ),
+    "capacity_base_shear_coefficient": Band(
+        "strength of this capacity curve over the weight",
+        "1",
+        1e-3,
+        10.0,
+        _with("capacity", {"kN": 1e3, "MN": 1e6, "g": G}) | _with("mass", MASS, -1),
+    ),
+    "gravity_load_over_weight": Band(
+        "gravity load over mass times g", "1", 0.15, 10.0, _with("gravity_load", FORCE) | _with("mass", MASS, -1)
+    ),
+    "first_period": Band("first period", "s", 0.02, 20.0, _PERIOD | _given(TIME)),
+    "first_period_over_height": Band(
+        "first period over height", "s/m", 5e-3, 1.0, _PERIOD | _with("height", LENGTH, -1)
+    ),
+    "yield_drift_ratio": Band(
+        "yield drift ratio",
+        "1",
+        LEAST_YIELD_DRIFT_RATIO,
+        0.05,
+        _with("yield_force", FORCE) | _with("stiffness", STIFFNESS, -1) | _with("height", LENGTH, -1),
+    ),
+    "yield_base_shear_coefficient": Band(
+        "yield force of the first storey over the weight",
+        "1",
+        1e-3,
+        10.0,
+        _with("yield_force", FORCE) | _with("mass", MASS, -1),
+    ),
+    "stability_coefficient": Band(
+        "largest P-Delta coefficient, gravity load over stiffness times height",
+        "1",
+        1e-4,
+        1.0,
+        _with("gravity_load", FORCE) | _with("height", LENGTH, -1),
+    ),
+    "plastic_drift_ratio": Band(
+        "plastic drift to capping over storey height", "1", 1e-3, 0.5, _given(LENGTH) | _with("height", LENGTH, -1)
+    ),
+    "clearance_over_height": Band("clearance over storey height", "1", 0.0, 0.3, _with("clearance", LENGTH)),
+    "slip_force_over_weight": Band(
+        "slip force over the weight above", "1", 1e-3, 10.0, _given(FORCE) | _with("mass", MASS, -1)
+    ),
+    "damping_ratio": Band(
+        "damping ratio of the first mode",
+        "1",
+        1e-4,
+        0.2,
+        _given(IN_PERCENT) | _with("damping_coefficient", {"kN s/m": 1e3, "MN s/m": 1e6}),
+    ),
+    "no_damping": Band("damping ratio of the first mode", "1", 1e-4, 0.2, _DAMPED),
+    "record_step": Band("record step", "s", 5e-4, 0.05, _given(TIME) | _AS_FREQUENCY),
+    "peak_ground_acceleration": Band("peak ground acceleration", "m/s2", 1e-4 * G, 5 * G, _given(ACCELERATION)),
+    "strongest_motion": Band(
+        "peak ground acceleration of the strongest motion", "m/s2", 0.1 * G, 5 * G, _given(ACCELERATION)
+    ),
+    "scale_factor": Band("median scale factor", "1", 0.0, 10.0, _FACTOR | _with("scale", IN_PERCENT)),
+    "intensity_level": Band("intensity level", "g", 0.0, 8.0, _LEVEL),
+    "lowest_intensity_level": Band("lowest intensity level", "g", 0.0, 1.5, _LEVEL),
+    "measure_period": Band(
+        "period of the intensity measure or spectrum", "s", 5e-3, 20.0, _given(TIME) | _AS_FREQUENCY
+    ),
+    "initial_drift_ratio": Band("initial drift ratio", "1", 0.0, 0.5, _with("displacement", LENGTH)),
+    "initial_velocity": Band(
+        "drift ratio that the initial velocity leads to", "1", 0.0, 0.5, _with("velocity", {"mm/s": 1e-3, "cm/s": 1e-2})
+    ),
+    "force_over_weight": Band(
+        "largest force over the weight",
+        "1",
+        1e-5,
+        20.0,
+        _with("the force", {"kN": 1e3, "MN": 1e6}),
+    ),
+    "integration_step": Band("integration step", "s", 0.0, 1.0, _given(TIME) | _AS_FREQUENCY),
+    "tail": Band("tail", "s", 0.0, 600.0, _given(TIME) | {"given in steps": None}),
+    "collapse_drift_ratio": Band("collapse drift ratio", "1", 5e-3, 0.5, _RATIO),
+    "drift_limit": Band("drift limit", "1", 2e-4, 0.2, _RATIO),
+    "pushed_drift_ratio": Band("largest drift over height", "1", 0.0, 0.5, _given(LENGTH)),
+}

@@ -1,0 +1,99 @@
+"""What is implausible in a shear building: by what its parameters lead to, which tells wrong units of each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.core.plausibility import Findings
+from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.structures.modal import chain_stiffness_matrix
+from warpdyn.structures.physics import effective_stiffness, storey_weight_over_height
+from warpdyn.structures.protection import CAPACITY_RATIO
+from warpdyn.structures.shear_building import ShearBuilding
+
+Values = Mapping[str, np.ndarray]
+
+
+def add_building(findings: Findings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool) -> None:
+    """Add what is implausible in a building.
+
+    Args:
+        findings: What has been found so far.
+        building: The building.
+        values: Its parameters, or those of several of its kind, shape [row, storey] or [row].
+        where: Which building it is, in words, or nothing.
+        is_shaken: Whether ground motions act on it, so that damping is wanted.
+    """
+    values = {name: rows[sound_rows(values)] for name, rows in values.items()}
+    if not len(values["mass"]):  # the run refuses what is out of bounds
+        return
+    own = building.own_storeys
+    mass, height = values["mass"], values["height"]
+    weight = STANDARD_GRAVITY * np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]  # above each storey
+    findings.add("storey_height", np.where(own, height, np.nan), where, along="storey")
+    findings.add("displacement_capacity", np.where(own, np.nan, height * CAPACITY_RATIO), where, along="storey")
+    if "gravity_load" in values:
+        load = values["gravity_load"]
+        findings.add("gravity_load_over_weight", load.sum(axis=1) / weight[:, 0], where)
+        ratio = storey_weight_over_height(values) / values["stiffness"]
+        if load.any():
+            findings.add("stability_coefficient", ratio.max(axis=1), where)
+    period = first_periods(values)
+    findings.add("first_period", period, where)
+    if own.sum() > 1:  # a single storey may be an oscillator, whose height only divides its drift
+        findings.add("first_period_over_height", period / np.where(own, height, 0.0).sum(axis=1), where)
+    if "yield_force" in values:
+        # Isolators yield, or slide, at the least displacement.
+        strength = np.where(own, values["yield_force"], np.nan)
+        findings.add("yield_drift_ratio", strength / values["stiffness"] / height, where, along="storey")
+        if own[0]:
+            findings.add("yield_base_shear_coefficient", strength[:, 0] / weight[:, 0], where)
+    if "plastic_drift_to_capping" in values:
+        findings.add("plastic_drift_ratio", values["plastic_drift_to_capping"] / height, where, along="storey")
+    if "clearance" in values:
+        clearance = np.where(values["contact_stiffness"] > 0, values["clearance"], np.nan)
+        findings.add("clearance_over_height", np.where(own, clearance / height, np.nan), where, along="storey")
+    if "slip_force" in values:
+        slip = np.where(values["slip_force"] > 0, values["slip_force"], np.nan)  # 0 where there is no damper
+        findings.add("slip_force_over_weight", slip / weight, where, along="storey")
+    _add_damping(findings, building, values, where, is_shaken=is_shaken)
+
+
+def _add_damping(findings: Findings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool) -> None:
+    """Add a damping ratio that is implausible; that of dashpots is theirs in the first mode."""
+    if "damping_ratio" in values:
+        ratio = values["damping_ratio"]
+    elif "damping_coefficient" in values:
+        period, shape = _first_mode(values)
+        drift = np.diff(shape, axis=1, prepend=0.0)
+        modal_mass = (values["mass"] * shape**2).sum(axis=1)
+        loss = (values["damping_coefficient"] * drift**2).sum(axis=1)
+        ratio = loss * period / (4 * np.pi * modal_mass)
+    else:
+        ratio = np.zeros(1)
+    if ratio.any():
+        findings.add("damping_ratio", ratio, where)
+    elif is_shaken and not building.devices and building.own_storeys.all():
+        findings.add("no_damping", ratio, where)
+
+
+def sound_rows(values: Values) -> np.ndarray:
+    """Return which rows have a period: masses, stiffnesses and heights above 0."""
+    each = [np.isfinite(values[name]) & (values[name] > 0) for name in ("mass", "stiffness", "height")]
+    return np.logical_and.reduce(each).all(axis=1)
+
+
+def first_periods(values: Values) -> np.ndarray:
+    """Return the first periods of undamped buildings [s], shape [row]; arguments as of `add_building`."""
+    return _first_mode(values)[0]
+
+
+def _first_mode(values: Values) -> tuple[np.ndarray, np.ndarray]:
+    """Return first periods [s], shape [row], and mode shapes, shape [row, storey]; infinite where a storey buckles."""
+    root = np.sqrt(values["mass"])
+    matrix = chain_stiffness_matrix(effective_stiffness(values))
+    squared, shapes = np.linalg.eigh(matrix / (root[:, :, None] * root[:, None, :]))
+    with np.errstate(divide="ignore"):
+        return 2 * np.pi / np.sqrt(np.maximum(squared[:, 0], 0.0)), shapes[:, :, 0] / root
