@@ -12,7 +12,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
+from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
+from warpdyn.core.thread_pool import result_of
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.run import Run
@@ -113,6 +115,7 @@ class Pipeline:
                 map_function = stack.enter_context(copying).map
             started = 0
             while started < len(blocks) or under_way:
+                stop_if_asked()
                 if started < len(blocks) and len(under_way) < len(queues):
                     under_way.append(self._next(upcoming, map_function))
                     started += 1
@@ -227,9 +230,9 @@ def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Generator:
             for item in items:
                 waiting.append(worker.submit(work, item))
                 if len(waiting) > depth:
-                    yield waiting.popleft().result()
+                    yield result_of(waiting.popleft())
             while waiting:
-                yield waiting.popleft().result()
+                yield result_of(waiting.popleft())
         finally:
             for result in waiting:
                 result.cancel()

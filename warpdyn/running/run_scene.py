@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,6 +14,7 @@ from warpdyn.accuracy.pilot import plan
 from warpdyn.core.checks import real_number
 from warpdyn.core.netcdf import GrowingFile
 from warpdyn.core.progress import counted_histories
+from warpdyn.core.unfinished import Unfinished
 from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.integration.stability_guard import Findings
@@ -25,7 +25,7 @@ from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
 from warpdyn.running.blocks import divide
 from warpdyn.running.histories import Histories, KeptHistories
-from warpdyn.running.labels import columns_of
+from warpdyn.running.labels import Column, columns_of
 from warpdyn.running.pipeline import Pipeline
 from warpdyn.running.sinks import InFile, InMemory, Table
 from warpdyn.scene.scene import Scene
@@ -33,12 +33,11 @@ from warpdyn.scene.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Kept:
-    """What is kept of a run besides its demands, and where; arguments as of `simulate`."""
+    """What is kept of a run besides its demands; arguments as of `simulate`."""
 
     checked_share: float | None = None
     histories: Histories | None = None
     keep_inputs: bool = True
-    path: str | os.PathLike | None = None
 
     def __post_init__(self) -> None:
         share = self.checked_share
@@ -51,7 +50,13 @@ class Kept:
 
 
 def run_scene(
-    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+    scene: Scene,
+    structures: int,
+    integration: Integration,
+    execution: Execution,
+    kept: Kept,
+    seed: int,
+    unfinished: Unfinished | None,
 ) -> xr.Dataset:
     """Return what `simulate` returns of a scene of one structure.
 
@@ -62,6 +67,7 @@ def run_scene(
         execution: Devices, threads and memory.
         kept: What is kept of them.
         seed: Seed of every random draw.
+        unfinished: Where the file is written that the samples go to; None to return them in memory.
     """
     started = time.perf_counter()
     if integration.target_error is not None:
@@ -87,12 +93,7 @@ def run_scene(
     if kept.histories is not None:
         histories = KeptHistories(kept.histories, run, queues[0], integration.on_unstable)
     estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
-    table: Table
-    if kept.path is None:
-        table = InMemory(run.model, columns, run.samples)
-    else:
-        table = InFile(run.model, columns, GrowingFile(kept.path, run.samples))
-    with table:
+    with _table(run, columns, unfinished) as table:
         with counted_histories(sum(run.samples_by_event)) as progress:
             pipeline = Pipeline(run, integration.on_unstable, findings, table, histories, estimates, progress.update)
             pipeline.seconds_sampling += time.perf_counter() - started
@@ -110,6 +111,13 @@ def run_scene(
             "seconds_in_kernels": seconds_in_kernels(queues),
         }
         return table.finish(rest)
+
+
+def _table(run: Run, columns: dict[str, Column], unfinished: Unfinished | None) -> Table:
+    """Return the table that takes the samples of a run."""
+    if unfinished is None:
+        return InMemory(run.model, columns, run.samples)
+    return InFile(run.model, columns, GrowingFile(unfinished, run.samples))
 
 
 def _plans(run: Run, kept: Kept) -> Iterator[Plan]:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import collections.abc
 import os
+from contextlib import nullcontext
 
 import xarray as xr
 
 from warpdyn.core.checks import check_kind
+from warpdyn.core.interruption import interruptible
+from warpdyn.core.unfinished import Unfinished
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.running.histories import Histories
 from warpdyn.running.run_portfolio import run_portfolio
@@ -102,8 +105,9 @@ def simulate(
         on_unstable=on_unstable,
     )
     execution = Execution(device=device, threads=threads, memory=memory)
-    kept = Kept(checked_share=checked_share, histories=histories, keep_inputs=keep_inputs, path=path)
+    kept = Kept(checked_share=checked_share, histories=histories, keep_inputs=keep_inputs)
     if checked_share is not None and resample:
         raise ValueError("checked_share sees nothing of what resample cuts off a motion: leave out one of them")
     run = run_portfolio if scene.structure.is_many else run_scene
-    return run(scene, structures, integration, execution, kept, seed)
+    with interruptible(), nullcontext() if path is None else Unfinished(path) as unfinished:
+        return run(scene, structures, integration, execution, kept, seed, unfinished)
