@@ -160,6 +160,7 @@ def main() -> None:
         keep_inputs=False,
         checked_share=0.01,
         path=arguments.out / "portfolio_histories.nc",
+        overwrite=True,
     )
     simulated = time.perf_counter()
     with run:

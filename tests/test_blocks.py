@@ -31,8 +31,8 @@ def divided(monkeypatch):
     """Divide runs into blocks of at most so many samples, among so many devices; tell the blocks there were."""
     found = []
 
-    def divide(*arguments):
-        found[:] = original(*arguments)
+    def divide(*arguments, **options):
+        found[:] = original(*arguments, **options)
         return found
 
     def into(samples, on=("cpu",)):
@@ -274,7 +274,7 @@ design = {
     "stripes": lambda: wd.Stripes([motion], np.linspace(0.1, 1, 500), wd.PeakGroundAcceleration()),
 }[sys.argv[1]]()
 scene = wd.Scene(building, design, scatter, tail=0.0)
-settings = {"path": sys.argv[2], "device": "cpu", "step": 0.02, "checked_share": 0.01}
+settings = {"path": sys.argv[2], "overwrite": True, "device": "cpu", "step": 0.02, "checked_share": 0.01}
 wd.simulate(scene, structures=1, **settings).close()
 base = peak()
 for memory in (int(sys.argv[4]), None):

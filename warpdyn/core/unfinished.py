@@ -19,6 +19,7 @@ except ImportError:  # Windows, where files in use cannot be removed and two wri
     fcntl = None  # type: ignore[assignment]
 
 SUFFIX = ".nc"
+GIVEN_UP = (OSError, ValueError, TypeError)  # errors after which a run does not go on
 # What systems answer that cannot lock files, such as some network file systems.
 NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS)
 
@@ -90,7 +91,7 @@ class Unfinished:
         self.path = check_writable(path)
         self.folder = self.path.with_name(f".{self.path.name}.unfinished")
         self.part, self.kept = self.folder / "part.nc", self.folder / "kept"
-        self.keeps = False  # whether `kept` stays
+        self.is_journaled = False  # whether `kept` holds what this run has done, and no other
         self._lock: int | None = None
 
     def __enter__(self) -> Unfinished:
@@ -109,7 +110,15 @@ class Unfinished:
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         try:
             _remove(self.part)
-            if not self.keeps or not self.kept.is_dir():
+            keeps = self.kept.is_dir()
+            if self.is_journaled:
+                # A run that was stopped goes on; one that asked for what cannot be, or found the disk full, does not.
+                keeps = error is not None and not isinstance(error, GIVEN_UP) and any(self.kept.rglob("*.n[pc]*"))
+                if keeps and error is not None:
+                    error.add_note(
+                        f"{self.path}: what is finished of the run is kept; the same call goes on from there"
+                    )
+            if not keeps:
                 with suppress(OSError):  # another process that waits may have begun to use the folder
                     _remove(self.folder)
         finally:
@@ -120,6 +129,11 @@ class Unfinished:
         with open(self.part, "rb") as file:
             os.fsync(file.fileno())
         os.replace(self.part, self.path)
+
+    def forget(self) -> None:
+        """Remove what an earlier run has kept."""
+        if self.kept.is_dir():
+            _remove(self.kept)
 
     def _leave(self) -> None:
         if self._lock is not None:

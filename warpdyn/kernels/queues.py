@@ -5,8 +5,8 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from itertools import cycle, pairwise
-from typing import Any, NamedTuple
+from itertools import cycle
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -16,8 +16,8 @@ from warpdyn.core.thread_pool import as_finished
 from warpdyn.kernels.arguments import as_field, blank_value, wrapped
 from warpdyn.kernels.build import THREADS_OF_A_BLOCK, load_kernel
 from warpdyn.kernels.plan import Plan, structs
+from warpdyn.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
 
-SLICES_PER_THREAD = 8  # short last slices keep all threads busy to the end
 # A launch cannot be stopped: Ctrl-C waits so long for it [s]. A piece has at most so many times the steps of the last.
 SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
 # Steps of storeys of a row in the first piece, half a second of the slowest laws.
@@ -26,20 +26,6 @@ WAIT_FOR_GPU = 2e-4  # seconds between looks at a GPU and for signals
 # Blocks under way on a GPU at a time: while one is waited for, the others keep it busy. Samples of one number of steps
 # in an interval are a launch of their own; the launches of a block run side by side on so many streams.
 BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
-
-
-class Launch(NamedTuple):
-    """One launch of a kernel over some of the samples that were handed to the device.
-
-    Args:
-        control: The launch's scalars.
-        samples: Its samples, as the kernels' struct.
-        steps: Steps of each of them, falling, shape [sample].
-    """
-
-    control: object
-    samples: object
-    steps: np.ndarray
 
 
 def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
@@ -311,16 +297,3 @@ def seconds_in_kernels(queues: Sequence[Queue]) -> float:
     for queue in queues:
         spans.setdefault(queue.device, []).extend(queue.spans)
     return max(seconds_covered(each) for each in spans.values())
-
-
-def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
-    """Divide launches into slices of rows of lanes that take about as long each; the longest samples' come first."""
-    costs = [np.cumsum(launch.steps[::lanes], dtype=np.float64) for launch in launches]  # a row is as long as its first
-    share = sum(cost[-1] for cost in costs) / (threads * SLICES_PER_THREAD)
-    parts = []
-    for launch, cost in zip(launches, costs, strict=True):
-        count = max(1, round(cost[-1] / share))
-        edges = np.searchsorted(cost, np.linspace(0, cost[-1], count + 1)[1:-1])
-        edges = np.unique([0, *(edges + 1), cost.size])
-        parts += [(launch, int(a), int(b)) for a, b in pairwise(edges)]
-    return sorted(parts, key=lambda part: -part[0].steps[part[1] * lanes])

@@ -13,13 +13,17 @@ SHARE_OF_FREE_MEMORY = 0.25
 # Samples of a block: on a CPU so many that the cost of launches is negligible; on a GPU so few that three blocks at a
 # time fill it, since preparation of the first block and collection of the last do not overlap with kernels.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**15, 4
+# Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
+WORK_OF_A_BLOCK = 1e9
 # Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as numbers of 64 bits, sorted
 # and unsorted; copies of a structure's parameters as drawn, combined, packed and in the run's dtype.
 BYTES_PER_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
 MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are solved in parts, and of file chunks
 
 
-def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.ndarray]:
+def divide(
+    run: Run, columns: dict[str, Column], memory: int | None, *, first: int = 0, is_journaled: bool = False
+) -> list[np.ndarray]:
     """Return the blocks of a run, each as the indices of its structures.
 
     Args:
@@ -27,6 +31,8 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
         columns: Variables of its dataset with one value for each sample.
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
             memory.
+        first: The first structure that is left to be run.
+        is_journaled: Whether blocks are kept as they finish, and should take half a minute at most.
 
     Raises:
         ValueError: If the memory is too small for a single structure.
@@ -46,13 +52,19 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
         if room < 1:
             needed = max(MEMORY_OF_CHUNKS + under_way * host, BLOCKS_ON_A_GPU * device)
             raise ValueError(f"memory must be at least {int(needed)} bytes for this scene, got {memory}")
-    samples = run.samples
+    structures = run.structures - first
+    samples = structures * (run.samples // run.structures)
+    if not structures:
+        return []
     count = -(-samples // (GPU_BLOCK if is_gpu else CPU_BLOCK))
     if is_gpu:
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
-    count = max(count, -(-run.structures // room))
-    count = min(-(-count // len(devices)) * len(devices), run.structures)
-    return np.array_split(np.arange(run.structures), count)
+    elif is_journaled:
+        steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
+        count = max(count, int(samples * steps * run.model.plan.dofs / (WORK_OF_A_BLOCK * run.model.threads)))
+    count = max(count, -(-structures // room))
+    count = min(-(-count // len(devices)) * len(devices), structures)
+    return np.array_split(np.arange(first, run.structures), count)
 
 
 def blocks_ahead(run: Run) -> int:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import warp as wp
 import xarray as xr
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
@@ -25,6 +27,7 @@ from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
 from warpdyn.running.blocks import divide
 from warpdyn.running.histories import Histories, KeptHistories
+from warpdyn.running.journal import FINGERPRINT, Journal, fingerprint_of
 from warpdyn.running.labels import Column, columns_of
 from warpdyn.running.pipeline import Pipeline
 from warpdyn.running.sinks import InFile, InMemory, Table
@@ -38,6 +41,7 @@ class Kept:
     checked_share: float | None = None
     histories: Histories | None = None
     keep_inputs: bool = True
+    overwrite: bool = False
 
     def __post_init__(self) -> None:
         share = self.checked_share
@@ -45,6 +49,8 @@ class Kept:
             raise ValueError(f"checked_share must be a share of the samples, above 0 and at most 1, got {share}")
         if not isinstance(self.keep_inputs, bool):
             raise TypeError(f"keep_inputs must be True or False, got {self.keep_inputs!r}")
+        if not isinstance(self.overwrite, bool):
+            raise TypeError(f"overwrite must be True or False, got {self.overwrite!r}")
         if self.histories is not None and not isinstance(self.histories, Histories):
             raise TypeError(f"histories must be Histories(samples, every), got {self.histories!r}")
 
@@ -70,7 +76,14 @@ def run_scene(
         unfinished: Where the file is written that the samples go to; None to return them in memory.
     """
     started = time.perf_counter()
-    if integration.target_error is not None:
+    digest = fingerprint_of_run(scene, structures, integration, execution, kept, seed)
+    journal = None
+    if unfinished is not None:
+        build_run(scene, structures, integration, execution, seed)  # what cannot run leaves what stands there
+        journal = Journal(unfinished, digest, kept.overwrite)
+    if journal is not None and "longest_step" in journal.settled:
+        integration = replace(integration, **journal.settled)
+    elif integration.target_error is not None:
         build_run(scene, structures, integration, execution, seed)  # errors are raised before the pilot runs
         choice = plan(
             scene,
@@ -82,10 +95,15 @@ def run_scene(
             device=execution.device,
             threads=execution.threads,
         )
-        integration = replace(integration, method=choice.method, dtype=choice.dtype, longest_step=choice.longest_step)
+        chosen: dict[str, Any] = {"method": choice.method, "dtype": choice.dtype, "longest_step": choice.longest_step}
+        integration = replace(integration, **chosen)
+        if journal is not None:
+            journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
     run = build_run(scene, structures, integration, execution, seed)
     columns = columns_of(run.model, kept.keep_inputs)
-    blocks = divide(run, columns, execution.memory)
+    blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
+    first = int(blocks[-1][-1]) + 1 if blocks else 0
+    blocks += divide(run, columns, execution.memory, first=first, is_journaled=journal is not None)
     compile_side_by_side(_plans(run, kept), execution.devices[0], run.model.threads)
     queues = open_queues(execution.devices, run.model.threads)
     findings = _findings(run, blocks, queues[0], integration)
@@ -95,7 +113,9 @@ def run_scene(
     estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
     with _table(run, columns, unfinished) as table:
         with counted_histories(sum(run.samples_by_event)) as progress:
-            pipeline = Pipeline(run, integration.on_unstable, findings, table, histories, estimates, progress.update)
+            pipeline = Pipeline(
+                run, integration.on_unstable, findings, table, histories, estimates, progress.update, journal
+            )
             pipeline.seconds_sampling += time.perf_counter() - started
             pipeline.process(blocks, queues)
         for found in findings:
@@ -106,11 +126,21 @@ def run_scene(
             errors = [estimate.result(list(run.model.demands)) for estimate in estimates]
             rest = rest.merge(errors[0] if len(errors) == 1 else xr.concat(errors, "event", combine_attrs="override"))
         rest.attrs = _attributes(run, integration) | {
+            FINGERPRINT: digest,
             "seconds_sampling": pipeline.seconds_sampling,
             "seconds_integrating": pipeline.seconds_integrating,
             "seconds_in_kernels": seconds_in_kernels(queues),
         }
         return table.finish(rest)
+
+
+def fingerprint_of_run(
+    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+) -> str:
+    """Return the fingerprint of all that decides the bits of a run; arguments as of `run_scene`."""
+    machines = [wp.get_device(device).name for device in execution.devices]
+    what = kept.checked_share, kept.histories, kept.keep_inputs
+    return fingerprint_of(scene, structures, integration, sorted(set(machines)), what, seed)
 
 
 def _table(run: Run, columns: dict[str, Column], unfinished: Unfinished | None) -> Table:
