@@ -93,7 +93,7 @@ def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
 def test_a_block_each_for_every_device(divided):
     found = divided(2**20, ("cpu",) * 3)
     wd.simulate(make_scene(), structures=7, device="cpu")
-    assert [block.tolist() for block in found] == [[0, 1, 2], [3, 4], [5, 6]]
+    assert [list(block) for block in found] == [[0, 1, 2], [3, 4], [5, 6]]
 
 
 def test_what_is_run_again_or_kept_does_not_depend_on_the_division(divided):
@@ -246,6 +246,24 @@ def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
     few = sizes(200_000, memory=10**8)
     assert len(few) > 10
     assert max(few) - min(few) <= 6
+
+
+def test_a_dataset_too_large_for_memory_is_refused_at_once(monkeypatch, tmp_path):
+    def refuse(*arguments, **named):
+        pytest.fail("a kernel was reached")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(blocks, "free_memory", lambda device: 10**10)
+        patch.setattr(devices.CpuQueue, "launch", refuse)
+        scene = wd.Scene(make_scene().structure, wd.FreeVibration(1.0, velocity=0.1), SEEDED)
+        with pytest.raises(MemoryError, match=r"1,000,000,000 samples takes \d+ GB, and 10 GB .*give path="):
+            wd.simulate(scene, structures=10**9, device="cpu")
+    # A file takes what does not fit.
+    monkeypatch.setattr(blocks, "free_memory", lambda device: 1000)
+    with pytest.raises(MemoryError, match="give path="):
+        wd.simulate(make_scene(), structures=3, device="cpu")
+    with wd.simulate(make_scene(), structures=3, device="cpu", path=tmp_path / "run.nc") as run:
+        assert run.sizes["sample"] == 18
 
 
 def test_inputs_are_left_out_if_asked():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from warpdyn.integration import packing
@@ -23,8 +25,8 @@ MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are sol
 
 def divide(
     run: Run, columns: dict[str, Column], memory: int | None, *, first: int = 0, is_journaled: bool = False
-) -> list[np.ndarray]:
-    """Return the blocks of a run, each as the indices of its structures.
+) -> list[range]:
+    """Return the blocks of a run, each as the range of its structures.
 
     Args:
         run: The run.
@@ -64,7 +66,24 @@ def divide(
         count = max(count, int(samples * steps * run.model.plan.dofs / (WORK_OF_A_BLOCK * run.model.threads)))
     count = max(count, -(-structures // room))
     count = min(-(-count // len(devices)) * len(devices), structures)
-    return np.array_split(np.arange(first, run.structures), count)
+    size, larger = divmod(structures, count)  # the first ones are larger by one
+    edges = [first + place * size + min(place, larger) for place in range(count + 1)]
+    return [range(a, b) for a, b in pairwise(edges)]
+
+
+def check_room(run: Run, columns: dict[str, Column]) -> None:
+    """Raise a MemoryError with advice if the dataset of a run is too large to be returned in memory."""
+    needed, free = run.samples * _bytes_per_row(run, columns), free_memory("cpu")
+    if needed > free:
+        raise MemoryError(
+            f"the dataset of {run.samples:,} samples takes {needed / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory "
+            'are free: give path="run.nc", which writes the samples to a file block by block, or record less'
+        )
+
+
+def _bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
+    """Return the bytes of a sample in the dataset."""
+    return sum(column.dtype.itemsize * int(np.prod(lengths(run.model, column))) for column in columns.values())
 
 
 def blocks_ahead(run: Run) -> int:
@@ -76,7 +95,7 @@ def _bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, f
     """Return the bytes of a structure with all its samples, on the host and on a device."""
     model = run.model
     width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
-    row = sum(column.dtype.itemsize * int(np.prod(lengths(model, column))) for column in columns.values())
+    row = _bytes_per_row(run, columns)
     outputs = sum(real * width ** len(shape) for shape in model.shapes.values())
     drawn = run.first
     parameters = model.dynamics.parameters_of(drawn)

@@ -81,30 +81,31 @@ class Journal:
     def _write_header(self) -> None:
         _replace(self._header, json.dumps({FINGERPRINT: self._digest, "settled": self.settled}).encode())
 
-    def blocks(self, events: int, structures: int) -> list[np.ndarray]:
+    def blocks(self, events: int, structures: int) -> list[range]:
         """Return the structures of the blocks that are finished, from the first structure on, and say how many."""
         ends = {}
         for path in self.folder.glob(f"*.{events - 1}.npz"):
             first, last = map(int, path.name.split(".")[0].split("-"))
             if all(zipfile.is_zipfile(self._file(first, last, event)) for event in range(events)):
                 ends[first] = last
-        found, first = [], 0
+        found: list[range] = []
+        first = 0
         while first in ends:
-            found.append(np.arange(first, ends[first]))
+            found.append(range(first, ends[first]))
             first = ends[first]
         if found:
             tell(f"{self.path}: goes on from the {first} of {structures} structures that an earlier run has finished")
         return found
 
-    def has(self, structures: np.ndarray, events: int) -> bool:
+    def has(self, structures: range, events: int) -> bool:
         """Return whether a block is finished."""
-        return all(self._file(structures[0], structures[-1] + 1, event).exists() for event in range(events))
+        return all(self._file(structures.start, structures.stop, event).exists() for event in range(events))
 
-    def keep(self, structures: np.ndarray, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
+    def keep(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
         """Keep an event of a block: the outputs of its samples, their steps, and the reruns until then."""
         columns = dict(zip(("intervals", "substeps", "step", "residual_steps"), run.schedule.columns, strict=True))
         arrays = {f"output_{name}": found[name] for name in run.model.shapes} | columns
-        path = self._file(structures[0], structures[-1] + 1, event)
+        path = self._file(structures.start, structures.stop, event)
         part = path.with_suffix(".part")
         with open(part, "wb") as file:
             np.savez(file, reruns=json.dumps(reruns.state), **arrays)  # type: ignore[arg-type]
@@ -112,9 +113,9 @@ class Journal:
             os.fsync(file.fileno())
         os.replace(part, path)
 
-    def restore(self, structures: np.ndarray, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
+    def restore(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
         """Fill in what `keep` kept."""
-        path = self._file(structures[0], structures[-1] + 1, event)
+        path = self._file(structures.start, structures.stop, event)
         try:
             with np.load(path) as kept:
                 for name in run.model.shapes:

@@ -47,7 +47,7 @@ class Block:
         outputs: Outputs of all samples of the last finished event, sample last.
     """
 
-    structures: np.ndarray
+    structures: range
     parts: list[Ensemble]
     unstable: list[np.ndarray]
     is_known: bool = False
@@ -110,7 +110,7 @@ class Pipeline:
         of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
         self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
 
-    def process(self, blocks: list[np.ndarray], queues: list[Queue]) -> None:
+    def process(self, blocks: list[range], queues: list[Queue]) -> None:
         """Integrate all blocks, given by their structures, on the queues in turn."""
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
         is_gpu = self.run.execution.is_gpu
@@ -137,16 +137,17 @@ class Pipeline:
                 else:
                     self._complete(block)
 
-    def _prepare(self, item: tuple[np.ndarray, Queue]) -> Block:
+    def _prepare(self, item: tuple[range, Queue]) -> Block:
         """Draw a block, apply the stability guard to all events, and pack the first event."""
-        parts = self.run.events(*item)
+        structures, queue = item
+        parts = self.run.events(np.asarray(structures), queue)
         unstable = [
             guard(*part, self.on_unstable, findings) for part, findings in zip(parts, self.findings, strict=True)
         ]
         self.longest_period = max(self.longest_period, float(parts[0][1].period.max()))
         parts[0][0].pack()
-        is_known = self.journal is not None and self.journal.has(item[0], len(parts))
-        return Block(item[0], [ensemble for ensemble, _ in parts], unstable, is_known)
+        is_known = self.journal is not None and self.journal.has(structures, len(parts))
+        return Block(structures, [ensemble for ensemble, _ in parts], unstable, is_known)
 
     def _next(self, upcoming: Iterator[Block], map_function: MapFunction) -> Block:
         """Start the first event of the next block."""

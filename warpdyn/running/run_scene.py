@@ -25,7 +25,7 @@ from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.compilation import compile_side_by_side
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
-from warpdyn.running.blocks import divide
+from warpdyn.running.blocks import check_room, divide
 from warpdyn.running.histories import Histories, KeptHistories
 from warpdyn.running.journal import FINGERPRINT, Journal, fingerprint_of
 from warpdyn.running.labels import Column, columns_of
@@ -101,8 +101,10 @@ def run_scene(
             journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
     run = build_run(scene, structures, integration, execution, seed)
     columns = columns_of(run.model, kept.keep_inputs)
+    if journal is None:
+        check_room(run, columns)
     blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
-    first = int(blocks[-1][-1]) + 1 if blocks else 0
+    first = blocks[-1].stop if blocks else 0
     blocks += divide(run, columns, execution.memory, first=first, is_journaled=journal is not None)
     compile_side_by_side(_plans(run, kept), execution.devices[0], run.model.threads)
     queues = open_queues(execution.devices, run.model.threads)
@@ -160,21 +162,21 @@ def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
         yield history_plan(run.model.plan)
 
 
-def _findings(run: Run, blocks: list[np.ndarray], queue: Queue, integration: Integration) -> list[Findings]:
+def _findings(run: Run, blocks: list[range], queue: Queue, integration: Integration) -> list[Findings]:
     """Return the findings of each event; with "raise", raise an error if a step is beyond its limit."""
     events = run.model.scene.excitation.event_names
     counts = zip(run.samples_by_event, events, strict=True)
     findings = [Findings(count, integration.method, name) for count, name in counts]
     if integration.on_unstable == "raise":
         for structures in blocks:
-            for found, part in zip(findings, run.events(structures, queue), strict=True):
+            for found, part in zip(findings, run.events(np.asarray(structures), queue), strict=True):
                 found.add_limits(*part)
         for found in findings:
             found.refuse(any_step=True)
     return findings
 
 
-def _estimates(run: Run, share: float, blocks: list[np.ndarray]) -> list[ErrorEstimate]:
+def _estimates(run: Run, share: float, blocks: list[range]) -> list[ErrorEstimate]:
     """Return an error estimate for each event, from a share of its samples."""
     return [
         ErrorEstimate(count, share, run.model.seed, len(blocks[0]) * count // run.structures)
