@@ -30,7 +30,7 @@ from parts.accuracy_speed.points import (
 )
 from parts.accuracy_speed.promises import TARGETS, Planned, agreement, plan_scene
 from parts.accuracy_speed.scenes import Charted, build_scenes
-from parts.command_line import read_arguments, save_figures
+from parts.command_line import file_in, read_arguments, save_figures
 from tqdm import tqdm
 
 from warpdyn.core import netcdf
@@ -171,7 +171,7 @@ def print_report(result: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, 1024, meaning="samples of each ensemble, at least")
-    target = netcdf.check_writable(arguments.out / "accuracy_speed.nc")
+    target = file_in(arguments.out, "accuracy_speed.nc")
     result = build_dataset(build_scenes(), Settings(arguments.samples, arguments.device, arguments.seed))
     netcdf.write(result, target)
     drawn = {

@@ -28,7 +28,7 @@ from parts.benchmark.machine import available_devices, gpus, processor, versions
 from parts.benchmark.peers import measure_peers
 from parts.benchmark.report import print_report
 from parts.benchmark.scaling import measure_starts, scale_gpus, scale_samples, scale_threads
-from parts.command_line import save_figures
+from parts.command_line import file_in, save_figures
 
 from warpdyn.core import netcdf
 
@@ -172,7 +172,7 @@ def main() -> None:
     for device in devices:
         if device not in available:
             parser.error(f"no device {device!r} here; available: {', '.join(available)}")
-    target = netcdf.check_writable(arguments.out / "benchmark.nc")
+    target = file_in(arguments.out, "benchmark.nc")
     build_scene()  # that the main job has no records is said now, not after minutes
     result = build_dataset(devices, cases.QUICK if arguments.quick else cases.FULL)
     netcdf.write(result, target)

@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 from matplotlib import ticker
 from matplotlib.figure import Figure
-from parts.command_line import read_arguments, save_figures
+from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
 from warpdyn.core import netcdf
@@ -127,7 +127,7 @@ def print_medians(curves: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, 16, meaning="structures under each record at each level", counted="structures")
-    target = netcdf.check_writable(arguments.out / "isolation.nc")
+    target = file_in(arguments.out, "isolation.nc")
     started = time.perf_counter()
     found = [curves_of(name, arguments.structures, arguments.seed, arguments.device) for name in BUILDINGS]
     demands, curves = (

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from parts.command_line import save_figures
+from parts.command_line import file_in, save_figures
 from peers.storey_laws import LAWS
 
 import warpdyn as wd
@@ -108,7 +108,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     arguments = parser.parse_args()
-    target = netcdf.check_writable(arguments.out / "laws.nc")
+    target = file_in(arguments.out, "laws.nc")
     result = take_through(protocol())
     result.attrs |= {
         "Conventions": "CF-1.11",

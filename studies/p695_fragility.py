@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 import xarray as xr
-from parts.command_line import read_arguments, save_figures
+from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
 from warpdyn import plots
@@ -70,7 +70,7 @@ def print_table(result: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, 64, meaning="structures under each record at each level", counted="structures")
-    target = netcdf.check_writable(arguments.out / "p695_fragility.nc")
+    target = file_in(arguments.out, "p695_fragility.nc")
 
     started = time.perf_counter()
     scene = build_scene()

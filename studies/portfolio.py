@@ -14,7 +14,7 @@ import time
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from parts.command_line import read_arguments, save_figures
+from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
 from warpdyn.core import netcdf
@@ -147,7 +147,7 @@ def draw(result: xr.Dataset) -> Figure:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, 10_000, meaning="buildings of the city", counted="buildings")
-    target = netcdf.check_writable(arguments.out / "portfolio.nc")
+    target = file_in(arguments.out, "portfolio.nc")
     started = time.perf_counter()
     portfolio, limits = build_city(arguments.buildings)
     motions = far_field()
@@ -160,6 +160,7 @@ def main() -> None:
         keep_inputs=False,
         checked_share=0.01,
         path=arguments.out / "portfolio_histories.nc",
+        overwrite=True,
     )
     simulated = time.perf_counter()
     with run:

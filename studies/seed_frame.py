@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from parts.command_line import read_arguments, save_figures
+from parts.command_line import file_in, read_arguments, save_figures
 from parts.seed_frame import figures
 from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
@@ -280,7 +280,7 @@ def print_report(result: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, 10_000, meaning="frames with scatter")
-    target = netcdf.check_writable(arguments.out / "seed_frame.nc")
+    target = file_in(arguments.out, "seed_frame.nc")
 
     result = build_dataset(arguments.samples, arguments.device, arguments.seed)
     netcdf.write(result, target)

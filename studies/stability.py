@@ -17,7 +17,7 @@ from importlib.metadata import version
 
 import numpy as np
 import xarray as xr
-from parts.command_line import read_arguments, save_figures
+from parts.command_line import file_in, read_arguments, save_figures
 from parts.stability import failure_figures, failures, figures, oscillator
 from seed_frame import Variable, labelled
 
@@ -273,7 +273,7 @@ def print_report(result: xr.Dataset) -> None:
 def main() -> None:
     """Run the study."""
     arguments = read_arguments(__doc__, 10_000, meaning="oscillators in each method's map of growth")
-    target = netcdf.check_writable(arguments.out / "stability.nc")
+    target = file_in(arguments.out, "stability.nc")
     started = time.perf_counter()
     result = build_dataset(arguments.samples, arguments.device)
     netcdf.write(result, target)

@@ -35,8 +35,8 @@ def divided(monkeypatch):
     """Divide runs into blocks of at most so many samples, among so many devices; tell the blocks there were."""
     found = []
 
-    def divide(*arguments):
-        found[:] = original(*arguments)
+    def divide(*arguments, **options):
+        found[:] = original(*arguments, **options)
         return found
 
     def into(samples, on=("cpu",)):
@@ -97,7 +97,7 @@ def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
 def test_a_block_each_for_every_device(divided):
     found = divided(2**20, ("cpu",) * 3)
     wd.simulate(make_scene(), structures=7, device="cpu")
-    assert [block.tolist() for block in found] == [[0, 1, 2], [3, 4], [5, 6]]
+    assert [list(block) for block in found] == [[0, 1, 2], [3, 4], [5, 6]]
 
 
 def test_what_is_run_again_or_kept_does_not_depend_on_the_division(divided):
@@ -252,6 +252,24 @@ def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
     assert max(few) - min(few) <= 6
 
 
+def test_a_dataset_too_large_for_memory_is_refused_at_once(monkeypatch, tmp_path):
+    def refuse(*arguments, **named):
+        pytest.fail("a kernel was reached")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(blocks, "free_memory", lambda device: 10**10)
+        patch.setattr(devices.CpuQueue, "launch", refuse)
+        scene = wd.Scene(make_scene().structure, wd.FreeVibration(1.0, velocity=0.1), SEEDED)
+        with pytest.raises(MemoryError, match=r"1,000,000,000 samples takes \d+ GB, and 10 GB .*give path="):
+            wd.simulate(scene, structures=10**9, device="cpu")
+    # A file takes what does not fit.
+    monkeypatch.setattr(blocks, "free_memory", lambda device: 1000)
+    with pytest.raises(MemoryError, match="give path="):
+        wd.simulate(make_scene(), structures=3, device="cpu")
+    with wd.simulate(make_scene(), structures=3, device="cpu", path=tmp_path / "run.nc") as run:
+        assert run.sizes["sample"] == 18
+
+
 def test_inputs_are_left_out_if_asked():
     scene = make_scene(scatter=SEEDED | {"height": wd.RandomFactor(wd.Lognormal(1, 0.1))})
     kept, bare = (wd.simulate(scene, structures=2, keep_inputs=keep) for keep in (True, False))
@@ -278,7 +296,7 @@ design = {
     "stripes": lambda: wd.Stripes([motion], np.linspace(0.1, 1, 500), wd.PeakGroundAcceleration()),
 }[sys.argv[1]]()
 scene = wd.Scene(building, design, scatter, tail=0.0)
-settings = {"path": sys.argv[2], "device": "cpu", "step": 0.02, "checked_share": 0.01}
+settings = {"path": sys.argv[2], "overwrite": True, "device": "cpu", "step": 0.02, "checked_share": 0.01}
 wd.simulate(scene, structures=1, **settings).close()
 base = peak()
 for memory in (int(sys.argv[4]), None):

@@ -135,6 +135,7 @@ def test_shares_come_back_from_a_file(tmp_path, events):
     for variable in shares.drop_vars("motion_name", errors="ignore").variables.values():
         assert {"long_name", "units"} <= set(variable.attrs)
     with xr.open_dataset(wd.write(shares, tmp_path / "shares.nc")) as read:
+        assert read.attrs.pop("history").endswith("warpdyn.write")  # by which warpdyn knows its own
         xr.testing.assert_identical(read.load(), shares)
 
 

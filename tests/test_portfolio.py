@@ -260,7 +260,7 @@ def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monk
         np.testing.assert_array_equal(held[name].values, city[name].values)
 
 
-def test_nothing_is_left_of_an_unfinished_file(tmp_path, monkeypatch):
+def test_a_portfolio_that_was_stopped_goes_on_from_its_finished_groups(tmp_path, monkeypatch, caplog):
     def fail(*settings):
         runs.append(1)
         if len(runs) == 3:
@@ -269,11 +269,22 @@ def test_nothing_is_left_of_an_unfinished_file(tmp_path, monkeypatch):
 
     runs, original = [], module.run_scene
     monkeypatch.setattr(module, "run_scene", fail)
-    (tmp_path / "run.nc").write_text("what stood there")
+    path = wd.write(xr.Dataset({"x": 1.0}), tmp_path / "run.nc")
+    before = path.read_bytes()
+    settings = {"tail": 0.0, "recorders": ("drift",), "device": "cpu"}
+    with pytest.raises(FileExistsError, match="another run stands there"):
+        simulate(CITY, MOTIONS[0], path=path, **settings)
     with pytest.raises(KeyboardInterrupt):
-        simulate(CITY, MOTIONS[0], tail=0.0, recorders=("drift",), device="cpu", path=tmp_path / "run.nc")
+        simulate(CITY, MOTIONS[0], path=path, overwrite=True, **settings)
+    assert sorted(os.listdir(tmp_path)) == [".run.nc.unfinished", "run.nc"]
+    assert path.read_bytes() == before
+    with simulate(CITY, MOTIONS[0], path=path, overwrite=True, **settings) as read:
+        assert caplog.text.count("has been finished by an earlier run") == 2
+        held = simulate(CITY, MOTIONS[0], **settings)
+        for name in held.variables:
+            np.testing.assert_array_equal(read[name].values, held[name].values, err_msg=name)
+        assert read.attrs["fingerprint"] == held.attrs["fingerprint"]
     assert os.listdir(tmp_path) == ["run.nc"]
-    assert (tmp_path / "run.nc").read_text() == "what stood there"
 
 
 def test_attributes_hold_what_there_is_of_all_groups(city):

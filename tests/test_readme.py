@@ -54,7 +54,7 @@ def test_program_for_ones_own_building(tmp_path: Path) -> None:
     command = [sys.executable, "-W", "error::UserWarning", "-c", program]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    with xr.open_dataset(tmp_path / "results" / "own_building.nc") as result:
+    with xr.open_dataset(tmp_path / "own_building.nc") as result:
         assert result.sizes["sample"] == 32 * 40 * 8
         assert (result["status"] == 0).all()
         median = result["fragility_median"].values

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.core.netcdf import check_writable
+from warpdyn.core.unfinished import Unfinished, check_writable
 
 pytestmark = pytest.mark.fast
 
@@ -29,9 +29,10 @@ def unwritable_dataset():
 
 
 def test_what_is_read_is_what_was_written(tmp_path):
-    path = wd.write(make_dataset(), tmp_path / "new" / "folder" / "run.nc")
-    assert path == tmp_path / "new" / "folder" / "run.nc"
+    path = wd.write(make_dataset(), tmp_path / "run.nc")
+    assert path == tmp_path / "run.nc"
     with xr.open_dataset(path) as read:
+        assert read.attrs.pop("history").endswith("warpdyn.write")  # by which warpdyn knows its own
         xr.testing.assert_identical(read.load(), make_dataset())
         assert np.signbit(read["drift"].values[2])
         assert read["drift"].dtype == np.float64
@@ -93,20 +94,63 @@ def test_a_failure_leaves_what_was_there(fail, existed, tmp_path, monkeypatch):
 @pytest.mark.parametrize("attempt", [check_writable, lambda path: wd.write(make_dataset(), path)])
 def test_no_place_to_write(attempt, tmp_path):
     (tmp_path / "file").write_text("not a folder")
-    with pytest.raises(OSError, match=r"cannot write .*file.run\.nc: .*; choose another folder"):
+    (tmp_path / "results").mkdir()
+    with pytest.raises(FileNotFoundError, match=r"cannot write .*file.run\.nc: there is no folder .*make it first"):
         attempt(tmp_path / "file" / "run.nc")
-    with pytest.raises(OSError, match=r"cannot write .*file.deeper.run\.nc: .*; choose another folder"):
-        attempt(tmp_path / "file" / "deeper" / "run.nc")
+    with pytest.raises(FileNotFoundError, match=r"there is no folder .*did you mean 'results'\?"):
+        attempt(tmp_path / "reslts" / "deeper" / "run.nc")
+    for name in ("run.csv", "run", "run.nc4"):
+        with pytest.raises(ValueError, match=r"cannot write .*: .* a name that ends in '\.nc'"):
+            attempt(tmp_path / name)
     with pytest.raises(IsADirectoryError, match=r"cannot write .*: it is a directory; name a file in it"):
         attempt(tmp_path)
     assert (tmp_path / "file").read_text() == "not a folder"
-    assert os.listdir(tmp_path) == ["file"]
+    assert sorted(os.listdir(tmp_path)) == ["file", "results"]
+
+
+@pytest.mark.parametrize("attempt", [check_writable, lambda path: wd.write(make_dataset(), path)])
+def test_what_is_not_warpdyn_s_is_not_replaced(attempt, tmp_path):
+    text, foreign = tmp_path / "text.nc", tmp_path / "foreign.nc"
+    text.write_text("precious")
+    make_dataset().to_netcdf(foreign, engine="netcdf4")
+    for path in (text, foreign):
+        before = path.read_bytes()
+        with pytest.raises(FileExistsError, match=rf"cannot write .*{path.name}: .* is not warpdyn's; move it away"):
+            attempt(path)
+        assert path.read_bytes() == before
+    assert sorted(os.listdir(tmp_path)) == ["foreign.nc", "text.nc"]
+    # What stands in the history of a dataset stays there.
+    signed = wd.write(make_dataset().assign_attrs(history="drawn by hand"), tmp_path / "run.nc")
+    with xr.open_dataset(signed) as read:
+        first, second = read.attrs["history"].splitlines()
+    assert first == "drawn by hand"
+    assert second.endswith("warpdyn.write")
+    assert attempt(signed) == signed
+
+
+def test_one_process_writes_a_file_at_a_time(tmp_path):
+    with Unfinished(tmp_path / "run.nc") as first:
+        first.part.write_text("half of it")
+        with pytest.raises(BlockingIOError, match=r"cannot write .*run\.nc: another process is writing it"):
+            wd.write(make_dataset(), tmp_path / "run.nc")
+        assert first.part.exists()
+    assert os.listdir(tmp_path) == []
+
+
+def test_the_next_one_sweeps_what_a_kill_left(tmp_path):
+    folder = tmp_path / ".run.nc.unfinished"
+    (folder / "deeper").mkdir(parents=True)
+    for left in ("part.nc", "lock", "deeper/part.nc"):
+        (folder / left).write_text("half of it")
+    wd.write(make_dataset(), tmp_path / "run.nc")
+    assert os.listdir(tmp_path) == ["run.nc"]
 
 
 def test_no_permission(tmp_path, monkeypatch):
     """What the system refuses is told; root is refused nothing, so the refusals are played."""
     path = tmp_path / "run.nc"
-    path.write_text("precious")
+    wd.write(make_dataset(), path)
+    before = path.read_bytes()
     with monkeypatch.context() as patch:
         patch.setattr(os, "access", lambda *arguments: False)
         with pytest.raises(PermissionError, match=r"cannot write .*run\.nc: .*read-only; choose another folder"):
@@ -115,16 +159,16 @@ def test_no_permission(tmp_path, monkeypatch):
     def refuse(*arguments, **options):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
-    monkeypatch.setattr("tempfile.NamedTemporaryFile", refuse)
-    with pytest.raises(PermissionError, match=r"cannot write .*run\.nc: Permission denied; choose another folder"):
-        check_writable(path)
-    assert path.read_text() == "precious"
+    monkeypatch.setattr("pathlib.Path.mkdir", refuse)
+    with pytest.raises(PermissionError, match=r"cannot write .*run\.nc: Permission denied"):
+        wd.write(make_dataset(2.0), path)
+    assert path.read_bytes() == before
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
 def test_read_only_folder_and_file(tmp_path):
     path = tmp_path / "run.nc"
-    path.write_text("precious")
+    wd.write(make_dataset(), path)
     path.chmod(0o444)
     with pytest.raises(PermissionError, match=r"cannot write .*read-only"):
         check_writable(path)
@@ -136,10 +180,10 @@ def test_read_only_folder_and_file(tmp_path):
         tmp_path.chmod(0o755)
 
 
-def test_asking_leaves_no_trace_but_the_folder(tmp_path):
-    path = tmp_path / "deep" / "folder" / "run.nc"
+def test_asking_leaves_no_trace(tmp_path):
+    path = tmp_path / "run.nc"
     assert check_writable(str(path)) == path
-    assert os.listdir(path.parent) == []
+    assert os.listdir(tmp_path) == []
 
 
 def test_only_files_are_written(tmp_path):

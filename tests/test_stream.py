@@ -1,17 +1,19 @@
 """A run that is written as it goes: the file is what the run in memory would have been, whole or not there at all."""
 
 import os
+import re
 
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from test_simulate import MOTIONS, make_oscillator, make_scene
+from test_simulate import MOTIONS, assert_same_bits, make_oscillator, make_scene
 
 import warpdyn as wd
 from warpdyn.core import netcdf
 from warpdyn.kernels import queues as devices
 from warpdyn.running import blocks
+from warpdyn.running.journal import Journal
 
 pytestmark = pytest.mark.meant_as_given("storey_height")
 
@@ -54,7 +56,7 @@ def test_the_file_is_what_the_run_in_memory_is(name, tmp_path, monkeypatch):
 
 
 def test_values_are_read_when_they_are_asked_for(tmp_path):
-    with wd.simulate(make_scene(), structures=3, path=str(tmp_path / "new" / "run.nc")) as run:
+    with wd.simulate(make_scene(), structures=3, path=str(tmp_path / "run.nc")) as run:
         assert not run["peak_storey_drift"]._in_memory
         assert np.isfinite(run["peak_storey_drift"].values).all()
 
@@ -74,9 +76,12 @@ def fail_in_the_second_block(monkeypatch, error):
 
 
 def fail_at_the_end(monkeypatch, error):
-    def replace(*arguments):
-        raise error
+    def replace(source, target):
+        if target.name == "run.nc":
+            raise error
+        return original(source, target)
 
+    original = os.replace
     monkeypatch.setattr(os, "replace", replace)
 
 
@@ -86,13 +91,77 @@ def fail_at_the_end(monkeypatch, error):
 def test_nothing_is_left_of_an_unfinished_run(fail, error, existed, tmp_path, monkeypatch):
     path = tmp_path / "run.nc"
     if existed:
-        path.write_text("what stood there")
+        wd.write(xr.Dataset({"x": 1.0}), path)
+    before = path.read_bytes() if existed else None
     fail(monkeypatch, error)
+    settings = {"structures": 4, "path": path, "overwrite": existed, "device": "cpu"}
     with pytest.raises(type(error)):
-        wd.simulate(make_scene(), structures=4, path=path, device="cpu")
-    assert os.listdir(tmp_path) == (["run.nc"] if existed else [])
+        wd.simulate(make_scene(), **settings)
+    # What stops a run leaves its finished blocks, so that it goes on from there; what refuses it leaves nothing.
+    kept = [] if isinstance(error, OSError) else [".run.nc.unfinished"]
+    assert sorted(os.listdir(tmp_path)) == kept + (["run.nc"] if existed else [])
     if existed:
-        assert path.read_text() == "what stood there"
+        assert path.read_bytes() == before
+    monkeypatch.undo()
+    wd.simulate(make_scene(), **settings).close()
+    assert os.listdir(tmp_path) == ["run.nc"]
+
+
+SEQUENCE = wd.EventSequence({"first": wd.Cloud(MOTIONS[:2]), "second": wd.Cloud(MOTIONS[1:])})
+RESUMED = {
+    "reruns, errors and histories": (make_scene(), {"checked_share": 0.5, "histories": wd.Histories((1, 13))}),
+    "chosen method": (make_scene(), {"target_error": 0.05, "method": "rk4", "dtype": "float32"}),
+    "events": (make_scene(excitation=SEQUENCE, recorders=("drift",)), {}),
+}
+
+
+@pytest.mark.parametrize("name", RESUMED)
+def test_a_run_that_was_stopped_goes_on_with_the_same_bits(name, tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
+    scene, settings = RESUMED[name]
+    settings = {"structures": 7, "seed": 3, "device": "cpu", **settings}
+    held = wd.simulate(scene, path=tmp_path / "whole.nc", **settings).load()
+    original, finished, stops = Journal.keep, [], [2]
+
+    def keep(*arguments):
+        original(*arguments)
+        finished.append(arguments)
+        if len(finished) in stops:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Journal, "keep", keep)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        wd.simulate(scene, path=tmp_path / "run.nc", **settings)
+    assert any("the same call goes on from there" in note for note in caught.value.__notes__)
+    with pytest.raises(FileExistsError, match="another run that is not finished stands there"):
+        wd.simulate(scene, path=tmp_path / "run.nc", **settings | {"seed": 4})
+    with pytest.raises(ValueError, match="method"):  # what cannot run leaves what stands there
+        wd.simulate(scene, path=tmp_path / "run.nc", **settings | {"method": "none"})
+    finished.clear()
+    stops.clear()
+    with wd.simulate(scene, path=tmp_path / "run.nc", **settings) as read:
+        assert 0 < len(finished) < 7
+        assert re.search(r"run\.nc: goes on from the \d of 7 structures", caplog.text)
+        assert_same_bits(held, read.load())
+        assert set(read.attrs) == set(held.attrs)
+    assert ".run.nc.unfinished" not in os.listdir(tmp_path)
+
+
+def test_another_run_is_not_replaced_unless_asked(tmp_path):
+    path, settings = tmp_path / "run.nc", {"structures": 2, "device": "cpu"}
+    wd.simulate(make_scene(), path=path, **settings).close()
+    before = path.read_bytes()
+    for other in (settings | {"seed": 1}, settings | {"dtype": "float64"}, settings | {"structures": 3}):
+        with pytest.raises(FileExistsError, match=r"another run stands there .*overwrite=True"):
+            wd.simulate(make_scene(), path=path, **other)
+    with pytest.raises(FileExistsError, match="another run stands there"):
+        wd.simulate(make_scene(tail=0.2), path=path, **settings)
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == ["run.nc"]
+    wd.simulate(make_scene(), path=path, **settings).close()  # the same run is run again
+    wd.simulate(make_scene(), path=path, seed=1, overwrite=True, **settings).close()
+    with pytest.raises(TypeError, match="overwrite must be True or False"):
+        wd.simulate(make_scene(), path=path, overwrite="yes", **settings)
 
 
 def test_no_place_to_write_is_said_before_the_run(tmp_path, monkeypatch):

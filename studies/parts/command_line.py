@@ -1,4 +1,4 @@
-"""Command-line arguments that every study takes, and writing of its figures."""
+"""Command-line arguments that every study takes, the file that it writes, and its figures."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from matplotlib.figure import Figure
+
+from warpdyn.core.unfinished import check_writable
 
 
 def read_arguments(description: str | None, count: int, meaning: str, counted: str = "samples") -> argparse.Namespace:
@@ -24,6 +26,12 @@ def read_arguments(description: str | None, count: int, meaning: str, counted: s
     parser.add_argument(f"--{counted}", type=int, default=count, help=f"{meaning} [%(default)s]")
     parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
     return parser.parse_args()
+
+
+def file_in(folder: Path, name: str) -> Path:
+    """Make the folder for the results and return a file in it that can be written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return check_writable(folder / name)
 
 
 def save_figures(figures: Mapping[str, Figure], folder: Path) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,3 +38,44 @@ def plain(value: Any) -> Any:
         fields = {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
         return {"type": type(value).__name__, **fields}
     return value
+
+
+def fingerprint(*values: object) -> str:
+    """Return a digest of values with all that they hold, every number of every array: equal ones have the same."""
+    digest = hashlib.sha256()
+    _feed(digest, values)
+    return digest.hexdigest()
+
+
+def _feed(digest: hashlib._Hash, value: Any) -> None:
+    """Feed a value to a digest, recursively, each part with its kind and its length."""
+    if isinstance(value, np.ndarray | np.generic) and value.dtype.kind != "O":
+        array = np.ascontiguousarray(value)
+        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        digest.update(array.tobytes())
+        return
+    if isinstance(value, Mapping):
+        value = list(value.items())
+    if isinstance(value, list | tuple | np.ndarray):
+        digest.update(f"[{len(value)}".encode())
+        for item in value:
+            _feed(digest, item)
+        return
+    text = repr(value) if value is None or isinstance(value, bool | int | float | str) else ""
+    if text:
+        digest.update(f"{type(value).__name__}:{len(text)}:{text}".encode())
+        return
+    if callable(value) and hasattr(value, "__qualname__"):
+        digest.update(f"{value.__module__}.{value.__qualname__};".encode())
+        return
+    kind = type(value)
+    digest.update(f"<{kind.__module__}.{kind.__qualname__}".encode())
+    if dataclasses.is_dataclass(value):
+        held = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    elif hasattr(value, "__dict__"):
+        # What a class computes later and keeps does not count.
+        kept = {name for each in kind.__mro__ for name, of in vars(each).items() if isinstance(of, cached_property)}
+        held = {name: item for name, item in vars(value).items() if name not in kept}
+    else:
+        raise TypeError(f"a {kind.__name__} has no fingerprint: {value!r}")
+    _feed(digest, sorted(held.items()))

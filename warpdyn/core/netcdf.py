@@ -8,53 +8,27 @@ from __future__ import annotations
 import datetime
 import os
 import platform
-import tempfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
-from uuid import uuid4
 
 import netCDF4
 import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_kind
+from warpdyn.core.interruption import interruptible, stop_if_asked
+from warpdyn.core.unfinished import Unfinished, disk_error
 
 # Samples in a chunk of the file: some hundred kilobytes of each variable, so that the half-filled chunks at the end of
 # a block cost little.
 CHUNK = 2**14
+ROWS_AT_A_TIME = 16 * CHUNK  # written before a signal is looked for: some tenths of a second, where they are compressed
 TRIED_BYTES = 2**15  # bytes of a variable that are compressed on trial, to see whether compression pays
 LEAST_SHRINKING = 10
-
-
-def check_writable(path: str | os.PathLike) -> Path:
-    """Make a file's folder, check that a file can be written in it, and return the path; call it before a long run.
-
-    Args:
-        path: Where a file is to be written.
-
-    Raises:
-        OSError: If no file can be written there; the message names the path and the reason.
-    """
-    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
-        raise TypeError(f"path must name a file, got {path!r}")
-    path = Path(path).resolve()  # a link stays, and its target is written
-    if path.is_dir():
-        raise IsADirectoryError(f"cannot write {path}: it is a directory; name a file in it")
-    if path.exists() and not path.is_file():
-        raise OSError(f"cannot write {path}: what is there is no file")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}."):
-            pass
-        if path.exists() and not os.access(path, os.W_OK):
-            raise PermissionError("the file that is there is read-only")
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise type(error)(f"cannot write {path}: {reason}; choose another folder") from error
-    return path
 
 
 def trace(title: str, function: str) -> dict[str, str]:
@@ -67,59 +41,94 @@ def trace(title: str, function: str) -> dict[str, str]:
     return {
         "Conventions": "CF-1.11",
         "title": title,
-        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} warpdyn.{function}",
+        "history": f"{_now()} warpdyn.{function}",
         "source": f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
         f"Python {platform.python_version()}",
     }
 
 
+def _now() -> str:
+    return f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ}"
+
+
 def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
-    """Write a dataset to a netCDF-4 file: to a temporary file beside it first, then moved into its place.
+    """Write a dataset to a netCDF-4 file, which replaces an older one of warpdyn's when it is complete.
+
+    A dataset whose attributes do not name warpdyn gets a line in its `history`, as netCDF's conventions have it.
 
     Args:
         dataset: The dataset.
-        path: The file.
+        path: The file, in a folder that exists; its name ends in ".nc".
 
     Raises:
-        OSError: If the file cannot be written; an older file in its place is untouched.
+        OSError: If the file cannot be written, as on a full disk, or one stands there that warpdyn did not write; what
+            stood there is untouched.
+        ValueError: If the name has another ending.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(scene, structures=1000)
+        >>> wd.write(run, "run.nc")
     """
     check_kind("write", "a Dataset", dataset, xr.Dataset)
-    path = check_writable(path)
-    temporary = _temporary(path)
-    encoding = _encoding(dataset, dataset.sizes["sample"]) if dataset.sizes.get("sample", 0) > CHUNK else {}
-    try:
-        dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return path
+    with interruptible(), Unfinished(path) as unfinished:
+        dataset = _signed(dataset)
+        along = {str(name): variable for name, variable in dataset.variables.items() if "sample" in variable.dims}
+        if dataset.sizes.get("sample", 0) > CHUNK and all(map(_is_plain, along.values())):
+            _write_in_parts(dataset, along, unfinished)
+        else:
+            with _named_errors(unfinished):
+                dataset.to_netcdf(unfinished.part, format="NETCDF4", engine="netcdf4")
+                unfinished.move_in()
+    return unfinished.path
+
+
+def _signed(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset whose attributes say that warpdyn wrote it, so that warpdyn may replace the file."""
+    if any("warpdyn" in str(dataset.attrs.get(name, "")) for name in ("source", "history")):
+        return dataset
+    before = f"{dataset.attrs['history']}\n" if dataset.attrs.get("history") else ""
+    return dataset.assign_attrs(history=f"{before}{_now()} warpdyn.write")
+
+
+def _is_plain(variable: xr.Variable) -> bool:
+    """Return whether a variable's values stand in a file as they are, sample first."""
+    coded = {"scale_factor", "add_offset", "dtype", "_FillValue", "missing_value"} & variable.encoding.keys()
+    of_nan = coded == {"_FillValue"} and variable.dtype.kind == "f" and np.isnan(variable.encoding["_FillValue"])
+    as_is = not coded - {"dtype"} and variable.encoding.get("dtype", variable.dtype) == variable.dtype
+    missing = "_FillValue" in variable.attrs or "missing_value" in variable.attrs
+    return variable.dims[:1] == ("sample",) and variable.dtype.kind in "iuf" and (of_nan or as_is) and not missing
+
+
+def _write_in_parts(dataset: xr.Dataset, along: dict[str, xr.Variable], unfinished: Unfinished) -> None:
+    """Write a dataset with its variables along `sample` part by part, so that Ctrl-C acts between parts."""
+    with GrowingFile(unfinished, dataset.sizes["sample"]) as file:
+        for first in range(0, dataset.sizes["sample"], ROWS_AT_A_TIME):
+            part = slice(first, first + ROWS_AT_A_TIME)
+            file.append({name: variable[part].values for name, variable in along.items()}, lambda rows: dataset)
+        file.finish(xr.Dataset(attrs=dataset.attrs))
 
 
 class GrowingFile:
-    """A netCDF-4 file to which samples are added block after block; it appears in its place when it is finished.
+    """A netCDF-4 file to which samples are added block after block, in a folder from which it is moved when complete.
 
-    It is used in a `with` statement, which removes an unfinished file and leaves an older file in its place.
+    It is used in a `with` statement, which closes it.
 
     Args:
-        path: The file.
+        unfinished: The folder.
         samples: Number of samples in the finished file.
-
-    Raises:
-        OSError: If no file can be written there.
     """
 
-    def __init__(self, path: str | os.PathLike, samples: int) -> None:
-        self.path, self.samples = check_writable(path), samples
-        self._temporary, self._written = _temporary(self.path), 0
+    def __init__(self, unfinished: Unfinished, samples: int) -> None:
+        self.unfinished, self.samples, self._written = unfinished, samples, 0
         self._file: netCDF4.Dataset | None = None
 
     def __enter__(self) -> GrowingFile:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._close()
-        self._temporary.unlink(missing_ok=True)
+        with suppress(OSError, RuntimeError):  # after an error on a full disk, closing fails as well
+            self._close()
 
     def append(self, rows: dict[str, np.ndarray], labelled: Callable[[dict[str, np.ndarray]], xr.Dataset]) -> None:
         """Add samples.
@@ -128,41 +137,63 @@ class GrowingFile:
             rows: Their values by name, sample first.
             labelled: Function from the values to their dataset; the file takes its names, attributes and other
                 variables.
+
+        Raises:
+            OSError: If the disk is full, or fails otherwise; the message names the file.
         """
-        if self._file is None:
-            first = labelled(rows)
-            encoding = _encoding(first, self.samples)
-            # The file is created without samples; they are written block by block.
-            first = first.isel(sample=slice(0))
-            first.to_netcdf(
-                self._temporary, encoding=encoding, format="NETCDF4", engine="netcdf4", unlimited_dims=["sample"]
-            )
-            self._file = netCDF4.Dataset(self._temporary, "r+")
-            self._file.set_auto_maskandscale(False)
-            for name in encoding:
-                # Two chunks are cached, the half-filled one and the next; by default each variable would take 16 MiB.
-                variable = self._file[name]
-                size = variable.dtype.itemsize * int(np.prod(variable.chunking()))
-                variable.set_var_chunk_cache(2 * size)
-        count = len(next(iter(rows.values())))
-        for name, values in rows.items():
-            self._file[name][self._written : self._written + count] = values
-        self._written += count
+        with _named_errors(self.unfinished):
+            if self._file is None:
+                self._create(labelled(rows))
+            assert self._file is not None
+            count = len(next(iter(rows.values())))
+            for name, values in rows.items():
+                for first in range(0, count, ROWS_AT_A_TIME):
+                    part = values[first : first + ROWS_AT_A_TIME]
+                    begin = self._written + first
+                    self._file[name][begin : begin + len(part)] = part
+                    stop_if_asked()
+            self._written += count
+
+    def _create(self, first: xr.Dataset) -> None:
+        encoding = _encoding(first, self.samples)
+        # The file is created without samples; they are written block by block.
+        first = first.isel(sample=slice(0))
+        part = self.unfinished.part
+        first.to_netcdf(part, encoding=encoding, format="NETCDF4", engine="netcdf4", unlimited_dims=["sample"])
+        self._file = netCDF4.Dataset(part, "r+")
+        self._file.set_auto_maskandscale(False)
+        for name in encoding:
+            # Two chunks are cached, the half-filled one and the next; by default each variable would take 16 MiB.
+            variable = self._file[name]
+            size = variable.dtype.itemsize * int(np.prod(variable.chunking()))
+            variable.set_var_chunk_cache(2 * size)
 
     def finish(self, rest: xr.Dataset) -> None:
-        """Add the variables and attributes that are known only at the end, and move the file into its place."""
-        self._close()
-        rest.to_netcdf(self._temporary, mode="a", format="NETCDF4", engine="netcdf4")
-        os.replace(self._temporary, self.path)
+        """Add the variables and attributes that are known only at the end, and move the file into its place.
+
+        Raises:
+            OSError: As `append`.
+        """
+        with _named_errors(self.unfinished):
+            self._close()
+            rest.to_netcdf(self.unfinished.part, mode="a", format="NETCDF4", engine="netcdf4")
+            self.unfinished.move_in()
 
     def _close(self) -> None:
         if self._file is not None:
-            self._file.close()
-            self._file = None
+            file, self._file = self._file, None
+            file.close()
 
 
-def _temporary(path: Path) -> Path:
-    return path.with_name(f".{path.name}.{uuid4().hex}.part")
+@contextmanager
+def _named_errors(unfinished: Unfinished) -> Iterator[None]:
+    """Turn errors of the disk into an OSError that names the file; netCDF raises RuntimeError of them."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        if isinstance(error, OSError) or str(error).startswith("NetCDF"):
+            raise disk_error(error, unfinished.path) from error
+        raise
 
 
 def _encoding(dataset: xr.Dataset, samples: int) -> dict[str, dict[str, object]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from warpdyn.core.messages import warn_caller
@@ -143,6 +145,15 @@ class Reruns:
 
     def __init__(self) -> None:
         self._seen, self._failed = 0, [0] * (MOST_RERUNS + 1)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What decides which of the next samples are run again."""
+        return {"seen": self._seen, "failed": self._failed}
+
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None:
+        self._seen, self._failed = state["seen"], list(state["failed"])
 
     def settle(self, run: Ensemble, samples: np.ndarray, outputs: dict[str, np.ndarray]) -> None:
         """Run the failed ones of some samples again, at shorter and shorter steps.

@@ -7,7 +7,10 @@ from dataclasses import replace
 
 import warp as wp
 
+from warpdyn.core.messages import say
+from warpdyn.core.thread_pool import in_background
 from warpdyn.kernels.composition import Composed, compose, kernel_of
+from warpdyn.kernels.kernel_cache import load_module
 from warpdyn.kernels.parts import straight_branches
 from warpdyn.kernels.plan import Plan, keeps_slopes, options, values_held
 from warpdyn.kernels.skeletons.dense import integrate_dense
@@ -41,6 +44,9 @@ def _composed_kernel(plan: Plan) -> wp.Kernel:
 # Threads that load kernels side by side build them one after another: each plan has one kernel, and Python 3.11 cannot
 # parse in two threads at once (SystemError: AST constructor recursion depth mismatch).
 BUILDING = threading.Lock()
+
+COMPILATION_IS_TOLD = 1.0  # seconds after which a compilation is told of
+_loaded: set[tuple[Plan, str]] = set()
 
 # Measured on AVX-512 and AVX2: rows of 16 samples fill the vector registers (32 where a single storey leaves them
 # waiting for each other), and storey loops unroll well as long as those over lanes stay rolled.
@@ -110,7 +116,14 @@ def build_kernel(plan: Plan) -> wp.Kernel:
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:
     """Return the kernel of a plan, compiled for a device; threads may do so side by side."""
     kernel = build_kernel(plan)
-    kernel.module.load(wp.get_device(device), block_dim=block_size(device))
+    if (plan, device) not in _loaded:
+        description = f"{plan.family} {plan.dofs} {plan.law} {plan.method} {plan.dtype} for {device}"
+        in_background(
+            lambda: load_module(kernel.module, device, block_size(device)),
+            COMPILATION_IS_TOLD,
+            lambda: say(f"compiling kernel {description} ..."),
+        )
+        _loaded.add((plan, device))
     return kernel
 
 

@@ -1,37 +1,31 @@
 """Where kernels run: a processor's threads or a GPU's streams, each behind the same few calls."""
 
+import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from itertools import cycle, pairwise
-from typing import Any, NamedTuple
+from itertools import cycle
+from typing import Any
 
 import numpy as np
 import warp as wp
 
+from warpdyn.core.interruption import stop_if_asked
+from warpdyn.core.thread_pool import as_finished
 from warpdyn.kernels.arguments import as_field, blank_value, wrapped
 from warpdyn.kernels.build import THREADS_OF_A_BLOCK, load_kernel
 from warpdyn.kernels.plan import Plan, structs
+from warpdyn.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
 
-SLICES_PER_THREAD = 8  # short last slices keep all threads busy to the end
+# A launch cannot be stopped: Ctrl-C waits so long for it [s]. A piece has at most so many times the steps of the last.
+SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
+# Steps of storeys of a row in the first piece, half a second of the slowest laws.
+FIRST_PIECE = 3e4
+WAIT_FOR_GPU = 2e-4  # seconds between looks at a GPU and for signals
 # Blocks under way on a GPU at a time: while one is waited for, the others keep it busy. Samples of one number of steps
 # in an interval are a launch of their own; the launches of a block run side by side on so many streams.
 BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
-
-
-class Launch(NamedTuple):
-    """One launch of a kernel over some of the samples that were handed to the device.
-
-    Args:
-        control: The launch's scalars.
-        samples: Its samples, as the kernels' struct.
-        steps: Steps of each of them, falling, shape [sample].
-    """
-
-    control: object
-    samples: object
-    steps: np.ndarray
 
 
 def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
@@ -89,6 +83,7 @@ class CpuQueue:
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self.spans: list[tuple[float, float]] = []
+        self._pace: dict[Plan, float] = {}  # steps of rows of lanes that a thread takes in a piece's time
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
         """Return a struct of `structs` with these arrays, each as the type its field has."""
@@ -112,6 +107,9 @@ class CpuQueue:
     ) -> None:
         """Launch a plan's kernel, in slices over the threads, and wait.
 
+        A slice is launched in pieces of some tenths of a second, between which Ctrl-C acts; a single row of lanes is
+        not divided.
+
         Args:
             plan: The plan.
             launches: What to launch.
@@ -120,18 +118,34 @@ class CpuQueue:
         """
         kernel = load_kernel(plan, self.device)  # before the threads, which would each compile it
 
+        stopping = threading.Event()
+
         def run(launch: Launch, first: int, last: int) -> int:
-            inputs = [first, launch.control, launch.samples, *arguments]
-            wp.launch(kernel, dim=last - first, inputs=inputs, device=self.device)
+            costs = np.cumsum(launch.steps[first * plan.lanes : last * plan.lanes : plan.lanes], dtype=np.float64)
+            done = 0
+            while done < costs.size and not stopping.is_set():
+                # As many rows as take a piece's time, after what the last pieces took.
+                before = costs[done - 1] if done else 0.0
+                until = max(
+                    done + 1,
+                    int(np.searchsorted(costs, before + self._pace.get(plan, FIRST_PIECE / plan.dofs), "right")),
+                )
+                inputs = [first + done, launch.control, launch.samples, *arguments]
+                began = time.perf_counter()
+                wp.launch(kernel, dim=until - done, inputs=inputs, device=self.device)
+                seconds = max(time.perf_counter() - began, SECONDS_OF_A_PIECE / MOST_GROWTH)
+                self._pace[plan] = (costs[until - 1] - before) * SECONDS_OF_A_PIECE / seconds
+                done = until
             return min(last * plan.lanes, launch.steps.size) - first * plan.lanes
 
         started = time.perf_counter()
         pool = ThreadPoolExecutor(self.threads)
         try:
             tasks = [pool.submit(run, *part) for part in slices(launches, plan.lanes, self.threads)]
-            for done in as_completed(tasks):
+            for done in as_finished(tasks):
                 advance(done.result())
         finally:
+            stopping.set()
             pool.shutdown(cancel_futures=True)
             self.spans.append((started, time.perf_counter()))
 
@@ -229,16 +243,22 @@ class CudaQueue:
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
         """Wait for the outputs that were asked for last and copy them into these rows; `each` is a map over them."""
-        wp.synchronize_event(self._arrived)
+        self._wait(self._arrived)
         list(each(lambda name: np.copyto(rows[name], self._arriving[name]), self._arriving))
         self._settle()
         self._advance()
 
     def read(self, array: Any) -> np.ndarray:
         """Wait for all that is queued and return one of a struct's arrays."""
-        wp.synchronize_stream(self.stream)
+        self._wait(self.stream.record_event())
         self._settle()
         return array.numpy()
+
+    def _wait(self, event: wp.Event) -> None:
+        """Wait for an event; Ctrl-C acts meanwhile."""
+        while not event.is_complete:
+            stop_if_asked()
+            time.sleep(WAIT_FOR_GPU)
 
     def _settle(self) -> None:
         """Record the times of finished launches, and release the memory that they needed."""
@@ -277,16 +297,3 @@ def seconds_in_kernels(queues: Sequence[Queue]) -> float:
     for queue in queues:
         spans.setdefault(queue.device, []).extend(queue.spans)
     return max(seconds_covered(each) for each in spans.values())
-
-
-def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
-    """Divide launches into slices of rows of lanes that take about as long each; the longest samples' come first."""
-    costs = [np.cumsum(launch.steps[::lanes], dtype=np.float64) for launch in launches]  # a row is as long as its first
-    share = sum(cost[-1] for cost in costs) / (threads * SLICES_PER_THREAD)
-    parts = []
-    for launch, cost in zip(launches, costs, strict=True):
-        count = max(1, round(cost[-1] / share))
-        edges = np.searchsorted(cost, np.linspace(0, cost[-1], count + 1)[1:-1])
-        edges = np.unique([0, *(edges + 1), cost.size])
-        parts += [(launch, int(a), int(b)) for a, b in pairwise(edges)]
-    return sorted(parts, key=lambda part: -part[0].steps[part[1] * lanes])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from warpdyn.core.netcdf import GrowingFile, trace
+from warpdyn.core.unfinished import Unfinished
 from warpdyn.scene.portfolio import Portfolio
 
 SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file
@@ -62,16 +62,16 @@ class Joined:
         dataset = self._labelled(self._named(rows, 0))
         return dataset.merge(self.estimate).assign_attrs(dataset.attrs | self.attributes)
 
-    def in_file(self, path: str | os.PathLike) -> xr.Dataset:
+    def in_file(self, unfinished: Unfinished) -> xr.Dataset:
         """Write the dataset to a file, some buildings at a time, and return the dataset of the file."""
         together = max(1, SAMPLES_AT_A_TIME // self.samples_per_building)
-        with GrowingFile(path, self.portfolio.buildings * self.samples_per_building) as file:
+        with GrowingFile(unfinished, self.portfolio.buildings * self.samples_per_building) as file:
             for first in range(0, self.portfolio.buildings, together):
                 last = min(first + together, self.portfolio.buildings)
                 rows = {name: self._rows(name, first, last) for name in self.columns}
                 file.append(self._named(rows, first), self._labelled)
             file.finish(self.estimate.assign_attrs(self.attributes))
-        return xr.open_dataset(path, engine="netcdf4")
+        return xr.open_dataset(unfinished.path, engine="netcdf4")
 
     def _rows(self, name: str, first: int, last: int) -> np.ndarray:
         """Return a variable for all samples of some buildings, NaN at storeys that a building does not have."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from warpdyn.integration import packing
@@ -13,20 +15,26 @@ SHARE_OF_FREE_MEMORY = 0.25
 # Samples of a block: on a CPU so many that the cost of launches is negligible; on a GPU so few that three blocks at a
 # time fill it, since preparation of the first block and collection of the last do not overlap with kernels.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**15, 4
+# Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
+WORK_OF_A_BLOCK = 1e9
 # Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as numbers of 64 bits, sorted
 # and unsorted; copies of a structure's parameters as drawn, combined, packed and in the run's dtype.
 BYTES_PER_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
 MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are solved in parts, and of file chunks
 
 
-def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.ndarray]:
-    """Return the blocks of a run, each as the indices of its structures.
+def divide(
+    run: Run, columns: dict[str, Column], memory: int | None, *, first: int = 0, is_journaled: bool = False
+) -> list[range]:
+    """Return the blocks of a run, each as the range of its structures.
 
     Args:
         run: The run.
         columns: Variables of its dataset with one value for each sample.
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
             memory.
+        first: The first structure that is left to be run.
+        is_journaled: Whether blocks are kept as they finish, and should take half a minute at most.
 
     Raises:
         ValueError: If the memory is too small for a single structure.
@@ -46,13 +54,36 @@ def divide(run: Run, columns: dict[str, Column], memory: int | None) -> list[np.
         if room < 1:
             needed = max(MEMORY_OF_CHUNKS + under_way * host, BLOCKS_ON_A_GPU * device)
             raise ValueError(f"memory must be at least {int(needed)} bytes for this scene, got {memory}")
-    samples = run.samples
+    structures = run.structures - first
+    samples = structures * (run.samples // run.structures)
+    if not structures:
+        return []
     count = -(-samples // (GPU_BLOCK if is_gpu else CPU_BLOCK))
     if is_gpu:
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
-    count = max(count, -(-run.structures // room))
-    count = min(-(-count // len(devices)) * len(devices), run.structures)
-    return np.array_split(np.arange(run.structures), count)
+    elif is_journaled:
+        steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
+        count = max(count, int(samples * steps * run.model.plan.dofs / (WORK_OF_A_BLOCK * run.model.threads)))
+    count = max(count, -(-structures // room))
+    count = min(-(-count // len(devices)) * len(devices), structures)
+    size, larger = divmod(structures, count)  # the first ones are larger by one
+    edges = [first + place * size + min(place, larger) for place in range(count + 1)]
+    return [range(a, b) for a, b in pairwise(edges)]
+
+
+def check_room(run: Run, columns: dict[str, Column]) -> None:
+    """Raise a MemoryError with advice if the dataset of a run is too large to be returned in memory."""
+    needed, free = run.samples * _bytes_per_row(run, columns), free_memory("cpu")
+    if needed > free:
+        raise MemoryError(
+            f"the dataset of {run.samples:,} samples takes {needed / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory "
+            'are free: give path="run.nc", which writes the samples to a file block by block, or record less'
+        )
+
+
+def _bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
+    """Return the bytes of a sample in the dataset."""
+    return sum(column.dtype.itemsize * int(np.prod(lengths(run.model, column))) for column in columns.values())
 
 
 def blocks_ahead(run: Run) -> int:
@@ -64,7 +95,7 @@ def _bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, f
     """Return the bytes of a structure with all its samples, on the host and on a device."""
     model = run.model
     width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
-    row = sum(column.dtype.itemsize * int(np.prod(lengths(model, column))) for column in columns.values())
+    row = _bytes_per_row(run, columns)
     outputs = sum(real * width ** len(shape) for shape in model.shapes.values())
     drawn = run.first
     parameters = model.dynamics.parameters_of(drawn)

@@ -12,7 +12,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
+from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
+from warpdyn.core.thread_pool import result_of
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.run import Run
@@ -20,6 +22,7 @@ from warpdyn.integration.stability_guard import Findings, Reruns, blank_failed, 
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.blocks import blocks_ahead
 from warpdyn.running.histories import KeptHistories
+from warpdyn.running.journal import Journal
 from warpdyn.running.labels import fill_inputs, fill_outcomes
 from warpdyn.running.sinks import Table, blank_rows
 
@@ -31,8 +34,10 @@ class Block:
     """Some structures of a run with the state of their integration.
 
     Args:
+        structures: The structures.
         parts: All samples of each event.
         unstable: Which of them have a step beyond the stability limit, for each event.
+        is_known: Whether an earlier run has finished the block.
         rows: Rows of the dataset for the block's samples.
         event: Index of the present event.
         own: Rows of the samples of the present event.
@@ -42,8 +47,10 @@ class Block:
         outputs: Outputs of all samples of the last finished event, sample last.
     """
 
+    structures: range
     parts: list[Ensemble]
     unstable: list[np.ndarray]
+    is_known: bool = False
     rows: Arrays = field(default_factory=dict)
     event: int = 0
     own: Arrays = field(default_factory=dict)
@@ -78,6 +85,7 @@ class Pipeline:
         kept: Samples whose histories are kept.
         estimates: Error estimates of each event; none if they are not asked for.
         advance: Called with the number of histories done since its last call.
+        journal: Where finished blocks are kept, if they are.
     """
 
     def __init__(
@@ -89,7 +97,9 @@ class Pipeline:
         kept: KeptHistories | None,
         estimates: list[ErrorEstimate],
         advance: Callable[[int], object],
+        journal: Journal | None = None,
     ) -> None:
+        self.journal = journal
         self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
         self.kept, self.estimates, self.advance = kept, estimates, advance
         self.reruns = [Reruns() for _ in findings]
@@ -100,7 +110,7 @@ class Pipeline:
         of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
         self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
 
-    def process(self, blocks: list[np.ndarray], queues: list[Queue]) -> None:
+    def process(self, blocks: list[range], queues: list[Queue]) -> None:
         """Integrate all blocks, given by their structures, on the queues in turn."""
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
         is_gpu = self.run.execution.is_gpu
@@ -113,6 +123,7 @@ class Pipeline:
                 map_function = stack.enter_context(copying).map
             started = 0
             while started < len(blocks) or under_way:
+                stop_if_asked()
                 if started < len(blocks) and len(under_way) < len(queues):
                     under_way.append(self._next(upcoming, map_function))
                     started += 1
@@ -126,15 +137,17 @@ class Pipeline:
                 else:
                     self._complete(block)
 
-    def _prepare(self, item: tuple[np.ndarray, Queue]) -> Block:
+    def _prepare(self, item: tuple[range, Queue]) -> Block:
         """Draw a block, apply the stability guard to all events, and pack the first event."""
-        parts = self.run.events(*item)
+        structures, queue = item
+        parts = self.run.events(np.asarray(structures), queue)
         unstable = [
             guard(*part, self.on_unstable, findings) for part, findings in zip(parts, self.findings, strict=True)
         ]
         self.longest_period = max(self.longest_period, float(parts[0][1].period.max()))
         parts[0][0].pack()
-        return Block([ensemble for ensemble, _ in parts], unstable)
+        is_known = self.journal is not None and self.journal.has(structures, len(parts))
+        return Block(structures, [ensemble for ensemble, _ in parts], unstable, is_known)
 
     def _next(self, upcoming: Iterator[Block], map_function: MapFunction) -> Block:
         """Start the first event of the next block."""
@@ -159,7 +172,9 @@ class Pipeline:
                 block.started = whole.select(block.standing) if block.standing.size else None
                 block.found = whole.model.blank_outputs(block.standing.size)
                 self._mark_fallen(block, status)
-        if block.started is not None:
+        if block.is_known:
+            self.advance(block.standing.size)
+        elif block.started is not None:
             block.started.start(block.found, self.advance)
         fill_inputs(whole, block.own, map_function)
         self.seconds_integrating += time.perf_counter() - began
@@ -186,15 +201,20 @@ class Pipeline:
         stands[block.standing] = True
         if block.started is not None:
             began = time.perf_counter()
-            block.started.finish(block.found, map_function)
             found = {name: block.found[name].T for name in whole.model.shapes}
-            if self.on_unstable == "substep":
-                self.reruns[event].settle(whole, block.standing, found)
+            if block.is_known and self.journal is not None:
+                self.journal.restore(block.structures, event, whole, block.found, self.reruns[event])
+            else:
+                block.started.finish(block.found, map_function)
+                if self.on_unstable == "substep":
+                    self.reruns[event].settle(whole, block.standing, found)
             self.seconds_integrating += time.perf_counter() - began
             self.findings[event].add_outcomes(found, ~unstable[block.standing])
             if block.found is not block.own:
                 for name, values in found.items():
                     outputs[name][..., block.standing] = values
+        if self.journal is not None and not block.is_known:
+            self.journal.keep(block.structures, event, whole, block.found, self.reruns[event])
         outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)
         fill_outcomes(whole, block.own)
@@ -227,9 +247,9 @@ def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Generator:
             for item in items:
                 waiting.append(worker.submit(work, item))
                 if len(waiting) > depth:
-                    yield waiting.popleft().result()
+                    yield result_of(waiting.popleft())
             while waiting:
-                yield waiting.popleft().result()
+                yield result_of(waiting.popleft())
         finally:
             for result in waiting:
                 result.cancel()

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
-from pathlib import Path
 
 import xarray as xr
 
 from warpdyn.core.checks import whole_number
-from warpdyn.core.netcdf import check_writable
+from warpdyn.core.messages import tell
 from warpdyn.core.progress import counted_histories
+from warpdyn.core.unfinished import Unfinished
 from warpdyn.integration.model import dynamics_of, plan_of
 from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.integration.settings import Execution, Integration
@@ -22,12 +21,19 @@ from warpdyn.kernels.compilation import compile_side_by_side
 from warpdyn.kernels.plan import Plan
 from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
 from warpdyn.portfolio.labels import Joined
-from warpdyn.running.run_scene import Kept, run_scene
+from warpdyn.running.journal import FINGERPRINT, Journal
+from warpdyn.running.run_scene import Kept, fingerprint_of_run, run_scene
 from warpdyn.scene.scene import Scene
 
 
 def run_portfolio(
-    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+    scene: Scene,
+    structures: int,
+    integration: Integration,
+    execution: Execution,
+    kept: Kept,
+    seed: int,
+    unfinished: Unfinished | None,
 ) -> xr.Dataset:
     """Return what `simulate` returns of a portfolio; arguments as of `run_scene`.
 
@@ -53,31 +59,50 @@ def run_portfolio(
         warnings.simplefilter("ignore")
         # Settings are checked before anything is drawn, since their errors concern no archetype.
         build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
-    path = None if kept.path is None else check_writable(kept.path)
     groups = groups_of(portfolio, archetypes, integration, seed)
-    attributes = {"scene": scene.to_json(), "title": scene.title, "seed": seed}
+    digest = fingerprint_of_run(scene, structures, integration, execution, kept, seed)
+    attributes = {"scene": scene.to_json(), "title": scene.title, "seed": seed, FINGERPRINT: digest}
+    if unfinished is not None:
+        Journal(unfinished, digest, kept.overwrite)
     seconds = time.perf_counter() - started
 
     with ExitStack() as stack, counted_histories(portfolio.buildings * samples_per_building):
-        folder = None
-        if path is not None:
-            own = tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.")
-            folder = Path(stack.enter_context(own))
         if integration.target_error is None:  # else the method of each group is not chosen yet
             compile_side_by_side(_plans(groups, integration, execution, kept), execution.devices[0], execution.cores)
         runs = []
         for number, group in enumerate(groups):
             how = integration if group.longest_step is None else replace(integration, longest_step=group.longest_step)
-            what = replace(kept, path=None if folder is None else folder / f"{number}.nc")
-            with group.named_in_messages():
-                run = run_scene(group.scene, group.buildings.size, how, execution, what, seed)
-            if folder is not None:
+            arguments = group.scene, group.buildings.size, how, execution, kept, seed
+            finished = _finished(unfinished, number, fingerprint_of_run(*arguments))
+            with group.named_in_messages(), _place(unfinished, number) as place:
+                run = run_scene(*arguments, place) if finished is None else finished
+            if unfinished is not None:
                 stack.callback(run.close)
             runs.append(run)
         joined = Joined(
             portfolio, [group.buildings for group in groups], runs, samples_per_building, attributes, seconds
         )
-        return joined.in_memory() if path is None else joined.in_file(path)
+        return joined.in_memory() if unfinished is None else joined.in_file(unfinished)
+
+
+def _finished(unfinished: Unfinished | None, number: int, digest: str) -> xr.Dataset | None:
+    """Return the dataset of a group that an earlier run has finished, and say so; None if there is none."""
+    path = None if unfinished is None else unfinished.kept / f"{number}.nc"
+    if unfinished is None or path is None or not path.exists():
+        return None
+    run = xr.open_dataset(path, engine="netcdf4")
+    if run.attrs.get(FINGERPRINT) == digest:
+        tell(f"{unfinished.path}: group {number + 1} has been finished by an earlier run")
+        return run
+    run.close()
+    return None
+
+
+def _place(unfinished: Unfinished | None, number: int) -> AbstractContextManager[Unfinished | None]:
+    """Return where the file of a group is written."""
+    if unfinished is None:
+        return nullcontext()
+    return Unfinished(unfinished.kept / f"{number}.nc")
 
 
 def _plans(groups: list[Group], integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import warp as wp
 import xarray as xr
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
@@ -15,6 +16,7 @@ from warpdyn.accuracy.pilot import choose_method
 from warpdyn.core.checks import real_number
 from warpdyn.core.netcdf import GrowingFile
 from warpdyn.core.progress import counted_histories
+from warpdyn.core.unfinished import Unfinished
 from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.integration.stability_guard import Findings
@@ -23,9 +25,10 @@ from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.compilation import compile_side_by_side
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
-from warpdyn.running.blocks import divide
+from warpdyn.running.blocks import check_room, divide
 from warpdyn.running.histories import Histories, KeptHistories
-from warpdyn.running.labels import columns_of
+from warpdyn.running.journal import FINGERPRINT, Journal, fingerprint_of
+from warpdyn.running.labels import Column, columns_of
 from warpdyn.running.pipeline import Pipeline
 from warpdyn.running.sinks import InFile, InMemory, Table
 from warpdyn.scene.scene import Scene
@@ -33,12 +36,12 @@ from warpdyn.scene.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Kept:
-    """What is kept of a run besides its demands, and where; arguments as of `simulate`."""
+    """What is kept of a run besides its demands; arguments as of `simulate`."""
 
     checked_share: float | None = None
     histories: Histories | None = None
     keep_inputs: bool = True
-    path: str | os.PathLike | None = None
+    overwrite: bool = False
 
     def __post_init__(self) -> None:
         share = self.checked_share
@@ -46,12 +49,20 @@ class Kept:
             raise ValueError(f"checked_share must be a share of the samples, above 0 and at most 1, got {share}")
         if not isinstance(self.keep_inputs, bool):
             raise TypeError(f"keep_inputs must be True or False, got {self.keep_inputs!r}")
+        if not isinstance(self.overwrite, bool):
+            raise TypeError(f"overwrite must be True or False, got {self.overwrite!r}")
         if self.histories is not None and not isinstance(self.histories, Histories):
             raise TypeError(f"histories must be Histories(samples, every), got {self.histories!r}")
 
 
 def run_scene(
-    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+    scene: Scene,
+    structures: int,
+    integration: Integration,
+    execution: Execution,
+    kept: Kept,
+    seed: int,
+    unfinished: Unfinished | None,
 ) -> xr.Dataset:
     """Return what `simulate` returns of a scene of one structure.
 
@@ -62,9 +73,17 @@ def run_scene(
         execution: Devices, threads and memory.
         kept: What is kept of them.
         seed: Seed of every random draw.
+        unfinished: Where the file is written that the samples go to; None to return them in memory.
     """
     started = time.perf_counter()
-    if integration.target_error is not None:
+    digest = fingerprint_of_run(scene, structures, integration, execution, kept, seed)
+    journal = None
+    if unfinished is not None:
+        build_run(scene, structures, integration, execution, seed)  # what cannot run leaves what stands there
+        journal = Journal(unfinished, digest, kept.overwrite)
+    if journal is not None and "longest_step" in journal.settled:
+        integration = replace(integration, **journal.settled)
+    elif integration.target_error is not None:
         build_run(scene, structures, integration, execution, seed)  # errors are raised before the pilot runs
         choice = choose_method(
             scene,
@@ -76,10 +95,17 @@ def run_scene(
             device=execution.device,
             threads=execution.threads,
         )
-        integration = replace(integration, method=choice.method, dtype=choice.dtype, longest_step=choice.longest_step)
+        chosen: dict[str, Any] = {"method": choice.method, "dtype": choice.dtype, "longest_step": choice.longest_step}
+        integration = replace(integration, **chosen)
+        if journal is not None:
+            journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
     run = build_run(scene, structures, integration, execution, seed)
     columns = columns_of(run.model, kept.keep_inputs)
-    blocks = divide(run, columns, execution.memory)
+    if journal is None:
+        check_room(run, columns)
+    blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
+    first = blocks[-1].stop if blocks else 0
+    blocks += divide(run, columns, execution.memory, first=first, is_journaled=journal is not None)
     compile_side_by_side(_plans(run, kept), execution.devices[0], run.model.threads)
     queues = open_queues(execution.devices, run.model.threads)
     findings = _findings(run, blocks, queues[0], integration)
@@ -87,14 +113,11 @@ def run_scene(
     if kept.histories is not None:
         histories = KeptHistories(kept.histories, run, queues[0], integration.on_unstable)
     estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
-    table: Table
-    if kept.path is None:
-        table = InMemory(run.model, columns, run.samples)
-    else:
-        table = InFile(run.model, columns, GrowingFile(kept.path, run.samples))
-    with table:
+    with _table(run, columns, unfinished) as table:
         with counted_histories(sum(run.samples_by_event)) as progress:
-            pipeline = Pipeline(run, integration.on_unstable, findings, table, histories, estimates, progress.update)
+            pipeline = Pipeline(
+                run, integration.on_unstable, findings, table, histories, estimates, progress.update, journal
+            )
             pipeline.seconds_sampling += time.perf_counter() - started
             pipeline.process(blocks, queues)
         for found in findings:
@@ -105,11 +128,28 @@ def run_scene(
             errors = [estimate.result(list(run.model.demands)) for estimate in estimates]
             rest = rest.merge(errors[0] if len(errors) == 1 else xr.concat(errors, "event", combine_attrs="override"))
         rest.attrs = _attributes(run, integration) | {
+            FINGERPRINT: digest,
             "seconds_sampling": pipeline.seconds_sampling,
             "seconds_integrating": pipeline.seconds_integrating,
             "seconds_in_kernels": seconds_in_kernels(queues),
         }
         return table.finish(rest)
+
+
+def fingerprint_of_run(
+    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+) -> str:
+    """Return the fingerprint of all that decides the bits of a run; arguments as of `run_scene`."""
+    machines = [wp.get_device(device).name for device in execution.devices]
+    what = kept.checked_share, kept.histories, kept.keep_inputs
+    return fingerprint_of(scene, structures, integration, sorted(set(machines)), what, seed)
+
+
+def _table(run: Run, columns: dict[str, Column], unfinished: Unfinished | None) -> Table:
+    """Return the table that takes the samples of a run."""
+    if unfinished is None:
+        return InMemory(run.model, columns, run.samples)
+    return InFile(run.model, columns, GrowingFile(unfinished, run.samples))
 
 
 def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
@@ -122,21 +162,21 @@ def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
         yield history_plan(run.model.plan)
 
 
-def _findings(run: Run, blocks: list[np.ndarray], queue: Queue, integration: Integration) -> list[Findings]:
+def _findings(run: Run, blocks: list[range], queue: Queue, integration: Integration) -> list[Findings]:
     """Return the findings of each event; with "raise", raise an error if a step is beyond its limit."""
     events = run.model.scene.excitation.event_names
     counts = zip(run.samples_by_event, events, strict=True)
     findings = [Findings(count, integration.method, name) for count, name in counts]
     if integration.on_unstable == "raise":
         for structures in blocks:
-            for found, part in zip(findings, run.events(structures, queue), strict=True):
+            for found, part in zip(findings, run.events(np.asarray(structures), queue), strict=True):
                 found.add_limits(*part)
         for found in findings:
             found.refuse(any_step=True)
     return findings
 
 
-def _estimates(run: Run, share: float, blocks: list[np.ndarray]) -> list[ErrorEstimate]:
+def _estimates(run: Run, share: float, blocks: list[range]) -> list[ErrorEstimate]:
     """Return an error estimate for each event, from a share of its samples."""
     return [
         ErrorEstimate(count, share, run.model.seed, len(blocks[0]) * count // run.structures)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import collections.abc
 import os
+from contextlib import nullcontext
 
 import xarray as xr
 
 from warpdyn.core.checks import check_kind
+from warpdyn.core.interruption import interruptible
+from warpdyn.core.unfinished import Unfinished
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.running.histories import Histories
 from warpdyn.running.run_portfolio import run_portfolio
@@ -33,6 +36,7 @@ def simulate(
     keep_inputs: bool = True,
     checked_share: float | None = None,
     path: str | os.PathLike | None = None,
+    overwrite: bool = False,
     device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
     memory: int | None = None,
@@ -70,10 +74,13 @@ def simulate(
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
         checked_share: Share of the samples (at least 30 of them) that are run again at half the step and in float64, to
             estimate the relative error of every demand; None for none.
-        path: NetCDF file to write the samples to, block by block. It appears when the run has finished; a file that
-            stood there before stays until then. The returned dataset reads values from the file when they are asked
-            for: close it when done. During the run of a portfolio, files of its groups stand beside it and take as much
-            room again. None to return the dataset in memory.
+        path: NetCDF file to write the samples to, block by block. It appears when the run has finished; a file of the
+            same run that stood there before stays until then. A run that was stopped or killed goes on from its
+            finished blocks when the same call is made again, and the results have the same bits; these blocks stand in
+            a hidden folder beside the file, and take as much room as the demands. During the run of a portfolio, files
+            of its groups stand there too. The returned dataset reads values from the file when they are asked for:
+            close it when done. None to return the dataset in memory.
+        overwrite: Whether a run of another scene, seed or arguments that stands at `path` is replaced.
 
         device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
             samples; None for the first GPU, or the CPU where there is none.
@@ -92,7 +99,7 @@ def simulate(
     Raises:
         ValueError: If an argument is out of its range or a name is unknown, before anything has run; or if a drawn
             value is out of its parameter's bounds, which may come after some blocks have run.
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written, or another run stands there.
     """
     check_kind("simulate", "a Scene", scene, Scene)
     integration = Integration.from_arguments(
@@ -106,9 +113,10 @@ def simulate(
         on_unstable=on_unstable,
     )
     execution = Execution(device=device, threads=threads, memory=memory)
-    kept = Kept(checked_share=checked_share, histories=histories, keep_inputs=keep_inputs, path=path)
+    kept = Kept(checked_share=checked_share, histories=histories, keep_inputs=keep_inputs, overwrite=overwrite)
     if checked_share is not None and resample:
         raise ValueError("checked_share sees nothing of what resample cuts off a motion: leave out one of them")
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     run = run_portfolio if scene.structure.is_many else run_scene
-    return run(scene, structures, integration, execution, kept, seed)
+    with interruptible(), nullcontext() if path is None else Unfinished(path) as unfinished:
+        return run(scene, structures, integration, execution, kept, seed, unfinished)

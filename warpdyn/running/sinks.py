@@ -100,7 +100,7 @@ class InFile:
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
         """Return the dataset as the file has it, with the variables and attributes that are known at the end."""
         self.file.finish(rest)
-        return xr.open_dataset(self.file.path, engine="netcdf4")
+        return xr.open_dataset(self.file.unfinished.path, engine="netcdf4")
 
 
 def blank_rows(model: Model, columns: dict[str, Column], samples: int) -> Arrays:

@@ -1,0 +1,177 @@
+"""Ctrl-C, SIGTERM and kills: no deadlock, what stood there stays, nothing half-written is left, full disks named."""
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from interrupted import dataset
+from xarray.backends.locks import CombinedLock
+
+import warpdyn as wd
+from warpdyn.core import netcdf
+from warpdyn.core.interruption import interruptible, stop_if_asked
+from warpdyn.core.thread_pool import in_background, in_parts
+
+pytestmark = pytest.mark.fast
+
+
+def test_signals_act_only_at_the_places_that_look_for_them():
+    reached = []
+
+    def work(number, *, looks):
+        reached.clear()
+        with interruptible(), interruptible():
+            signal.raise_signal(number)
+            reached.append("after the signal")
+            if looks:
+                stop_if_asked()
+            reached.append("the end")
+
+    for number, kind in ((signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)):
+        before = signal.getsignal(number)
+        with pytest.raises(kind) as caught:
+            work(number, looks=True)
+        assert reached == ["after the signal"]
+        assert signal.getsignal(number) is before
+        assert number == signal.SIGINT or caught.value.code == 128 + number
+        with pytest.raises(kind):
+            work(number, looks=False)
+        assert reached[-1] == "the end"  # a signal that came late is not lost
+    stop_if_asked()  # nothing is left to act
+
+
+def test_handlers_of_the_program_are_called():
+    seen = []
+    before = signal.signal(signal.SIGTERM, lambda number, frame: seen.append(number))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with interruptible():
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGTERM)
+            assert not seen
+            stop_if_asked()
+            assert seen == [signal.SIGTERM]
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def test_other_threads_write_too(tmp_path):
+    thread = threading.Thread(target=wd.write, args=(dataset(10), tmp_path / "run.nc"))
+    thread.start()
+    thread.join()
+    assert (tmp_path / "run.nc").exists()
+
+
+def test_waiting_for_threads_ends_at_once():
+    def interrupt():
+        time.sleep(0.05)
+        signal.raise_signal(signal.SIGINT)
+
+    told = []
+    began = time.perf_counter()
+    threading.Thread(target=interrupt).start()
+    with interruptible(), pytest.raises(KeyboardInterrupt):
+        in_parts(lambda part: time.sleep(0.02), 1000, 2, at_a_time=1)
+    threading.Thread(target=interrupt).start()
+    with interruptible(), pytest.raises(KeyboardInterrupt):
+        in_background(lambda: time.sleep(3.0), 0.1, lambda: told.append("waiting"))
+    assert time.perf_counter() - began < 2.0
+    assert in_background(lambda: time.sleep(0.3) or 5, 0.1, lambda: told.append("told")) == 5
+    assert told[-1] == "told"
+    with pytest.raises(ZeroDivisionError):
+        in_background(lambda: 1 / 0, 1.0, lambda: None)
+
+
+# Ctrl-C at 12 moments of wd.write: one that landed in a lock of xarray's file manager waited for it for ever.
+MOMENTS = """
+import os, signal, sys, threading, time
+from interrupted import dataset
+import warpdyn as wd
+
+held, path = dataset(60_000), sys.argv[1]
+wd.write(held, path)
+started = time.perf_counter()
+wd.write(held, path)
+seconds = time.perf_counter() - started
+for moment in range(12):
+    threading.Timer(seconds * (moment + 0.5) / 12, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    try:
+        wd.write(held, path)
+        time.sleep(10 + 2 * seconds)
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+"""
+
+
+def test_control_c_in_writing_never_hangs(tmp_path):
+    path = tmp_path / "run.nc"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    command = [sys.executable, "-c", MOMENTS, str(path)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout.split() == ["interrupted"] * 12, done.stderr
+    assert os.listdir(tmp_path) == ["run.nc"]
+    with xr.open_dataset(path) as read:
+        xr.testing.assert_equal(read.load(), dataset(60_000))
+
+
+def test_control_c_within_a_lock_waits_for_it(tmp_path, monkeypatch):
+    """The very place: xarray's lock is taken, and the `with` statement does not know yet."""
+    original = CombinedLock.acquire
+
+    def acquire(self, blocking=True):
+        taken = original(self, blocking)
+        signal.raise_signal(signal.SIGINT)
+        return taken
+
+    monkeypatch.setattr(CombinedLock, "acquire", acquire)
+    with pytest.raises(KeyboardInterrupt):
+        wd.write(dataset(10), tmp_path / "run.nc")
+    monkeypatch.undo()
+    with xr.open_dataset(tmp_path / "run.nc") as read:
+        assert read.sizes["sample"] == 10
+
+
+@pytest.mark.parametrize("samples", [10, 40_000])  # written at once, and in parts
+def test_a_full_disk_is_named_and_nothing_is_left(samples, tmp_path, monkeypatch):
+    path = wd.write(dataset(20), tmp_path / "run.nc")
+    before = path.read_bytes()
+
+    def fail(*arguments, **options):
+        (tmp_path / ".run.nc.unfinished" / "part.nc").write_bytes(b"half of it")
+        raise RuntimeError("NetCDF: HDF error")  # what the library says of a full disk
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
+    with pytest.raises(OSError, match=r"cannot write .*run\.nc: No space left on device") as caught:
+        wd.write(dataset(samples), path)
+    assert caught.value.errno == errno.ENOSPC
+    assert os.listdir(tmp_path) == ["run.nc"]
+    assert path.read_bytes() == before
+
+
+def test_what_is_written_in_parts_is_what_is_written_at_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(netcdf, "ROWS_AT_A_TIME", 7000)
+    held = dataset(20_000)
+    held["status"] = ("sample", np.arange(20_000).astype(np.int8))
+    held["name"] = ("storey", np.array(["first", "2nd", "third"]))
+    held.attrs["source"] = "warpdyn"
+    wd.write(held, tmp_path / "parts.nc")
+    with xr.open_dataset(tmp_path / "parts.nc") as lazy:  # from a file that is open
+        wd.write(lazy, tmp_path / "again.nc")
+    coded = held.copy()
+    coded["status"].encoding["scale_factor"] = 2.0  # which xarray alone writes
+    wd.write(coded, tmp_path / "coded.nc")
+    for name in ("parts.nc", "again.nc", "coded.nc"):
+        with xr.open_dataset(tmp_path / name) as read:
+            if name != "coded.nc":
+                xr.testing.assert_identical(read.load(), held)
+            np.testing.assert_array_equal(read["demand_3"], held["demand_3"])
+            np.testing.assert_array_equal(read["status"], held["status"])

@@ -1,0 +1,140 @@
+"""What a run with `path=` has integrated, block by block, so that a run that was killed goes on from there.
+
+Results of the kernels are kept, with the steps and reruns that they took; all else is computed from them again, in the
+same order, so that a run which goes on has the bits of one that was never interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from contextlib import suppress
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warpdyn.core.description import fingerprint
+from warpdyn.core.messages import tell
+from warpdyn.core.unfinished import Unfinished, attributes_of
+from warpdyn.integration.dynamics import Arrays
+from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.stability_guard import Reruns
+
+FINGERPRINT = "fingerprint"  # the attribute of a dataset that says which run made it
+
+
+def fingerprint_of(*decides: object) -> str:
+    """Return the digest of all that decides the bits of a run: what is given, and the versions of what computes."""
+    versions = [version(name) for name in ("warpdyn", "warp-lang", "numpy", "scipy")]
+    return fingerprint(*decides, *versions)
+
+
+class Journal:
+    """The finished blocks of a run, one file for each block and event.
+
+    Args:
+        unfinished: Where the file of the run is written.
+        digest: What `fingerprint_of` returned of the run.
+        overwrite: Whether another run may stand there, finished or not.
+
+    Attributes:
+        settled: What an earlier call has chosen, by name, for values that another call might choose otherwise.
+
+    Raises:
+        FileExistsError: If another run stands there, and `overwrite` is not set.
+    """
+
+    def __init__(self, unfinished: Unfinished, digest: str, overwrite: bool) -> None:
+        self.path, self.folder = unfinished.path, unfinished.kept
+        advice = "give another path, or overwrite=True to replace it"
+        if self.path.exists() and not overwrite and attributes_of(self.path).get(FINGERPRINT) != digest:
+            raise FileExistsError(
+                f"cannot write {self.path}: another run stands there (of another scene, seed or arguments); {advice}"
+            )
+        self._header = self.folder / "run.json"
+        header: dict[str, Any] = {}
+        with suppress(OSError, ValueError):
+            header = json.loads(self._header.read_text())
+        if header and header[FINGERPRINT] != digest and not overwrite:
+            raise FileExistsError(
+                f"cannot write {self.path}: another run that is not finished stands there (of another scene, seed or "
+                f"arguments); {advice}"
+            )
+        if header.get(FINGERPRINT) != digest:
+            unfinished.forget()
+            header = {FINGERPRINT: digest, "settled": {}}
+        self.settled: dict[str, Any] = header["settled"]
+        self._digest = digest
+        unfinished.is_journaled = True
+        self.folder.mkdir(exist_ok=True)
+        self._write_header()
+
+    def settle(self, **values: object) -> None:
+        """Keep values for a call that goes on from here."""
+        self.settled |= values
+        self._write_header()
+
+    def _write_header(self) -> None:
+        _replace(self._header, json.dumps({FINGERPRINT: self._digest, "settled": self.settled}).encode())
+
+    def blocks(self, events: int, structures: int) -> list[range]:
+        """Return the structures of the blocks that are finished, from the first structure on, and say how many."""
+        ends = {}
+        for path in self.folder.glob(f"*.{events - 1}.npz"):
+            first, last = map(int, path.name.split(".")[0].split("-"))
+            if all(zipfile.is_zipfile(self._file(first, last, event)) for event in range(events)):
+                ends[first] = last
+        found: list[range] = []
+        first = 0
+        while first in ends:
+            found.append(range(first, ends[first]))
+            first = ends[first]
+        if found:
+            tell(f"{self.path}: goes on from the {first} of {structures} structures that an earlier run has finished")
+        return found
+
+    def has(self, structures: range, events: int) -> bool:
+        """Return whether a block is finished."""
+        return all(self._file(structures.start, structures.stop, event).exists() for event in range(events))
+
+    def keep(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
+        """Keep an event of a block: the outputs of its samples, their steps, and the reruns until then."""
+        columns = dict(zip(("intervals", "substeps", "step", "residual_steps"), run.schedule.columns, strict=True))
+        arrays = {f"output_{name}": found[name] for name in run.model.shapes} | columns
+        path = self._file(structures.start, structures.stop, event)
+        part = path.with_suffix(".part")
+        with open(part, "wb") as file:
+            np.savez(file, reruns=json.dumps(reruns.state), **arrays)  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+
+    def restore(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
+        """Fill in what `keep` kept."""
+        path = self._file(structures.start, structures.stop, event)
+        try:
+            with np.load(path) as kept:
+                for name in run.model.shapes:
+                    np.copyto(found[name], kept[f"output_{name}"])
+                columns = [kept[name] for name in ("intervals", "substeps", "step", "residual_steps")]
+                reruns.state = json.loads(str(kept["reruns"]))
+        except (zipfile.BadZipFile, KeyError, ValueError) as error:
+            raise OSError(
+                f"{path}, from which the run of {self.path} was to go on, is damaged: give overwrite=True"
+            ) from error
+        run.schedule = replace(
+            run.schedule, run_intervals=columns[0], substeps=columns[1], step=columns[2], residual_steps=columns[3]
+        )
+
+    def _file(self, first: int, last: int, event: int) -> Path:
+        return self.folder / f"{first}-{last}.{event}.npz"
+
+
+def _replace(path: Path, content: bytes) -> None:
+    part = path.with_suffix(".part")
+    part.write_bytes(content)
+    os.replace(part, path)
