@@ -76,7 +76,7 @@ def read_text(
     values = numbers.values(columns)
     if values.shape[1] < 2:
         raise ValueError(f"{path}: a record needs at least 2 samples, found {values.shape[1]}")
-    _check_damage(table, acceleration)
+    _check_damage(table, columns)
     if time is not None:
         step = _step_of_column(table, time, values[1], step, time_unit)
     elif step is None:
@@ -185,18 +185,19 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
     return (chosen[1] if time is not None else None), chosen[0]
 
 
-def _check_damage(table: _Table, column: int) -> None:
+def _check_damage(table: _Table, columns: list[int]) -> None:
     """Raise or warn where the text of the numbers shows that one is damaged."""
     numbers = table.numbers
     is_ended = table.text.endswith("\n")  # most files are, and the last column need not be looked at
     last = [] if is_ended else [numbers.tokens(i)[-1] for i in range(len(numbers))]
     check_last_value(table.text, last, table.path)
-    if other := numbers.other_forms(column):
-        place, token, example = other
-        warn_caller(
-            f"{place}: {token!r} is written in another form than the other accelerations, such as {example!r}: it may "
-            "have lost a digit or its point"
-        )
+    for column in columns:
+        if other := numbers.other_forms(column):
+            place, token, example = other
+            warn_caller(
+                f"{place}: {token!r} is written in another form than the column's other numbers, such as {example!r}: "
+                "it may have lost a digit or its point"
+            )
     moved, end = numbers.other_layouts, len(numbers)
     while moved and moved[-1] == end - 1 and len(numbers.lines[end - 1]) > len(numbers.lines[0]):
         moved, end = moved[:-1], end - 1  # at the end, a time may have one more digit
