@@ -13,6 +13,7 @@ import xarray as xr
 import warpdyn as wd
 
 MOTIONS = [wd.GroundMotion(np.sin(np.arange(1000.0) * pace), 0.01, name=str(pace)) for pace in (0.2, 0.05)]
+MEMORY = 67_500_000  # bytes, so that there are several blocks
 SCATTER = {"mass": wd.RandomFactor(wd.Lognormal(1, 0.2))}
 
 
@@ -47,7 +48,7 @@ def run(what: str, path: str, structures: int) -> None:
     is_many = what == "portfolio"
     given, count = scene(is_many, structures), {} if is_many else {"structures": structures}
     print("begun", flush=True)
-    wd.simulate(given, seed=7, device="cpu", path=path, **count).close()
+    wd.simulate(given, seed=7, device="cpu", path=path, memory=MEMORY, **count).close()
 
 
 if __name__ == "__main__":

@@ -321,3 +321,36 @@ def test_memory_stays_below_its_limit(design, structures, tmp_path):
     limited, unlimited = peaks(structures)
     assert limited < limit
     assert unlimited > 1.5 * limit  # so much it takes if nothing holds it
+
+
+class ReachedError(Exception):
+    pass
+
+
+@pytest.fixture
+def unlaunched(monkeypatch):
+    """Stop each run where its first kernel would be launched."""
+
+    def launch(*arguments, **options):
+        raise ReachedError
+
+    monkeypatch.setattr(devices.CpuQueue, "launch", launch)
+
+
+def test_what_takes_long_is_told_before_it(unlaunched, caplog):
+    system = wd.Scene(make_scene().structure, wd.FreeVibration(1000.0, velocity=0.1))
+    with pytest.raises(ReachedError):
+        wd.simulate(system, structures=10, step=0.01, device="cpu", threads=1)
+    assert not caplog.text
+    # 2e5 samples x 1e5 steps x 2 storeys x 5 ns = 200 s on one thread, and a tail of none; 4e5 take 400 s.
+    with pytest.raises(ReachedError):
+        wd.simulate(system, structures=400_000, step=0.01, device="cpu", threads=1)
+    assert re.search(r"400,000 samples take 4e\+10 steps of 2 degrees of freedom: .* 7 minutes on cpu", caplog.text)
+
+
+def test_a_step_that_cannot_be_meant_does_not_start_a_billion_steps_silently(unlaunched):
+    motion = wd.GroundMotion([0.0, 1.0, 0.0], 1e6)
+    scene = wd.Scene(wd.ShearBuilding(1.0, 40.0, 1.0), motion, recorders=("drift",), tail=0.0)
+    told = r"sample 0 takes .* steps of .* is the motion's step in seconds"
+    with pytest.warns(UserWarning, match=told), pytest.raises(ReachedError):
+        wd.simulate(scene, device="cpu")

@@ -1,5 +1,6 @@
 """Warp's kernel cache: what is read from it is what was written, and what is damaged in it is compiled again."""
 
+import atexit
 import hashlib
 import json
 import os
@@ -14,9 +15,18 @@ from warpdyn.core.messages import warn_caller
 SEAL = "warpdyn.json"  # digests of the files of a module, beside them
 
 
+def initialise() -> None:
+    """Initialise Warp, with a folder for this process alone if the cache's cannot be made."""
+    try:
+        wp.init()
+    except OSError as error:
+        _move_elsewhere(error)
+        wp.init()
+
+
 def folder_of(module: wp.Module, block_size: int) -> Path:
     """Return the folder of a module in the kernel cache."""
-    wp.init()  # which sets the cache's folder
+    initialise()  # which sets the cache's folder
     return Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block_size)
 
 
@@ -49,17 +59,22 @@ def _load(module: wp.Module, device: str, block_size: int) -> None:
     try:
         module.load(wp.get_device(device), block_dim=block_size)
     except OSError as error:
-        cache = Path(wp.config.kernel_cache_dir)
-        if _takes_files(cache):
+        if _takes_files(Path(wp.config.kernel_cache_dir)):
             raise
-        elsewhere = tempfile.mkdtemp(prefix="warpdyn_kernels_")
-        warn_caller(
-            f"the kernel cache {cache} cannot be written ({error}): kernels are compiled anew in this process, into "
-            f"{elsewhere}; set WARP_CACHE_PATH to a folder that can be written"
-        )
-        wp.config.kernel_cache_dir = elsewhere
+        _move_elsewhere(error)
         module.mark_modified()
         module.load(wp.get_device(device), block_dim=block_size)
+
+
+def _move_elsewhere(error: OSError) -> None:
+    """Have this process compile its kernels into a temporary folder, and say so."""
+    cache = wp.config.kernel_cache_dir or os.environ.get("WARP_CACHE_PATH", "of this user")
+    wp.config.kernel_cache_dir = tempfile.mkdtemp(prefix="warpdyn_kernels_")
+    atexit.register(shutil.rmtree, wp.config.kernel_cache_dir, ignore_errors=True)
+    warn_caller(
+        f"the kernel cache {cache} cannot be written ({error}): kernels are compiled anew in this process, into "
+        f"{wp.config.kernel_cache_dir}; set WARP_CACHE_PATH to a folder that can be written"
+    )
 
 
 def _takes_files(folder: Path) -> bool:
@@ -105,4 +120,4 @@ def _seal(folder: Path) -> None:
 def _digests(folder: Path) -> dict[str, str]:
     """Return the digests of a module's binaries and their descriptions, by name."""
     files = (path for path in sorted(folder.iterdir()) if path.suffix in (".o", ".ptx", ".cubin", ".meta"))
-    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files if path.is_file()}

@@ -15,6 +15,7 @@ from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.thread_pool import as_finished
 from warpdyn.kernels.arguments import as_field, blank_value, wrapped
 from warpdyn.kernels.build import THREADS_OF_A_BLOCK, load_kernel
+from warpdyn.kernels.kernel_cache import initialise
 from warpdyn.kernels.plan import Plan, structs
 from warpdyn.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
 
@@ -35,6 +36,7 @@ def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
         ValueError: If there is no such device, one is named twice, or the CPU is named beside a GPU; the message lists
             those there are.
     """
+    initialise()
     gpus = [f"cuda:{i}" for i in range(wp.get_cuda_device_count())]
     if device is None:
         return (gpus[0] if gpus else "cpu",)

@@ -21,6 +21,7 @@ from warpdyn.integration.run import Run
 from warpdyn.integration.stability_guard import Findings, Reruns, blank_failed, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.blocks import blocks_ahead
+from warpdyn.running.cost import tell_cost
 from warpdyn.running.histories import KeptHistories
 from warpdyn.running.journal import Journal
 from warpdyn.running.labels import fill_inputs, fill_outcomes
@@ -99,7 +100,7 @@ class Pipeline:
         advance: Callable[[int], object],
         journal: Journal | None = None,
     ) -> None:
-        self.journal = journal
+        self.journal, self._is_told = journal, False
         self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
         self.kept, self.estimates, self.advance = kept, estimates, advance
         self.reruns = [Reruns() for _ in findings]
@@ -155,6 +156,9 @@ class Pipeline:
         block = next(upcoming)
         block.rows = self.table.rows_for(block.samples)
         self.seconds_sampling += time.perf_counter() - began
+        if not self._is_told:
+            self._is_told = True
+            tell_cost(self.run, block.parts)
         self._start(block, map_function)
         return block
 

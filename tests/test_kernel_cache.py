@@ -1,0 +1,105 @@
+"""Warp's kernel cache: what is damaged in it, or cannot be written to it, is named and compiled again."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warpdyn.core import messages
+from warpdyn.kernels import kernel_cache
+
+pytestmark = pytest.mark.fast
+
+
+@wp.kernel(module="unique", enable_backward=False)
+def twice(values: wp.array(dtype=float)):
+    values[wp.tid()] = 2.0 * values[wp.tid()]
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """Keep kernels in a folder of this test's."""
+    wp.init()
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
+    twice.module.unload()
+    yield tmp_path
+    twice.module.unload()
+
+
+def load_anew():
+    """Load the kernel as another process would, and check what it computes."""
+    twice.module.unload()
+    kernel_cache.load_module(twice.module, "cpu", 1)
+    values = wp.array(np.arange(4.0), dtype=float, device="cpu")
+    wp.launch(twice, dim=4, inputs=[values], device="cpu")
+    assert values.numpy().tolist() == [0, 2, 4, 6]
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def flip(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 255
+    path.write_bytes(content)
+
+
+DAMAGES = {
+    "cut": cut,
+    "empty": lambda path: path.write_bytes(b""),
+    "flipped bits": flip,
+    "removed": Path.unlink,
+    "a folder": lambda path: (path.unlink(), path.mkdir()),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("ending", [".o", ".meta", ".json"])
+def test_what_is_damaged_is_named_and_compiled_again(damage, ending, cache):
+    load_anew()
+    folder = kernel_cache.folder_of(twice.module, 1)
+    [path] = [path for path in folder.iterdir() if path.suffix == ending]
+    DAMAGES[damage](path)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        load_anew()
+    told = [str(each.message) for each in caught]
+    if (ending, damage) == (".json", "removed"):
+        assert not told  # as caches were before there were seals: what they hold is taken
+    else:
+        assert len(told) == 1
+        assert told[0].startswith(f"the kernel cache is damaged in {folder} (")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_anew()  # it is whole again
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "a folder"])
+def test_what_no_seal_guards_is_compiled_again_where_it_cannot_be_loaded(damage, cache):
+    load_anew()
+    folder = kernel_cache.folder_of(twice.module, 1)
+    (folder / kernel_cache.SEAL).unlink()
+    for path in folder.glob("*.o"):
+        DAMAGES[damage](path)
+    with pytest.warns(UserWarning, match="the kernel cache is damaged in .*: the kernel is compiled again"):
+        load_anew()
+
+
+def test_a_cache_that_cannot_be_written_is_named(cache, monkeypatch):
+    (cache / "file").write_text("no folder")
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(cache / "file" / "kernels"))
+    with pytest.warns(UserWarning, match=r"the kernel cache .*kernels cannot be written .*set WARP_CACHE_PATH"):
+        load_anew()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_anew()
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_what_takes_long_is_said_on_a_terminal(is_terminal, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: is_terminal)
+    messages.say("compiling kernel of a test ...")
+    assert ("compiling kernel of a test ..." in capsys.readouterr().err) == is_terminal
