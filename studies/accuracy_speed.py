@@ -33,7 +33,7 @@ from parts.accuracy_speed.scenes import Charted, build_scenes
 from parts.command_line import file_in, read_arguments, save_figures
 from tqdm import tqdm
 
-from warpdyn.core import netcdf
+from warpdyn.files import netcdf
 from warpdyn.kernels.queues import checked_devices, device_names
 from warpdyn.methods.table import METHODS
 

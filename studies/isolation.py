@@ -21,8 +21,8 @@ from matplotlib.figure import Figure
 from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
-from warpdyn.core import netcdf
 from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.files import netcdf
 from warpdyn.ground_motions.records import far_field
 from warpdyn.plots.style import COLOURS, new_figure
 

@@ -16,7 +16,7 @@ from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
 from warpdyn import plots
-from warpdyn.core import netcdf
+from warpdyn.files import netcdf
 from warpdyn.ground_motions.records import far_field
 
 # HAZUS C1M, high code: a concrete frame whose first period is 0.75 s. A frame in the ensemble is "complete" at 5.3 %

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
-from warpdyn.core import netcdf
+from warpdyn.files import netcdf
 from warpdyn.ground_motions.records import far_field
 
 # The city, assumed and no survey of any place: a stock as of the western United States. Nine of ten buildings are wood

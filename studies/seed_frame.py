@@ -21,7 +21,7 @@ from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
 
 import warpdyn as wd
-from warpdyn.core import netcdf
+from warpdyn.files import netcdf
 from warpdyn.truth.linear import harmonic_response
 
 FRAME = json.loads((Path(__file__).parents[1] / "data" / "seed_frame.json").read_text())

@@ -21,8 +21,8 @@ from parts.command_line import file_in, read_arguments, save_figures
 from parts.stability import failure_figures, failures, figures, oscillator
 from seed_frame import Variable, labelled
 
-from warpdyn.core import netcdf
 from warpdyn.core.output_variables import STATUS_MEANINGS
+from warpdyn.files import netcdf
 from warpdyn.kernels.queues import checked_devices, device_names
 from warpdyn.methods.stability_limits import stability_limit
 from warpdyn.methods.table import METHODS

@@ -36,7 +36,7 @@ def run_study(command: str, out: Path) -> subprocess.CompletedProcess[str]:
     """Run the `python studies/...` part of a command on the CPU with this interpreter; results are written to `out`."""
     script = re.search(r"python (studies/\S+\.py) --out (\S+)(.*)$", command)
     arguments = [sys.executable, script[1], "--out", str(out), "--device", "cpu", *script[3].split()]
-    environment = os.environ | {"MPLBACKEND": "agg"}
+    environment = os.environ | {"MPLBACKEND": "agg", "PYTHONWARNINGS": "error:implausible input"}
     return subprocess.run(
         arguments, cwd=ROOT, capture_output=True, text=True, env=environment, check=False, preexec_fn=_limit_memory
     )

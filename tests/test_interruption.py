@@ -16,9 +16,9 @@ from interrupted import dataset
 from xarray.backends.locks import CombinedLock
 
 import warpdyn as wd
-from warpdyn.core import netcdf
 from warpdyn.core.interruption import interruptible, stop_if_asked
 from warpdyn.core.thread_pool import in_background, in_parts
+from warpdyn.files import netcdf
 
 pytestmark = pytest.mark.fast
 

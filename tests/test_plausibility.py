@@ -149,3 +149,9 @@ def test_names_are_checked():
         wd.meant_as_given("storey_heigth").__enter__()
     with pytest.raises(ValueError, match="takes the names of quantities"):
         wd.meant_as_given().__enter__()
+
+
+def test_the_configuration_of_the_tests_hides_no_warning():
+    # In any other test, too, what is implausible is an error unless the test is marked.
+    with pytest.raises(UserWarning, match="implausible input: storey height at storey 1 is 3200 m"):
+        run(building(height=3200.0))

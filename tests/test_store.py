@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.core.unfinished import Unfinished, check_writable
+from warpdyn.files.unfinished import Unfinished, check_writable
 
 pytestmark = pytest.mark.fast
 

@@ -10,7 +10,7 @@ import xarray as xr
 from test_simulate import MOTIONS, assert_same_bits, make_oscillator, make_scene
 
 import warpdyn as wd
-from warpdyn.core import netcdf
+from warpdyn.files import netcdf
 from warpdyn.kernels import queues as devices
 from warpdyn.running import blocks
 from warpdyn.running.journal import Journal

@@ -2,8 +2,8 @@
 
 from . import kernels as kernels, laws as laws, plots as plots, truth as truth
 from .accuracy.pilot import MethodChoice as MethodChoice, plan as plan
-from .core.netcdf import write as write
 from .core.plausibility import meant_as_given as meant_as_given
+from .files.netcdf import write as write
 from .ground_motions import records as records
 from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
 from .ground_motions.event_sequences import EventSequence as EventSequence

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from warpdyn.core.unfinished import check_writable
+from warpdyn.files.unfinished import check_writable
 
 
 def read_arguments(description: str | None, count: int, meaning: str, counted: str = "samples") -> argparse.Namespace:

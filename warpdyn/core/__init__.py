@@ -1,1 +1,1 @@
-"""What every package of warpdyn uses: checks, progress, threads, random numbers, units, output variables, files."""
+"""What every package of warpdyn uses: checks, progress, threads, random numbers, units, output variables."""

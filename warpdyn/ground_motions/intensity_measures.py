@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_number
-from warpdyn.core.netcdf import trace
+from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions import motion_integrals
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.ground_motions.plausibility import warn_of_implausible_motions

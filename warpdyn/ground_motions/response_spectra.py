@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers, whole_number
-from warpdyn.core.netcdf import trace
+from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.ground_motions.plausibility import warn_of_implausible_motions
 from warpdyn.methods.oscillator_increments import LARGEST_NORM, halvings_of, oscillator_increments

@@ -16,7 +16,7 @@ from warpdyn.integration.time_grid import Schedule
 from warpdyn.kernels import arguments, queues as devices
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.parts.collapse import VARIABLES as COLLAPSE
+from warpdyn.kernels.output_table import COLLAPSE
 from warpdyn.kernels.plan import Plan
 
 MapFunction = Callable[..., Iterable[object]]  # map, or a parallel one

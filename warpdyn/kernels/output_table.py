@@ -6,13 +6,19 @@ Demands are evaluated at every step, not between steps; forces and accelerations
 from __future__ import annotations
 
 from warpdyn.core.output_variables import Variable
-from warpdyn.kernels.parts.collapse import VARIABLES as COLLAPSE
 from warpdyn.kernels.recorders.history import HISTORY as HISTORY
 from warpdyn.kernels.recorders.steps import ADAPTIVE
 from warpdyn.kernels.registry import recorders
 
 # Family -> recorder -> the kernel's outputs, named as the dataset names them.
 RECORDERS = recorders()
+# What `parts/collapse.py` fills; that module imports Warp, which a scene that is only made does not need.
+COLLAPSE = {
+    "time_of_collapse": Variable((), "s", "time at which a storey drift passed its capacity", is_demand=False),
+    "storey_of_collapse": Variable(
+        (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
+    ),
+}
 # The recorder of the final state, from which the next event of a sequence starts; it is not in the dataset.
 STATE = "state"
 

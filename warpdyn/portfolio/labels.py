@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.netcdf import GrowingFile, trace
-from warpdyn.core.unfinished import Unfinished
+from warpdyn.files.netcdf import GrowingFile, trace
+from warpdyn.files.unfinished import Unfinished
 from warpdyn.scene.portfolio import Portfolio
 
 SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file

@@ -19,7 +19,7 @@ import numpy as np
 
 from warpdyn.core.description import fingerprint
 from warpdyn.core.messages import tell
-from warpdyn.core.unfinished import Unfinished, attributes_of
+from warpdyn.files.unfinished import Unfinished, attributes_of
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.stability_guard import Reruns

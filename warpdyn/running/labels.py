@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset
-from warpdyn.core.netcdf import trace
 from warpdyn.core.output_variables import STATUS_MEANINGS, STRIPED
 from warpdyn.core.units import IN_G
+from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.ground_motions.motions import motion_names, motion_numbers
 from warpdyn.integration.dynamics import Arrays

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers
 from warpdyn.core.description import to_json
-from warpdyn.core.netcdf import trace
 from warpdyn.core.plausibility import Findings
+from warpdyn.files.netcdf import trace
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.kernels.auxiliary.storey_step import storey_step_kernel
 from warpdyn.laws.springs import spring_row

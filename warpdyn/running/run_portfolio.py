@@ -13,7 +13,7 @@ import xarray as xr
 from warpdyn.core.checks import whole_number
 from warpdyn.core.messages import tell
 from warpdyn.core.progress import counted_histories
-from warpdyn.core.unfinished import Unfinished
+from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.model import dynamics_of, plan_of
 from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.integration.settings import Execution, Integration

@@ -14,9 +14,9 @@ import xarray as xr
 from warpdyn.accuracy.error_estimate import ErrorEstimate
 from warpdyn.accuracy.pilot import choose_method
 from warpdyn.core.checks import real_number
-from warpdyn.core.netcdf import GrowingFile
 from warpdyn.core.progress import counted_histories
-from warpdyn.core.unfinished import Unfinished
+from warpdyn.files.netcdf import GrowingFile
+from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.integration.stability_guard import Findings

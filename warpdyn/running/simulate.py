@@ -10,7 +10,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_kind
 from warpdyn.core.interruption import interruptible
-from warpdyn.core.unfinished import Unfinished
+from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.running.histories import Histories
 from warpdyn.running.run_portfolio import run_portfolio

@@ -8,7 +8,7 @@ from typing import Protocol, Self
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.netcdf import GrowingFile
+from warpdyn.files.netcdf import GrowingFile
 from warpdyn.integration.model import Model
 from warpdyn.running.labels import Arrays, Column, labelled, lengths
 

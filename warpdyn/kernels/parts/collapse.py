@@ -11,15 +11,7 @@ from typing import Any
 
 import warp as wp
 
-from warpdyn.core.output_variables import Variable
-
 order = 10
-VARIABLES = {
-    "time_of_collapse": Variable((), "s", "time at which a storey drift passed its capacity", is_demand=False),
-    "storey_of_collapse": Variable(
-        (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
-    ),
-}
 FIELDS = {
     "Control": {"collapse_drift_ratio": "float"},
     "Structure": {"inverse_drift_capacity": "float[,]"},

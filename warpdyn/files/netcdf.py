@@ -21,7 +21,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_kind
 from warpdyn.core.interruption import interruptible, stop_if_asked
-from warpdyn.core.unfinished import Unfinished, disk_error
+from warpdyn.files.unfinished import Unfinished, disk_error
 
 # Samples in a chunk of the file: some hundred kilobytes of each variable, so that the half-filled chunks at the end of
 # a block cost little.
