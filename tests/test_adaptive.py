@@ -9,7 +9,9 @@ from scipy.linalg import eigh
 import warpdyn as wd
 from warpdyn.truth import bilinear_chain_response, bouc_wen_chain_response, piecewise_linear_response
 
-pytestmark = pytest.mark.meant_as_given("first_period", "force_over_weight", "no_damping", "storey_height")
+pytestmark = pytest.mark.meant_as_given(
+    "first_period", "force_over_weight", "integration_step", "no_damping", "storey_height"
+)
 
 MASS, STIFFNESS, STEP = np.array([1e5, 1e5, 8e4]), np.array([8e7, 6e7, 5e7]), 0.02
 YIELD_FORCE, HARDENING = np.array([2.2e5, 1.8e5, 1.2e5]), 0.05

@@ -348,6 +348,7 @@ def test_what_takes_long_is_told_before_it(unlaunched, caplog):
     assert re.search(r"400,000 samples take 4e\+10 steps of 2 degrees of freedom: .* 7 minutes on cpu", caplog.text)
 
 
+@pytest.mark.meant_as_given("record_step", "first_period_over_height", "strongest_motion")
 def test_a_step_that_cannot_be_meant_does_not_start_a_billion_steps_silently(unlaunched):
     motion = wd.GroundMotion([0.0, 1.0, 0.0], 1e6)
     scene = wd.Scene(wd.ShearBuilding(1.0, 40.0, 1.0), motion, recorders=("drift",), tail=0.0)

@@ -68,6 +68,7 @@ def test_demands_are_those_of_the_history_up_to_the_collapse(method):
     assert abs(ended["energy_balance_error"].item()) < max(0.02, 3 * usual)
 
 
+@pytest.mark.meant_as_given("collapse_drift_ratio")
 def test_storeys_have_capacities_of_their_own():
     ratio = run(building(), "rk4")["peak_storey_drift_ratio"].values[0]
     strong = np.full(3, 1.0)
@@ -95,6 +96,7 @@ def test_capacities_can_be_scattered():
     np.testing.assert_allclose(peak[:2], [0.004, 0.008], rtol=1e-12)
 
 
+@pytest.mark.meant_as_given("storey_height")
 @pytest.mark.parametrize("method", ["rk4", "velocity_verlet", "newmark_average", "dormand_prince54"])
 def test_gravity_takes_a_bouc_wen_storey_past_its_limit(method):
     # By scipy's DOP853 (rtol 1e-10) the storey passes 0.1 m at .15349017 s; it does not come back.

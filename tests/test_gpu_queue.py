@@ -18,7 +18,7 @@ from test_simulate import MOTIONS, assert_same_bits, make_scene
 
 import warpdyn as wd
 from warpdyn.kernels import arguments, build, queues as devices
-from warpdyn.running import blocks
+from warpdyn.running import blocks, run_scene
 
 pytestmark = pytest.mark.meant_as_given(
     "collapse_drift_ratio",
@@ -33,6 +33,13 @@ pytestmark = pytest.mark.meant_as_given(
 class Event:
     def __init__(self, device=None, enable_timing=False):
         self.stream, self.time = None, None
+
+    @property
+    def is_complete(self):
+        """Work goes on while somebody waits."""
+        if self.time is None:
+            self.stream.go_on()
+        return self.time is not None
 
 
 class Wait:
@@ -163,6 +170,7 @@ def pretended(request, monkeypatch):
 
     monkeypatch.setattr(devices, "wp", shim)
     monkeypatch.setattr(arguments, "wp", shim)
+    monkeypatch.setattr(run_scene, "wp", shim)
     monkeypatch.setattr(wp.array, "fill_", fill_)
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
     monkeypatch.setattr(blocks, "free_memory", lambda device: 2**34)

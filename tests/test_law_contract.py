@@ -243,6 +243,7 @@ DEVICE_FUNCTIONS = '''
 '''
 
 
+@pytest.mark.meant_as_given("no_damping", "strongest_motion")
 def test_a_law_is_one_folder(tmp_path, monkeypatch):
     folder = tmp_path / "cubic"
     folder.mkdir()

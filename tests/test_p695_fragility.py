@@ -106,7 +106,12 @@ def test_default_step_errs_as_little_as_the_readme_says(monkeypatch: pytest.Monk
     default, fine = (
         wd.simulate(scene, structures=2, device="cpu", **how) for how in ({}, {"step": 0.00125, "dtype": "float64"})
     )
-    error = np.abs(default["peak_storey_drift_ratio"] / fine["peak_storey_drift_ratio"] - 1)
+    np.testing.assert_array_equal(default["storey_of_collapse"], fine["storey_of_collapse"])
+    # A collapse is told at the end of a step, and another storey may be on its way then.
+    assert np.abs(default["time_of_collapse"] - fine["time_of_collapse"]).max() < 0.005
+    stands = default["storey_of_collapse"] == -1
+    error = np.abs(default["peak_storey_drift_ratio"] / fine["peak_storey_drift_ratio"] - 1)[stands.values]
+    assert stands.mean() > 0.85
     assert error.quantile(0.95) < 0.0007
     assert error.max() < 0.004
 
@@ -125,8 +130,8 @@ def test_notebook_runs_on_the_file(main_job: tuple[Path, str], monkeypatch: pyte
     assert not any(cell.get("outputs") for cell in notebook.cells)  # committed without outputs
     NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(path.parent)}}).execute()
     text = "".join(o.get("text", "") for cell in notebook.cells for o in cell.get("outputs", []))
-    # Stiffer structures drift less, and at the strongest stripe no other parameter tells more.
-    assert float(re.search(r"6\.50 g: stiffness \(([-+.\d]+)\)", text)[1]) < -0.4
+    # Stiffer structures drift less, and no other parameter tells more at the last stripe where most buildings stand.
+    assert float(re.search(r"4\.00 g: stiffness \(([-+.\d]+)\)", text)[1]) < -0.4
 
 
 def test_unwritable_output_is_said_before_the_run(tmp_path: Path) -> None:

@@ -146,7 +146,7 @@ def test_whatever_a_building_is_beside_its_parameters_decides_on_its_group():
     # All buildings of a group are built like its first one. Whoever gives ShearBuilding one more attribute must have
     # `groups_of` tell buildings apart by it, and add it here.
     derived = {"inherent_damping"}  # from these
-    told_apart = {"storeys", "storey_laws", "devices", "damping", "damping_modes", "damped_storeys"}
+    told_apart = {"storeys", "storey_laws", "devices", "damping", "damping_modes", "damped_storeys", "own_storeys"}
     assert set(vars(chain(2))) == told_apart | {"parameters", "parameter_table", "law", "storey_law", *derived}
     kinds = [chain(3), chain(3, damping_modes=(1, 3)), chain(3, damping="modal"), chain(3, law="bouc_wen"), chain(2)]
     kinds.append(chain(3, law="bouc_wen", exponent=2.0))  # which has a kernel of its own

@@ -292,6 +292,7 @@ def test_a_blow_up_is_diverged_and_never_a_collapse():
     assert wd.simulate(scene, dtype="float64")["status"].values.tolist() == [1]
 
 
+@pytest.mark.meant_as_given("first_period_over_height", "yield_drift_ratio", "damping_ratio")
 def test_default_step_divides_every_motion_and_resolves_the_structure():
     stiff, soft = make_building(), make_building(stiffness=[6e2, 4e2])
     for building in (stiff, soft):

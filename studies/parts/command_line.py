@@ -30,7 +30,10 @@ def read_arguments(description: str | None, count: int, meaning: str, counted: s
 
 def file_in(folder: Path, name: str) -> Path:
     """Make the folder for the results and return a file in it that can be written."""
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SystemExit(f"cannot write {folder / name}: {error}") from error
     return check_writable(folder / name)
 
 

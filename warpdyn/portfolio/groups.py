@@ -145,7 +145,8 @@ def _kind(building: Structure) -> tuple:
     """Return the properties of a building besides its kernel and its parameter values."""
     assert isinstance(building, ShearBuilding)
     damping = building.damping, building.damping_modes, building.damped_storeys
-    return building.storey_laws, building.devices, tuple(building.parameters), *damping
+    own_storeys = tuple(building.own_storeys.tolist())
+    return building.storey_laws, building.devices, tuple(building.parameters), own_storeys, *damping
 
 
 def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.ndarray]:
