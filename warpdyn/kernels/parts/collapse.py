@@ -50,6 +50,10 @@ def declare():
     over_before = row()
     collapse_time = row()  # below 0 while the building stands
     collapse_storey = row()
+    past = row()  # of the last step, the part that lies behind the collapse [s]
+    stands = row()  # 1 until the lane collapses, then 0
+    if PROPAGATED:
+        earlier_drift = matrix()
     burst = row()  # 1 where the step was too long
     last_interval = indices()  # in which anything is seen
 
@@ -57,6 +61,7 @@ def declare():
 def start():
     for j in range(LANES):
         collapse_time[j] = dtype(-1.0)
+        stands[j] = dtype(1.0)
         last_interval[j] = live_intervals[j]
     for i in range(N):
         for j in range(LANES):
@@ -75,6 +80,7 @@ def start():
                 over[j] = across(over[j], THREADS)
             if over[j] > dtype(1.0):
                 collapse_time[j] = dtype(0.0)
+                stands[j] = dtype(0.0)
                 last_interval[j] = int(0)
 
 
@@ -97,6 +103,16 @@ def settle_lane():
 
 
 def see_drift():
+    if DRIFT:
+        # The last state is added at the end, as far as the collapse. Where a state is seen before it is known whether
+        # the building stands in it, the peak is that of the state before.
+        drift_seen = drift
+        if IMPLICIT_CHAIN:
+            drift_seen = drift_before
+        if PROPAGATED:
+            drift_seen = earlier_drift[i, j]
+            earlier_drift[i, j] = drift
+        peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen) * stands[j])
     if PROPAGATED:
         over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
 
@@ -109,8 +125,10 @@ def see_state():
                     collapse_time[j] = dtype(0.0)
                     if index > 0:
                         collapse_time[j] = time_of_passing(index - 1, step[j], over_before[j], over[j])
+                        past[j] = dtype(index) * step[j] - collapse_time[j]
                     last_interval[j] = interval
                 live[j] = dtype(0.0)
+                stands[j] = dtype(0.0)
             over_before[j] = over[j]
             over[j] = dtype(0.0)
 
@@ -130,6 +148,8 @@ def end_step():
             if over[j] > dtype(1.0):
                 if collapse_time[j] < dtype(0.0):
                     collapse_time[j] = time_of_passing(index, step[j], over_before[j], over[j])
+                    past[j] = dtype(index + 1) * step[j] - collapse_time[j]
+                    stands[j] = dtype(0.0)
                     last_interval[j] = interval + 1  # whose first step sees this state
                     if not ADAPTIVITY:  # whose steps are as short as they must be
                         if over_before[j] < near or over[j] > beyond:
@@ -145,9 +165,30 @@ def finish():
 
 
 def finish_storey():
-    if DRIFT:  # the demand is the capacity, wherever the step ends that passes it
+    if DRIFT:
+        drift_of_end = dtype(0.0)
+        rate_of_end = dtype(0.0)
+        if PROPAGATED:
+            drift_of_end = earlier_drift[i, j]
+            for mode in range(N):
+                of_end = shape[i * N + mode, j] if IS_COPIED else structures.mode_shape[i * N + mode, shaped[j]]
+                rate_of_end += of_end * x[N + mode, j]
+        else:
+            drift_of_end = u[i, j]
+            rate_of_end = v[i, j]
+            if i > 0:
+                drift_of_end -= u[i - 1, j]
+                rate_of_end -= v[i - 1, j]
+            elif SECTIONS:
+                drift_of_end -= foot_u[j]
+                rate_of_end -= foot_v[j]
+        drift_at_collapse = wp.abs(drift_of_end)
         if collapse_time[j] > dtype(0.0):
-            peak_drift[i, j] = wp.min(peak_drift[i, j], dtype(1.0) / inverse_capacity[i, j])
+            capacity = dtype(1.0) / inverse_capacity[i, j]
+            if drift_at_collapse < capacity:
+                drift_at_collapse = wp.abs(drift_of_end - past[j] * rate_of_end)
+            drift_at_collapse = wp.min(drift_at_collapse, capacity)
+        peak_drift[i, j] = larger(peak_drift[i, j], drift_at_collapse)
     if PROPAGATED:
         part_of_capacity = wp.abs(ratio_of_storey[i, j]) / inverse_height[i, j] * inverse_capacity[i, j]
         if part_of_capacity > over[j]:

@@ -36,7 +36,8 @@ def start_drift():
 
 
 def see_drift():
-    peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift))
+    if not COLLAPSE:  # which sees as far as the collapse
+        peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift))
 
 
 def finish_storey():
