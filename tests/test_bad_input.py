@@ -149,7 +149,7 @@ SCENES = {
     "duration": (lambda: wd.FreeVibration(0.0), "duration [s] must be a finite number above 0, got 0.0"),
     "frequency": (
         lambda: wd.HarmonicForce([1.0], INFINITE, 1.0),
-        "circular_frequency must be a finite number, got inf",
+        "circular_frequency [rad/s] must be a finite number of at least 0, got inf",
     ),
     "amplitude a dof": (lambda: scene(excitation=wd.HarmonicForce([1], 1, 1)), "amplitude has 1 values for 2 degrees"),
     "columns a dof": (lambda: scene(excitation=wd.ForceHistory([[1], [2]], 1)), "force has 1 columns for 2 degrees"),
@@ -186,6 +186,16 @@ SCENES = {
     ),
     "collapse limit": (lambda: scene(collapse_drift_ratio=0.0), "collapse_drift_ratio must be a finite number above 0"),
     "tail": (lambda: scene(tail=-1.0), "tail [s] must be a finite number of at least 0, got -1.0"),
+    "tail of what has none": (
+        lambda: scene(excitation=wd.FreeVibration(1.0, velocity=0.1), tail=2.0),
+        "nothing follows a FreeVibration",
+        "leave the tail out",
+    ),
+    "nothing is kept": (lambda: wd.simulate(scene(recorders=())), "the scene has no recorders", "ask for histories"),
+    "negative frequency": (
+        lambda: wd.HarmonicForce([1.0, 1.0], -3.0, 1.0),
+        "circular_frequency [rad/s] must be a finite number of at least 0, got -3",
+    ),
     "unknown sampling": (lambda: scene(sampling="halton"), "unknown sampling 'halton'", "'latin_hypercube', 'sobol'"),
     "scatter of nothing": (
         lambda: scene(scatter={"strength": 1.0}),

@@ -157,7 +157,7 @@ class HarmonicForce(FormulaLoad):
 
     Args:
         amplitude: F0 [N], shape [dof]; zero where no force acts.
-        circular_frequency: w [rad/s].
+        circular_frequency: w [rad/s]; 0 for a constant force F0 sin(phase).
         duration: Length of the run [s].
         phase: Phase [rad].
     """
@@ -173,8 +173,9 @@ class HarmonicForce(FormulaLoad):
     def __post_init__(self) -> None:
         object.__setattr__(self, "amplitude", _checked_row("amplitude", self.amplitude))
         object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
-        for name in ("circular_frequency", "phase"):
-            object.__setattr__(self, name, real_number(name, getattr(self, name)))
+        frequency = real_number("circular_frequency [rad/s]", self.circular_frequency, least=0)
+        object.__setattr__(self, "circular_frequency", frequency)
+        object.__setattr__(self, "phase", real_number("phase", self.phase))
 
     @property
     def forcing_frequency(self) -> float:

@@ -114,6 +114,8 @@ def simulate(
     )
     execution = Execution(device=device, threads=threads, memory=memory)
     kept = Kept(checked_share=checked_share, histories=histories, keep_inputs=keep_inputs, overwrite=overwrite)
+    if not scene.recorders and histories is None:
+        raise ValueError("the scene has no recorders, so that nothing would be kept: name some, or ask for histories")
     if checked_share is not None and resample:
         raise ValueError("checked_share sees nothing of what resample cuts off a motion: leave out one of them")
     warn_of_implausible(scene, step=step, longest_step=longest_step)

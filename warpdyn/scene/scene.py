@@ -93,6 +93,9 @@ class Scene:
                 raise ValueError("collapse_drift_ratio needs storeys: take a ShearBuilding, or leave it out")
         if self.tail is not None:
             real_number("tail [s]", self.tail, least=0)
+            if not self.excitation.has_tail and self.tail > 0:
+                kind = type(self.excitation).__name__
+                raise ValueError(f"tail: nothing follows a {kind}, whose duration is the whole run: leave the tail out")
         check_scatter(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))
         object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))

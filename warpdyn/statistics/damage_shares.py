@@ -201,9 +201,10 @@ def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) ->
     record, motions = run["motion_index"].values, run.sizes["motion"]
     if events is None:
         return record, np.arange(motions)
-    labels = list(events)
+    labels = [] if isinstance(events, str) else list(events)
     if len(labels) != motions:
-        raise ValueError(f"events names {len(labels)} motions, and the run has {motions}: they must agree")
+        given = f"is {events!r}" if isinstance(events, str) else f"holds {len(labels)}"
+        raise ValueError(f"events must hold the event of each of the {motions} motions, and {given}")
     for kind in (str, Integral):
         if all(isinstance(label, kind) and not isinstance(label, bool) for label in labels):
             break
