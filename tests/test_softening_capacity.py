@@ -124,7 +124,7 @@ def test_every_storey_has_the_curves_shape_as_gems_have() -> None:
 
 
 def test_soft_storey_is_that_of_gems_toolkit() -> None:
-    """Its first mode is of the matrix with 1.2 in the first place: the first storey has 0.2 of the others' stiffness."""
+    """Its first mode is of the matrix with 1.2 in the first place: a first storey of 0.2 of the others' stiffness."""
     mass = np.array([1.0e5, 1.0e5, 1.0e5, 0.75e5])
     building = wd.ShearBuilding.from_capacity([0.03, 0.3], [1e6, 1.5e6], 4, mass, 3.0, distribution="soft_storey")
     matrix = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
@@ -174,7 +174,7 @@ def test_missing_corners_are_where_gem_has_them(points: tuple, corners: tuple) -
         (([0.02, 0.03, 0.2], [1e6, 1.6e6, 1.7e6]), "pinching4", "stiffer before point 1 than at first"),
         (([0, 0.02, 0.1, 0.2], [0, 1e6, 0.5e6, 0.52e6]), "pinching4", "rises again at point 3, .* fallen from point 1"),
         (([0.02, 0.1, 0.2, 0.3], [1e6, 0.5e6, 0.505e6, 0.4e6]), "pinching4", "rises again at point 2"),
-        (([0.02, 0.1, 0.2, 0.3], [1e6, 1.2e6, 1.4e6, 1.6e6]), "quadrilinear", "bends up at its corner 2"),
+        (([0.02, 0.1, 0.2, 0.3], [1e6, 1.1e6, 1.4e6, 1.6e6]), "quadrilinear", "bends up at its corner 2"),
         (([0.02], [1e6]), "pinching4", "needs a yield point and another one"),
     ],
 )

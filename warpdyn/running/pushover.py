@@ -80,8 +80,8 @@ def pushover(
     The roof displacement is prescribed and the base shear follows, so that a building can be pushed past its peak;
     within a step every storey moves straight to its next drift, and a step stops where a storey begins to soften. If
     storeys soften, a step ends in the equilibrium downhill from an elastic step, or from one like the last: one storey
-    softens, and the others unload. Viscous damping has no effect. With a gravity load (P-Delta) the lateral load is the springs' resistance
-    less the P-Delta force, and may be negative.
+    softens, and the others unload. Viscous damping has no effect. With a gravity load (P-Delta) the lateral load is the
+    springs' resistance less the P-Delta force, and may be negative.
 
     Args:
         building: The building.
@@ -188,11 +188,11 @@ class _PushedChain:
             base_shear = self._balance(scale)
             if base_shear is None:
                 continue
-            softens = np.count_nonzero(self._softening())
+            softens = int(np.count_nonzero(self._softening()))
             if stops_at_peak and softens and not self.softens:
                 return None
             # At a peak to which storeys come together some are beyond it by rounding; the base shear has not fallen.
-            falls = (self.base_shear - base_shear) * np.sign(move) > TOLERANCE * scale
+            falls = bool((self.base_shear - base_shear) * np.sign(move) > TOLERANCE * scale)
             if softens > 1 and falls and not one_softens:
                 continue
             self.last_moves[:] = self.trial - self.drift
