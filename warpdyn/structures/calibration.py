@@ -40,12 +40,15 @@ class CalibratedChain:
 
         Storeys have one mass (1,000 kg/m2) and one stiffness, which give the type's first period; their strengths are
         the storey shears of a triangular load whose base shear is the type's yield spectral acceleration times the
-        mass in the first mode. A bilinear law does not represent the ultimate strength of the capacity curve.
-        `hazus_drift_limits` gives the limits of the damage states. The type's period is that without P-Delta: a
-        `gravity_load` makes the building's own period longer.
+        mass in the first mode. Laws of a yield force and a hardening ratio go on hardening beyond the ultimate strength
+        of the capacity curve; `trilinear`, `quadrilinear`, `pinching4` and `hysteretic` stay at it, and `hysteretic`
+        is the storey of SimCenter's MDOF-LU, with its pinching and softer unloading. `hazus_drift_limits` gives the
+        limits of the damage states. The type's period is that without P-Delta: a `gravity_load` makes the building's
+        own period longer.
 
         Lu, Han, Hori, Xiong, Xu (2014), Advances in Engineering Software 70; Lu and Guan (2017), Earthquake Disaster
-        Simulation of Civil Infrastructures; numbers from FEMA's Hazus Earthquake Model Technical Manual.
+        Simulation of Civil Infrastructures; Lu, McKenna, Cheng, Xu, Zeng, Mahin (2020), Earthquake Spectra 36, of
+        MDOF-LU; numbers from FEMA's Hazus Earthquake Model Technical Manual.
 
         Args:
             building_type: One of the 36 model building types, such as "C1M".
@@ -54,14 +57,15 @@ class CalibratedChain:
                 MH) are accepted up to 50 storeys, although Hazus means one or two: periods and strengths are then
                 unrealistic.
             floor_area: Area of a floor [m2].
-            law: Storey law; it takes yield force and hardening ratio as far as it has them.
+            law: Storey law; it takes yield force, hardening ratio, corners and pinching as far as it has them.
             damping: As of ShearBuilding; a damping that takes a damping ratio takes the type's.
             **parameters: As of ShearBuilding: other parameters of the law, and values that replace the type's.
 
         Raises:
             ValueError: If a name is unknown, the type has no such number of storeys, or ShearBuilding refuses a value.
         """
-        chain = hazus_chain(building_type, design_level, storeys, floor_area)
+        _refuse_several_laws(law)
+        chain = hazus_chain(building_type, design_level, storeys, floor_area, law_name(law))
         ratio = chain.pop("damping_ratio")
         one_of("damping", damping, DAMPING)
         if "damping_ratio" in DAMPING[damping].parameters:

@@ -20,6 +20,7 @@ CORNERS = {
     "ibarra_medina_krawinkler_pinching": 3,
 }
 KINEMATIC = ("trilinear", "quadrilinear")  # hardening moves their backbones: none of them falls
+SHAPED = (*KINEMATIC, "hysteretic", "pinching4")  # these may rise to an ultimate strength and be level from there
 # Drift of a level branch's end over that of its beginning, as SimCenter's MDOF-LU has it: it has no effect but on the
 # energy that damage is measured by.
 LEVEL_END = 10.0
