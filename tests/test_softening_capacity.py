@@ -156,9 +156,9 @@ def test_missing_corners_are_where_gem_has_them(points: tuple, corners: tuple) -
         (
             RESIDUAL,
             "bilinear",
-            r"falls after its peak, point 1, from 1.4e\+06 to 500000 at 0.5, and law 'bilinear' cann",
+            r"falls after its peak, point 1, from 1.4e\+06 to 500000 at point 2, where law 'bilinear' has 2.15e\+06",
         ),
-        (RESIDUAL, "bouc_wen", "law 'bouc_wen' cannot fall: take one that does .'hysteretic', 'pinching4', 'ibarra"),
+        (RESIDUAL, "bouc_wen", "law 'bouc_wen' has .*: take a law that falls .'hysteretic', 'pinching4', 'ibarra"),
         (CAPPED, "quadrilinear", "falls after point 1, and law 'quadrilinear' cannot fall"),
         (RISING, "trilinear", "has 4 points; law 'trilinear' takes two to 3"),
         (RISING, "hysteretic", "has 4 points; law 'hysteretic' takes 3, and a last one within 1 %"),
@@ -206,9 +206,18 @@ def test_a_storey_that_passes_the_curves_end_collapses() -> None:
     assert building.parameters["drift_capacity"] == pytest.approx([0.1])
 
 
-def test_a_fall_of_less_than_one_percent_is_level() -> None:
-    building = wd.ShearBuilding.from_capacity([0.02, 0.1, 0.12], [1e6, 1.5e6, 1.49e6], 1, 2.0e5, 3.0)
+def test_a_fall_within_one_percent_of_the_bilinear_curve_is_taken() -> None:
+    building = wd.ShearBuilding.from_capacity([0.02, 0.1, 0.101], [1e6, 1.5e6, 1.495e6], 1, 2.0e5, 3.0)
     assert building.parameters["hardening_ratio"] == pytest.approx([0.125])
+    with pytest.raises(ValueError, match=r"from 1.5e\+06 to 1.495e\+06 at point 2, where law 'bilinear' has 2.75e\+06"):
+        wd.ShearBuilding.from_capacity([0.02, 0.1, 0.3], [1e6, 1.5e6, 1.495e6], 1, 2.0e5, 3.0)
+
+
+def test_storeys_of_the_curves_shape_fall_more_steeply() -> None:
+    building = wd.ShearBuilding.from_capacity(*RESIDUAL, 2, 2.0e5, 3.0, law="pinching4", softening="every_storey")
+    pushed = wd.pushover(building, [0.05, 0.10, 0.15], pattern="triangular")["base_shear"].values
+    assert pushed[:2] == pytest.approx([1.15e6, 1.4e6])
+    assert pushed[2] < 0.8 * 1.1e6
 
 
 def test_two_points_leave_the_falling_branch_to_the_caller() -> None:

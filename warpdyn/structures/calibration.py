@@ -93,7 +93,7 @@ class CalibratedChain:
 
         Laws of a yield force and a hardening ratio (`bilinear`, `bouc_wen`, `takeda` ...) take the bilinear curve that
         has the area of the given one up to its peak (a curve of a yield and an ultimate point is kept), and go on
-        rising beyond it: a curve that falls by more than 1 % after its peak is refused.
+        rising beyond it: a curve that they leave by more than 1 % after its peak is refused.
 
         Laws with a backbone follow a curve of two to four points, yield first, point by point:
 

@@ -22,7 +22,7 @@ SOFTENING = ("one_storey", "every_storey")
 FRAME_EXPONENT, MOST_FRAME_STOREYS = 0.6, 12
 SOFT_STOREY_STIFFNESS = 0.2
 MOST_POINTS = 4
-LEVEL = 0.99  # of the peak: what falls by less is no falling branch
+LARGEST_EXCESS = 0.01  # of a bilinear curve over the given one beyond its peak, over the peak
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def capacity_chain(
         x, y = _checked_points(displacement, capacity, law)
     else:
         at, strength, ratio = bilinear_curve(displacement, capacity)
-        _refuse_falling_branch(displacement, capacity, law)
+        _refuse_falling_branch(displacement, capacity, (at, strength, ratio), law)
         x, y = checked_curve(displacement, capacity)
         end = x[y.argmax()]
         x, y = np.array([at, end]), strength * np.array([1, 1 + ratio * (end / at - 1)])
@@ -152,16 +152,22 @@ def _peak(capacity: np.ndarray) -> int:
     return int(falls[0]) if falls.size else len(capacity) - 1
 
 
-def _refuse_falling_branch(displacement: ArrayLike, capacity: ArrayLike, law: str) -> None:
-    """Raise a ValueError if a curve falls after its peak: a law of a yield force and a hardening ratio would rise."""
-    y = np.asarray(capacity, float)
+def _refuse_falling_branch(
+    displacement: ArrayLike, capacity: ArrayLike, bilinear: tuple[float, float, float], law: str
+) -> None:
+    """Raise a ValueError if a bilinear curve of yield displacement, strength and hardening leaves the given one.
+
+    It is that up to the given curve's peak; beyond, it goes on rising.
+    """
+    x, y, (at, strength, ratio) = np.asarray(displacement, float), np.asarray(capacity, float), bilinear
     peak = int(np.flatnonzero(y == y.max())[-1])
-    if peak < len(y) - 1 and y[peak:].min() < LEVEL * y[peak]:
+    force = strength * (1 + ratio * (x / at - 1))
+    for point in np.flatnonzero(force[peak + 1 :] > y[peak + 1 :] + LARGEST_EXCESS * y[peak]) + peak + 1:
         falling = ", ".join(repr(name) for name in CORNERS if name not in KINEMATIC)
         raise ValueError(
-            f"the capacity curve falls after its peak, point {peak}, from {y[peak]:g} to {y[-1]:g} at "
-            f"{np.asarray(displacement, float)[-1]:g}, and law {law!r} cannot fall: take one that does ({falling}) "
-            "with a curve of two to four points, or leave out the points after the peak"
+            f"the capacity curve falls after its peak, point {peak}, from {y[peak]:g} to {y[point]:g} at point "
+            f"{point}, where law {law!r} has {force[point]:g}: take a law that falls ({falling}) with a curve of two "
+            "to four points, or leave out the points after the peak"
         )
 
 
