@@ -7,7 +7,7 @@ python tests/opensees_histories.py steel        # those whose name begins so
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,14 +34,14 @@ class Compared:
     Args:
         building: The building.
         material: OpenSees' uniaxial material of its storeys.
-        parameters: From yield force [N] and stiffness [N/m] of a storey to the material's parameters, in its order.
+        parameters: From a storey's own parameters to the material's, in its order.
         yields_at: Sa(T1) at which it yields, roughly [g].
         strengths: Of its motions, over that; the largest brings some to collapse.
     """
 
     building: wd.ShearBuilding
     material: str
-    parameters: Callable[[float, float], list[float | str]]
+    parameters: Callable[[Mapping[str, float]], list[float | str]]
     yields_at: float
     strengths: tuple[float, ...]
 
@@ -53,9 +53,9 @@ class Compared:
     @property
     def materials(self) -> list[tuple[str, list[float | str]]]:
         """The material of each storey, from the ground up."""
-        p = self.building.parameters
-        storeys = zip(p["yield_force"].tolist(), p["stiffness"].tolist(), strict=True)
-        return [(self.material, self.parameters(force, stiffness)) for force, stiffness in storeys]
+        p = {name: values.tolist() for name, values in self.building.parameters.items() if np.ndim(values)}
+        storeys = [dict(zip(p, values, strict=True)) for values in zip(*p.values(), strict=True)]
+        return [(self.material, self.parameters(storey)) for storey in storeys]
 
     @property
     def weight_over_height(self) -> np.ndarray:
@@ -85,10 +85,16 @@ def frame(storeys: int, coefficient: float, law: str, **parameters: object) -> w
     return wd.ShearBuilding(mass, stiffness, HEIGHT, law=law, yield_force=yield_force, **damping, **parameters)
 
 
+def corners_of(p: Mapping[str, float], count: int) -> list[float]:
+    """Return force and drift of a backbone's corners, as OpenSees has them."""
+    ratios = [(1.0, 1.0), *((p[f"force_ratio_{i}"], p[f"ductility_{i}"]) for i in range(2, count + 1))]
+    return [value for f, d in ratios for value in (f * p["yield_force"], d * p["yield_force"] / p["stiffness"])]
+
+
 def bilinear(storeys: int, coefficient: float) -> Compared:
     """Return a building of bilinear storeys: Steel01."""
     building = frame(storeys, coefficient, "bilinear", hardening_ratio=0.03)
-    return Compared(building, "Steel01", lambda force, stiffness: [force, stiffness, 0.03], coefficient, (2, 6, 10))
+    return Compared(building, "Steel01", lambda p: [p["yield_force"], p["stiffness"], 0.03], coefficient, (2, 6, 10))
 
 
 def menegotto_pinto(storeys: int, coefficient: float) -> Compared:
@@ -97,7 +103,7 @@ def menegotto_pinto(storeys: int, coefficient: float) -> Compared:
     own |= {"isotropic_hardening": 0.02, "isotropic_hardening_ductility": 3.0}
     building = frame(storeys, coefficient, "menegotto_pinto", **own)
     curve = [0.02, 18.0, 0.925, 0.15, 0.02, 3.0, 0.02, 3.0]
-    return Compared(building, "Steel02", lambda force, stiffness: [force, stiffness, *curve], coefficient, (2, 6, 14))
+    return Compared(building, "Steel02", lambda p: [p["yield_force"], p["stiffness"], *curve], coefficient, (2, 6, 14))
 
 
 def ibarra_medina_krawinkler(storeys: int, coefficient: float) -> Compared:
@@ -109,9 +115,9 @@ def ibarra_medina_krawinkler(storeys: int, coefficient: float) -> Compared:
     own |= {f"{mode}_deterioration_drift": lasting for mode in modes}
     building = frame(storeys, coefficient, "ibarra_medina_krawinkler_peak_oriented", **own)
 
-    def parameters(force: float, stiffness: float) -> list[float | str]:
-        side = [to_capping, post_capping, 1e9, force, ratio, residual]
-        return [stiffness, *side, *side, *[lasting] * 4, *[1.0] * 4, 1.0, 1.0]
+    def parameters(p: Mapping[str, float]) -> list[float | str]:
+        side = [to_capping, post_capping, 1e9, p["yield_force"], ratio, residual]
+        return [p["stiffness"], *side, *side, *[lasting] * 4, *[1.0] * 4, 1.0, 1.0]
 
     return Compared(building, "IMKPeakOriented", parameters, coefficient, (2, 4, 8))
 
@@ -132,9 +138,8 @@ def pinching4(storeys: int, coefficient: float) -> Compared:
         own |= {f"{kind}_damage_{name}": value for name, value in zip(names, values, strict=True)}
     building = frame(storeys, coefficient, "pinching4", **own)
 
-    def parameters(force: float, stiffness: float) -> list[float | str]:
-        corners = zip((1.0, *ratio), (1.0, *ductility), strict=True)
-        side = [value for f, d in corners for value in (f * force, d * force / stiffness)]
+    def parameters(p: Mapping[str, float]) -> list[float | str]:
+        side = corners_of(p, 4)
         numbers = [*side, *(-value for value in side), *pinching.values(), *pinching.values()]
         return [*numbers, *(value for kind in damage.values() for value in kind), 10.0, "energy"]
 
@@ -145,11 +150,53 @@ def bouc_wen(storeys: int, coefficient: float) -> Compared:
     """Return a building of Bouc-Wen storeys whose slope gravity turns negative; OpenSees' memory is a deformation."""
     building = frame(storeys, coefficient, "bouc_wen", hardening_ratio=0.02, gravity_load=MASS * STANDARD_GRAVITY)
 
-    def parameters(force: float, stiffness: float) -> list[float | str]:
-        return [0.02, stiffness, 1.0, 0.5 * stiffness / force, 0.5 * stiffness / force, 1.0, 0.0, 0.0, 0.0]
+    def parameters(p: Mapping[str, float]) -> list[float | str]:
+        shape = 0.5 * p["stiffness"] / p["yield_force"]
+        return [0.02, p["stiffness"], 1.0, shape, shape, 1.0, 0.0, 0.0, 0.0]
 
     return Compared(building, "BoucWen", parameters, coefficient, (1.5, 4, 8))
 
+
+def hazus(building_type: str, level: str, storeys: int) -> Compared:
+    """Return a building of a Hazus type as SimCenter's MDOF-LU has it: Hysteretic."""
+    damping = {"damping": "rayleigh", "damping_ratio": DAMPING_RATIO}
+    building = wd.ShearBuilding.from_hazus(building_type, level, storeys, law="hysteretic", **damping)
+
+    def parameters(p: Mapping[str, float]) -> list[float | str]:
+        side = corners_of(p, 3)
+        pinching = p["pinching_drift"], p["pinching_force"]
+        return [*side, *(-value for value in side), *pinching, 0.0, 0.0, p["unloading_exponent"]]
+
+    weight = building.parameters["mass"].sum() * STANDARD_GRAVITY
+    return Compared(building, "Hysteretic", parameters, building.parameters["yield_force"][0] / weight, (2, 5, 9))
+
+
+def capacity(law: str, storeys: int, distribution: str, strengths: tuple[float, ...], *curve: list[float]) -> Compared:
+    """Return a building from a capacity spectrum [m, g], whose points, at storeys, are the material's."""
+    displacement, acceleration = curve
+    in_si = np.array(acceleration) * STANDARD_GRAVITY
+    how = {"curve": "spectrum", "distribution": distribution, "damping": "rayleigh", "damping_ratio": DAMPING_RATIO}
+    with wd.meant_as_given("capacity_yield_drift_ratio"):  # GEM's curve is of lower storeys
+        building = wd.ShearBuilding.from_capacity(displacement, in_si, storeys, MASS, HEIGHT, law=law, **how)
+
+    def four_points(p: Mapping[str, float]) -> list[float | str]:
+        side = corners_of(p, 4)
+        pinching = [p[name] for name in ("reloading_drift", "reloading_force", "unloading_force")]
+        return [*side, *(-value for value in side), *pinching, *pinching, *[0.0] * 15, 10.0, "energy"]
+
+    def kinematic(p: Mapping[str, float]) -> list[float | str]:
+        """Drift and force of the corners, and of a point far along what follows the last."""
+        side = np.array(corners_of(p, 3)).reshape(-1, 2)[:, ::-1]
+        far = side[-1] + 100 * side[-1, 0] * np.array([1, p["hardening_ratio"] * p["stiffness"]])
+        return [*side.ravel().tolist(), *far.tolist()]
+
+    material, parameters = {"pinching4": ("Pinching4", four_points), "quadrilinear": ("MultiLinear", kinematic)}[law]
+    return Compared(building, material, parameters, acceleration[0], strengths)
+
+
+# The four points of the examples of GEM's oq-vmtk [m, g], and four that rise.
+GEM = [0.00060789, 0.00486316, 0.02420000, 0.04353684], [0.10315200, 0.20630401, 0.12378241, 0.12502023]
+RISING = [0.005, 0.015, 0.04, 0.10], [0.15, 0.25, 0.32, 0.36]
 
 BUILDINGS: dict[str, Callable[[], Compared]] = {
     "bilinear, 1 storey": lambda: bilinear(1, 0.30),
@@ -157,6 +204,10 @@ BUILDINGS: dict[str, Callable[[], Compared]] = {
     "peak-oriented, 5 storeys": lambda: ibarra_medina_krawinkler(5, 0.20),
     "four-point, 10 storeys": lambda: pinching4(10, 0.15),
     "Bouc-Wen with P-Delta, 20 storeys": lambda: bouc_wen(20, 0.10),
+    "Hazus C1M by MDOF-LU, 5 storeys": lambda: hazus("C1M", "high", 5),
+    "GEM's curve, 2 storeys": lambda: capacity("pinching4", 2, "first_mode", (1.5, 3, 5), *GEM),
+    "GEM's curve, frame of 4 storeys": lambda: capacity("pinching4", 4, "frame", (1.5, 3, 5), *GEM),
+    "rising curve, MultiLinear, 3 storeys": lambda: capacity("quadrilinear", 3, "triangular", (2, 4, 8), *RISING),
 }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.structures.capacity_curves import bilinear_curve
+from warpdyn.structures.capacity.bilinear_curve import bilinear_curve
 from warpdyn.structures.hazus import DESIGN_LEVELS, building_class, building_types
 
 pytestmark = pytest.mark.fast

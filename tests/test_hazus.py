@@ -114,6 +114,49 @@ def test_given_parameters_replace_the_types() -> None:
     assert building.damping == "none"
 
 
+@pytest.mark.parametrize(("kind", "level"), [("C1M", "high"), ("W1", "moderate"), ("S1M", "pre"), ("URML", "low")])
+def test_hysteretic_storeys_are_those_of_mdof_lu(kind: str, level: str) -> None:
+    """s1, e1, s2, e2, s3 and e3 of OpenSees' Hysteretic, as SimCenter's MDOF-LU writes them, with pinching and beta."""
+    row = building_class(kind, level)
+    storeys = int(row["min_storeys"])
+    p = wd.ShearBuilding.from_hazus(kind, level, storeys, law="hysteretic").parameters
+    sy, k0, eta, alpha = p["yield_force"], p["stiffness"], row["hardening_ratio"], row["overstrength_ratio"]
+    e2 = sy / k0 + (alpha - 1) * sy / eta / k0
+    np.testing.assert_allclose(p["ductility_2"] * sy / k0, e2, rtol=1e-12)
+    np.testing.assert_allclose(p["ductility_3"] * sy / k0, np.where(e2 >= 1, 10 * e2, 1.0), rtol=1e-12)
+    np.testing.assert_allclose([p["force_ratio_2"], p["force_ratio_3"]], alpha, rtol=1e-14)
+    # gamma and a_k of its table.
+    gamma, a_k = {"C1M": (0.5, 0.4), "W1": (0.6, 0.1), "S1M": (1.0, 0.0), "URML": (0.3, 0.1)}[kind]
+    assert set(p["pinching_drift"]) == set(p["pinching_force"]) == {gamma}
+    assert set(p["unloading_exponent"]) == {a_k}
+
+
+def test_simcenters_example_of_two_storeys() -> None:
+    """A W1 of its manual, by OpenSees' input: 6.33037e6 N at 0.822315 m after 2.11012e6 N at 0.0342929 m."""
+    building = wd.ShearBuilding.from_hazus("W1", "high", 2, floor_area=284.190, law="hysteretic")
+    p = building.parameters
+    at_yield = p["yield_force"] / p["stiffness"]
+    # Its stiffness has a random factor; strengths and the shape of the backbone do not.
+    np.testing.assert_allclose(p["yield_force"], [2.11012e6, 1.40675e6], rtol=1e-5)
+    np.testing.assert_allclose(p["force_ratio_2"] * p["yield_force"], [6.33037e6, 4.22025e6], rtol=1e-5)
+    np.testing.assert_allclose(p["ductility_2"], [0.822315 / 0.0342929, 0.54821 / 0.0228619], rtol=1e-5)
+    assert (at_yield[0] / at_yield[1]) == pytest.approx(0.0342929 / 0.0228619, rel=1e-5)
+    assert p["pinching_drift"].tolist() == [0.8, 0.8]
+    assert p["unloading_exponent"].tolist() == [0.1, 0.1]
+
+
+@pytest.mark.parametrize("law", ["hysteretic", "trilinear", "quadrilinear", "pinching4"])
+def test_the_ultimate_strength_caps_the_pushed_building(law: str) -> None:
+    building = wd.ShearBuilding.from_hazus("C1M", "high", 5, law=law)
+    p, row = building.parameters, building_class("C1M", "high")
+    at_yield = (p["yield_force"] / p["stiffness"]).sum()
+    at_ultimate = at_yield * (1 + (3 - 1) / row["hardening_ratio"])
+    roof = np.linspace(0, 2 * at_ultimate, 60)[1:]
+    base = p["yield_force"][0]
+    expected = np.interp(roof, [0, at_yield, at_ultimate], [0, base, 3 * base])
+    np.testing.assert_allclose(wd.pushover(building, roof, pattern="triangular")["base_shear"], expected, rtol=1e-7)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

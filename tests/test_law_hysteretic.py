@@ -26,6 +26,7 @@ BACKBONES = {  # ductility and force over yield at the second and third corner
     "falling at once": (3, 0.6, 8, 0.2),
     "gone at the second corner": (3, 0.0, 6, 0.0),
     "level": (4, 1.0, 8, 1.0),
+    "rising by 1 % at its end": (4, 0.8, 8, 0.808),
 }
 RULES = {  # pinching of drift and force, damage by ductility and energy, unloading exponent
     "plain": (1.0, 1.0, 0.0, 0.0, 0.0),

@@ -23,6 +23,7 @@ BACKBONES = {  # ductility and force over yield at the second, third and fourth 
     "falling to a residual": (4, 1.2, 7, 1.3, 10, 0.4),
     "hardening": (3, 1.05, 6, 1.1, 10, 1.2),
     "falling at once": (4, 0.9, 7, 0.6, 10, 0.2),
+    "rising by 1 % at its end": (4, 1.5, 7, 0.9, 10, 0.909),
 }
 TO_ZERO = (2, 1.1, 5, 1.15, 9, 0.0)
 PINCHING = {  # reloading drift and force, unloading force

@@ -275,3 +275,20 @@ def test_datasets_say_what_they_hold(tmp_path: Path) -> None:
             assert read.load().identical(made)
     np.testing.assert_array_equal(pushed["floor"], [1, 2, 3, 4])
     np.testing.assert_array_equal(loops["step"], [0, 1, 2])
+
+
+@pytest.mark.parametrize("steps", [1, 7, 100])
+def test_of_storeys_that_come_to_their_peaks_together_one_softens(steps: int) -> None:
+    """Equal storeys whose falling branches are such that the roof's is 4e6 N/m steep if all but one unload."""
+    stiffness, strength, storeys = 1.0e8, 1.0e6, 4
+    falling = 1 / (1 / -4.0e6 - (storeys - 1) / stiffness)
+    ductility = 1 + 0.4 * stiffness / -falling  # to 0.6 of the strength
+    corners = {"ductility_2": ductility, "force_ratio_2": 0.6, "ductility_3": 2 * ductility, "force_ratio_3": 0.5}
+    building = wd.ShearBuilding(2.0e5, [stiffness] * 4, 3.0, law="hysteretic", yield_force=strength, **corners)
+    peak = storeys * strength / stiffness
+    roof = np.linspace(0, peak + 0.1, steps + 1)[1:]
+    pushed = wd.pushover(building, roof, pattern=[0, 0, 0, 1.0])
+    expected = np.interp(roof, [0, peak, peak + 0.1], [0, strength, strength - 4.0e5])
+    # A step finds the peak within 2^-10 of its length.
+    np.testing.assert_allclose(pushed["base_shear"], expected, rtol=0, atol=4.0e6 * 0.15 / steps * 2**-10)
+    assert (np.diff(pushed["storey_drift"].values[-1]) == 0).sum() == storeys - 2  # all but the one that softens

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Device, Law, StoreyElement
 from warpdyn.laws.parameter import Parameter
+from warpdyn.laws.pinching4.parameters import GEM_DAMAGE
 
 if TYPE_CHECKING:  # what editors complete; the tables below need no entry
     from warpdyn.laws.baber_noori.parameters import BaberNoori
@@ -65,7 +66,17 @@ LAWS: dict[str, type[Law]] = find(Law)
 DEVICES: dict[str, type[Device]] = find(Device)
 globals().update({element.__name__: element for element in (LAWS | DEVICES).values()})
 
-__all__ = ["DEVICES", "HARDENING_RATIO", "LAWS", "YIELD_FORCE", "Device", "Law", "Parameter", "StoreyElement"]
+__all__ = [
+    "DEVICES",
+    "GEM_DAMAGE",
+    "HARDENING_RATIO",
+    "LAWS",
+    "YIELD_FORCE",
+    "Device",
+    "Law",
+    "Parameter",
+    "StoreyElement",
+]
 __all__ += [element.__name__ for element in (LAWS | DEVICES).values()]
 
 

@@ -78,8 +78,9 @@ def pushover(
     """Push a building quasi-statically by lateral loads of one pattern, through given roof displacements.
 
     The roof displacement is prescribed and the base shear follows, so that a building can be pushed past its peak;
-    within a step every storey moves straight to its next drift. If storeys soften, a step ends in the equilibrium
-    downhill from an elastic step. Viscous damping has no effect. With a gravity load (P-Delta) the lateral load is the
+    within a step every storey moves straight to its next drift, and a step stops where a storey begins to soften. If
+    storeys soften, a step ends in the equilibrium downhill from an elastic step, or from one like the last: one storey
+    softens, and the others unload. Viscous damping has no effect. With a gravity load (P-Delta) the lateral load is the
     springs' resistance less the P-Delta force, and may be negative.
 
     Args:
@@ -150,15 +151,16 @@ class _PushedChain:
         ]
         self.launch = wp.launch(storey_step_kernel(row), dim=storeys, inputs=self.kept, device="cpu", record_cmd=True)
         self.force, self.work, self.recoverable = np.zeros(storeys), np.zeros(storeys), np.zeros(storeys)
-        self.largest_shear = 0.0
+        self.largest_shear, self.base_shear, self.softens, self.last_moves = 0.0, 0.0, False, np.zeros(storeys)
 
     def push(self, displacement: float) -> float:
         """Move the roof to a displacement, in shorter steps if one is too long; return the base shear."""
         begin, done, share, reached = float(self.drift.sum()), 0.0, 1.0, 0.0
         while done < 1:
-            base_shear = self._step(begin + (done + share) * (displacement - begin))
+            base_shear = self._step(begin + (done + share) * (displacement - begin), share > SHORTEST_STEP)
             if base_shear is not None:
                 done, reached = done + share, base_shear
+                share = min(2 * share, 1 - done)
             elif share > SHORTEST_STEP:
                 share *= 0.5
             else:
@@ -167,22 +169,67 @@ class _PushedChain:
                 )
         return reached
 
-    def _step(self, displacement: float) -> float | None:
-        """Move the roof to a displacement in one step; return the base shear, or None without equilibrium."""
+    def _step(self, displacement: float, stops_at_peak: bool) -> float | None:
+        """Move the roof to a displacement in one step; return the base shear.
+
+        None if there is no equilibrium, or the step would pass a storey's peak and is to stop there: storeys that
+        unload while another softens must have come to that point first.
+        """
         move = displacement - self.drift.sum()
         scale = max(self.largest_shear, abs(move) * self.roof_stiffness)
-        self.trial[:] = self.drift + move * self.elastic_drift
-        self.launch.launch()
+        for one_softens in (False, True):
+            # A storey that softens goes on: another that takes its place would load and unload.
+            goes_on = self.softens and not one_softens and move * self.last_moves.sum() > 0
+            shares = self.last_moves / self.last_moves.sum() if goes_on else self.elastic_drift
+            self.trial[:] = self.drift + move * shares
+            self.launch.launch()
+            if one_softens:
+                self._let_one_soften()
+            base_shear = self._balance(scale)
+            if base_shear is None:
+                continue
+            softens = int(np.count_nonzero(self._softening()))
+            if stops_at_peak and softens and not self.softens:
+                return None
+            # At a peak to which storeys come together some are beyond it by rounding; the base shear has not fallen.
+            falls = bool((self.base_shear - base_shear) * np.sign(move) > TOLERANCE * scale)
+            if softens > 1 and falls and not one_softens:
+                continue
+            self.last_moves[:] = self.trial - self.drift
+            self._accept()
+            self.base_shear, self.softens = base_shear, softens > 0
+            self.largest_shear = max(self.largest_shear, abs(base_shear))
+            return base_shear
+        return None
+
+    def _balance(self, scale: float) -> float | None:
+        """Move the trial drifts to an equilibrium; return its base shear, or None if there is none."""
         for _ in range(ITERATIONS):
             # Each storey's estimate of the base shear; in equilibrium they agree.
             shear = self._resistance() / self.shears
             base_shear, correction = self._correction(shear, (self.tangent - self.leaning) / self.shears)
             if np.abs(self._resistance() - base_shear * self.shears).max() <= TOLERANCE * scale:
-                self._accept()
-                self.largest_shear = max(self.largest_shear, abs(base_shear))
                 return base_shear
             self._descend(base_shear, correction)
         return None
+
+    def _softening(self) -> np.ndarray:
+        """Return which storeys have moved in this step and soften, shape [storey]."""
+        return (self.tangent - self.leaning < -LEAST_STIFFNESS * self.stiffness) & (self.trial != self.drift)
+
+    def _let_one_soften(self) -> None:
+        """Give the moves of all storeys that soften to the weakest of them.
+
+        A balance in which two storeys soften is none that lasts: the least difference makes one unload.
+        """
+        softening = self._softening()
+        if not softening.any():
+            return
+        weakest = int(np.where(softening, self._resistance() / self.shears, np.inf).argmin())
+        moves = np.where(softening, self.trial - self.drift, 0.0)
+        self.trial[softening] = self.drift[softening]
+        self.trial[weakest] += moves.sum()
+        self.launch.launch()
 
     def _resistance(self) -> np.ndarray:
         """Return the storeys' forces less the P-Delta forces [N]."""
@@ -192,12 +239,17 @@ class _PushedChain:
         """Return the base shear and the corrections of the drifts, of sum 0, by Newton's rule.
 
         An equilibrium is a minimum of the work, sum of integral F / S d(drift), at the given sum of drifts. If the
-        tangents do not lead downhill, the initial stiffnesses do.
+        tangents do not lead downhill, the tangent of the weakest storey and the initial stiffnesses of the others that
+        soften do, or all initial stiffnesses.
         """
         initial = self.stiffness / self.shears
         least = LEAST_STIFFNESS * initial
         slope = np.where(np.abs(slope) < least, least, slope)
-        for hardness in (slope, initial):
+        # Where several storeys soften, all but one unload.
+        alone = np.where(slope < 0, initial, slope)
+        weakest = int(np.where(slope < 0, shear, np.inf).argmin())
+        alone[weakest] = slope[weakest]
+        for hardness in (slope, alone, initial):
             flexibility = 1 / hardness
             softening = np.count_nonzero(hardness < 0)
             # One storey may soften while the others unload, if these are stiff enough.

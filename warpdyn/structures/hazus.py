@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from warpdyn.core.checks import one_of, real_number, whole_number
+from warpdyn.structures.capacity.backbones import LEVEL_END, SHAPED, law_parameters
 from warpdyn.structures.lateral_loads import floor_loads, storey_shears
 
 DESIGN_LEVELS = ("high", "moderate", "low", "pre")
@@ -18,6 +19,7 @@ DAMAGE_STATES = ("slight", "moderate", "extensive", "complete")
 MASS_PER_AREA = 1000.0  # kg/m2 of floor
 # Lu's model uses this rounded value, from which its published strengths follow.
 GRAVITY_OF_LU = 9.8
+THIRD_CORNER = 1.0  # m: where MDOF-LU ends the level branch of ultimate strength, if that begins before
 
 
 @functools.cache
@@ -72,7 +74,7 @@ def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float
 
 
 def hazus_chain(
-    building_type: str, design_level: str, storeys: int, floor_area: float
+    building_type: str, design_level: str, storeys: int, floor_area: float, law: str
 ) -> dict[str, float | np.ndarray]:
     """Return the parameters of the chain for a building of a Hazus type, after Lu.
 
@@ -82,6 +84,8 @@ def hazus_chain(
 
     Returns:
         `mass` [kg], `stiffness` [N/m], `height` [m], `yield_force` [N, storey], `hardening_ratio`, `damping_ratio`.
+        For laws of several corners those of the ultimate strength, level after it; for "hysteretic" also pinching and
+        `unloading_exponent`, as in MDOF-LU.
     """
     row = building_class(building_type, design_level)
     n = whole_number("storeys", storeys, 1)
@@ -94,11 +98,21 @@ def hazus_chain(
     stiffness = (np.pi / (period * np.sin(np.pi / (4 * n + 2)))) ** 2 * mass
     mass_share = 1.0 if n == 1 else 0.8106 + 0.402 / n - 0.3037 / n**2 + 0.09117 / n**3
     base_shear = row["yield_spectral_acceleration_g"] * GRAVITY_OF_LU * mass_share * mass * n
-    return {
+    yield_force = base_shear * storey_shears(floor_loads("triangular", np.ones(n), np.ones(n)))
+    chain: dict[str, float | np.ndarray] = {
         "mass": mass,
         "stiffness": stiffness,
         "height": row["storey_height_m"],
-        "yield_force": base_shear * storey_shears(floor_loads("triangular", np.ones(n), np.ones(n))),
+        "yield_force": yield_force,
         "hardening_ratio": row["hardening_ratio"],
         "damping_ratio": row["damping_ratio"],
     }
+    if law in SHAPED:
+        at_yield, over = yield_force / stiffness, row["overstrength_ratio"]
+        at_ultimate = at_yield * (1 + (over - 1) / row["hardening_ratio"])
+        end = np.where(at_ultimate < THIRD_CORNER, THIRD_CORNER, LEVEL_END * at_ultimate)
+        chain |= law_parameters(law, np.array([at_yield, at_ultimate, end]), np.outer([1, over, over], yield_force))
+    if law == "hysteretic":
+        chain |= dict.fromkeys(("pinching_drift", "pinching_force"), row["pinching"])
+        chain |= {"unloading_exponent": row["unloading_exponent"]}
+    return chain

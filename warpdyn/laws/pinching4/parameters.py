@@ -1,9 +1,8 @@
 """Four-point storeys with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
 GEM's vulnerability toolkit has such storeys with reloading ratios of 0.5 and 0.25 and an unloading ratio of 0.05, the
-defaults here, and no damage. Forces
-and drifts are alike both ways. Use is the energy spent over the energy under the backbone times the energy factor, or
-the number of cycles.
+defaults here, and no damage or that of `GEM_DAMAGE`. Forces and drifts are alike both ways. Use is the energy spent
+over the energy under the backbone times the energy factor, or the number of cycles.
 
 These differ from OpenSees on purpose:
 
@@ -33,6 +32,20 @@ DAMAGE = {
     "stiffness": "loss of unloading stiffness",
     "reloading": "growth of the drift aimed at",
     "strength": "loss of strength",
+}
+GEM_DAMAGE = {
+    "stiffness_damage_by_use": 0.1,
+    "stiffness_damage_drift_exponent": 0.0,
+    "stiffness_damage_use_exponent": 0.0,
+    "stiffness_damage_limit": 0.2,
+    "reloading_damage_by_use": 0.1,
+    "reloading_damage_drift_exponent": 0.0,
+    "reloading_damage_use_exponent": 0.0,
+    "reloading_damage_limit": 0.2,
+    "strength_damage_by_use": 0.4,
+    "strength_damage_drift_exponent": 0.0,
+    "strength_damage_use_exponent": 0.4,
+    "strength_damage_limit": 0.9,
 }
 _BY_DRIFT = {
     kind: Parameter("1", f"{name} at the last drift of the backbone", low=0.0) for kind, name in DAMAGE.items()

@@ -1,4 +1,4 @@
-"""Shear chains from capacity curves: a bilinear curve is fitted, then distributed over the storeys."""
+"""The bilinear curve that replaces a capacity curve up to its peak."""
 
 from __future__ import annotations
 
@@ -9,45 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from warpdyn.core.checks import finite_numbers, one_of
+from warpdyn.core.checks import finite_numbers
 from warpdyn.core.messages import warn_caller
-from warpdyn.structures.lateral_loads import floor_loads, storey_shears
-from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
 
-CURVES = ("pushover", "spectrum")
-DISTRIBUTIONS = ("triangular", "first_mode")
 SECANT_SHARE = 0.6  # share of the yield strength at which the secant gives a curve's initial stiffness
-
-
-def capacity_chain(
-    displacement: ArrayLike, capacity: ArrayLike, mass: np.ndarray, height: np.ndarray, curve: str, distribution: str
-) -> dict[str, np.ndarray | float]:
-    """Return `stiffness` [N/m, storey], `yield_force` [N, storey] and `hardening_ratio` of `from_capacity`'s chain.
-
-    Args are those of `from_capacity`, with mass and height of shape [storey].
-    """
-    one_of("capacity curve", curve, CURVES)
-    one_of("distribution over the storeys", distribution, DISTRIBUTIONS)
-    yield_displacement, strength, hardening = bilinear_curve(displacement, capacity)
-    # Both distributions use the first mode of a chain of equal stiffness (as GEM's toolkit does, with its own masses).
-    uniform = modal_properties(mass, chain_stiffness_matrix(np.ones(len(mass))))
-    first = uniform.isel(mode=0)
-    shape, participation = first["shape"].values, float(first["participation_factor"])
-    if curve == "spectrum":
-        period = 2 * np.pi * np.sqrt(yield_displacement / strength)
-        yield_displacement *= participation * shape[-1]
-        strength *= float(first["effective_mass"])
-    if distribution == "first_mode":
-        yield_force = strength * storey_shears(mass * shape / (mass @ shape))
-        stiffness = yield_force / (yield_displacement * np.diff(shape, prepend=0.0) / shape[-1])
-    else:
-        yield_force = strength * storey_shears(floor_loads("triangular", mass, height))
-        if curve == "spectrum":
-            equal = (float(first["period"]) / period) ** 2
-        else:
-            equal = yield_force.sum() / yield_displacement
-        stiffness = np.full(len(mass), equal)
-    return {"stiffness": stiffness, "yield_force": yield_force, "hardening_ratio": hardening}
 
 
 def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float, float, float]:
@@ -65,8 +30,10 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
     Raises:
         ValueError: If the curve starts below zero, folds back, has no rise or stiffens.
     """
-    x, y = _checked_curve(displacement, capacity)
+    x, y = checked_curve(displacement, capacity)
     peak = _peak(y)
+    if peak < 2:
+        raise ValueError("the capacity curve needs a yield point and another one, higher or as high, after it")
     given_peak = peak - (x.size - np.size(displacement))  # index in the caller's curve, which may lack the origin
     x, y = x[: peak + 1], y[: peak + 1]
     end, top = x[-1], y[-1]
@@ -123,8 +90,12 @@ def _peak(capacity: np.ndarray) -> int:
     return int(np.flatnonzero(capacity == capacity.max())[-1])
 
 
-def _checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curve, with the origin as its first point."""
+def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return the curve, with the origin as its first point.
+
+    Raises:
+        ValueError: If the curve starts below zero, folds back, has a negative capacity or none.
+    """
     x, y = finite_numbers("displacement", displacement), finite_numbers("capacity", capacity)
     if x.ndim != 1 or x.shape != y.shape or not x.size:
         raise ValueError(
@@ -144,6 +115,6 @@ def _checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.nda
         raise ValueError(f"the capacity at point {point} is {y[point]:g}; it must be at least 0")
     if x[0] > 0:
         x, y = np.append(0.0, x), np.append(0.0, y)
-    if y.max() == 0 or _peak(y) < 2:
+    if y.max() == 0 or y.size < 3:
         raise ValueError("the capacity curve needs a yield point and another one, higher or as high, after it")
     return x, y
