@@ -29,7 +29,7 @@ class Findings:
 
     def __init__(self, samples: int, method: str, event: str = "") -> None:
         self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
-        self.beyond = self.unsure = 0
+        self.beyond = self.unsure = self.in_float64 = 0
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
         self.first = ""  # description of the first sample beyond the limit
@@ -88,6 +88,11 @@ class Findings:
             for code, reason in reasons.items()
             if self.failed[code]
         ]
+        if self.in_float64:
+            messages.append(
+                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that float32 cannot tell "
+                "when a storey turns back: they were run again in float64. dtype='float64' runs all of them once"
+            )
         if self.unsure:
             messages.append(
                 f"the energy balance of {self.unsure} of {self.samples} samples is off by more than "

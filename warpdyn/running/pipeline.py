@@ -17,6 +17,7 @@ from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
 from warpdyn.core.thread_pool import result_of
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
+from warpdyn.integration.precision import rerun_in_float64
 from warpdyn.integration.run import Run
 from warpdyn.integration.stability_guard import Findings, Reruns, blank_failed, guard
 from warpdyn.kernels.queues import Queue
@@ -212,6 +213,7 @@ class Pipeline:
                 block.started.finish(block.found, map_function)
                 if self.on_unstable == "substep":
                     self.reruns[event].settle(whole, block.standing, found)
+                self.findings[event].in_float64 += rerun_in_float64(whole, block.standing, found)
             self.seconds_integrating += time.perf_counter() - began
             self.findings[event].add_outcomes(found, ~unstable[block.standing])
             if block.found is not block.own:
