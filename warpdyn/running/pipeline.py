@@ -12,12 +12,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
+from warpdyn.accuracy.precision import rerun_in_float64
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
 from warpdyn.core.thread_pool import result_of
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
-from warpdyn.integration.precision import rerun_in_float64
 from warpdyn.integration.run import Run
 from warpdyn.integration.stability_guard import Findings, Reruns, blank_failed, guard
 from warpdyn.kernels.queues import Queue

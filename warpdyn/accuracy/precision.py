@@ -8,7 +8,7 @@ from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble
 
-# Storeys of these laws lose stiffness, or all strength, at each turn, and what rounding turns is a turn to them. A floor
+# Storeys of these laws lose stiffness, or all strength, at each turn, also at those that rounding makes. A floor
 # that has moved by so many yield drifts is rounded to parts of them that a storey above it moves by in a step: peak
 # drifts were up to 13 % off there, and the more so the shorter the step; below, in one of some thousand samples.
 COUNTING_TURNS = "ibarra_medina_krawinkler"
