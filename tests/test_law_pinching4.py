@@ -246,7 +246,7 @@ def test_bad_input(parameters, message):
         building(BACKBONES["falling to a residual"], **parameters)
 
 
-DAMAGE = {"strength_damage_by_use": 0.3, "strength_damage_limit": 0.3}
+GROWING = {"strength_damage_by_use": 0.3, "strength_damage_limit": 0.3}
 BACKBONE = {"ductility_2": 3, "force_ratio_2": 1.3, "ductility_3": 6, "force_ratio_3": 1.4, "ductility_4": 12}
 
 
@@ -257,8 +257,8 @@ def test_exponents_of_0_are_told():
         )
 
     with pytest.warns(UserWarning, match="strength_damage_use_exponent of 0 makes Pinching4's damage a switch"):
-        building(**DAMAGE, strength_damage_use_exponent=0.0)
+        building(**GROWING, strength_damage_use_exponent=0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        building(**DAMAGE)  # it grows
+        building(**GROWING)  # it grows
         building(strength_damage_use_exponent=0.0)  # there is none

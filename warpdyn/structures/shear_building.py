@@ -55,11 +55,11 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         devices: What stands beside the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
             `Gap` (a stop on either side of the storey's drift) or `OneSidedGap` (one ahead).
         damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, whose
-            frequencies are those under gravity, as eigenvalues are after OpenSees' gravity analysis; the matrix is
-            of mass and initial stiffness without P-Delta, as OpenSees' betaKinit, for gravity dissipates nothing); "rayleigh_tangent" (the same of mass and tangent stiffness,
-            OpenSees' betaK: it fades as storeys yield, and is 0 on falling branches, where OpenSees' gives energy);
-            "mass_proportional" or "stiffness_proportional" (initial stiffness; `damping_ratio` in the first mode); or
-            "modal" (`damping_ratio` in every mode).
+            frequencies are those under gravity, as eigenvalues are after OpenSees' gravity analysis; its matrix is of
+            mass and initial stiffness without P-Delta, as that of OpenSees' betaKinit, for gravity dissipates nothing);
+            "rayleigh_tangent" (the same of mass and tangent stiffness, OpenSees' betaK: it fades as storeys yield, and
+            is 0 on falling branches, where OpenSees' gives energy); "mass_proportional" or "stiffness_proportional"
+            (initial stiffness; `damping_ratio` in the first mode); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
         damped_storeys: First and last storey with Rayleigh damping, if the others are isolators or a tuned mass damper:
             the damping is then in proportion to their stiffness alone, with its ratio in the first mode that they would
