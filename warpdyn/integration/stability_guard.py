@@ -30,6 +30,7 @@ class Findings:
     def __init__(self, samples: int, method: str, event: str = "") -> None:
         self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
         self.beyond = self.unsure = self.in_float64 = self.blank = 0
+        self.too_long, self.longest_accurate = 0, np.inf  # samples whose step is inaccurate; a step [s] that is not
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
         self.first = ""  # description of the first sample beyond the limit
@@ -88,6 +89,12 @@ class Findings:
             for code, reason in reasons.items()
             if self.failed[code]
         ]
+        if self.too_long:
+            messages.append(
+                f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
+                f"period error adds up in them. Up to {self.longest_accurate:.3g} s it does not; without a given step "
+                "the steps of these samples alone are divided"
+            )
         if self.blank:
             messages.append(
                 f"energies of {self.blank} of {self.samples} samples are beyond the largest number of their type and "

@@ -54,9 +54,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             it takes.
         devices: What stands beside the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
             `Gap` (a stop on either side of the storey's drift) or `OneSidedGap` (one ahead).
-        damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, whose
-            frequencies are those under gravity, as eigenvalues are after OpenSees' gravity analysis; its matrix is of
-            mass and initial stiffness without P-Delta, as that of OpenSees' betaKinit, for gravity dissipates nothing);
+        damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`,
+            whose frequencies are those under gravity, as eigenvalues are after OpenSees' gravity analysis; of mass and
+            initial stiffness without P-Delta, as that of OpenSees' betaKinit, for gravity dissipates nothing);
             "rayleigh_tangent" (the same of mass and tangent stiffness, OpenSees' betaK: it fades as storeys yield, and
             is 0 on falling branches, where OpenSees' gives energy); "mass_proportional" or "stiffness_proportional"
             (initial stiffness; `damping_ratio` in the first mode); or "modal" (`damping_ratio` in every mode).
