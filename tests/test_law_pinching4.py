@@ -1,5 +1,7 @@
 """Pinching4 storeys: OpenSees' Pinching4 force by force, energy, precision, tangents and bad input."""
 
+import warnings
+
 import numpy as np
 import pytest
 from opensees import growing, material_forces, ratcheting, wandering
@@ -243,3 +245,21 @@ def test_trials_tangents_and_precision(damage):
 def test_bad_input(parameters, message):
     with pytest.raises(ValueError, match=message):
         building(BACKBONES["falling to a residual"], **parameters)
+
+
+GROWING = {"strength_damage_by_use": 0.3, "strength_damage_limit": 0.3}
+BACKBONE = {"ductility_2": 3, "force_ratio_2": 1.3, "ductility_3": 6, "force_ratio_3": 1.4, "ductility_4": 12}
+
+
+def test_exponents_of_0_are_told():
+    def building(**damage):
+        return wd.ShearBuilding(
+            1e4, 1e6, 3.0, law="pinching4", yield_force=1e4, force_ratio_4=0.4, **BACKBONE, **damage
+        )
+
+    with pytest.warns(UserWarning, match="strength_damage_use_exponent of 0 makes Pinching4's damage a switch"):
+        building(**GROWING, strength_damage_use_exponent=0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        building(**GROWING)  # it grows
+        building(strength_damage_use_exponent=0.0)  # there is none

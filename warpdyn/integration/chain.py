@@ -48,7 +48,8 @@ class ChainDynamics(Dynamics):
         self.damping = inherent.kernel
         self.physics = physics_of(structure.parameters)
         self.has_drift_capacity = bool(capacities_of(structure.parameters))
-        # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta.
+        # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta, which has no dashpots;
+        # its ratio is that of modes of the frequencies that the building has, with P-Delta. OpenSees does the same.
         is_short = inherent.is_of_springs and bool(self.physics)
         self.couples_modes = inherent.is_uneven or self.viscous_dampers != "none" or is_short
         self.needs_eigenvalues = self.couples_modes

@@ -11,6 +11,7 @@ from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.propagators import pack_linear
 from warpdyn.integration.time_grid import Schedule
+from warpdyn.kernels.arguments import check_held
 
 if TYPE_CHECKING:
     from warpdyn.integration.model import Model
@@ -43,11 +44,12 @@ def pack_structures(
 
     count = len(rayleigh)
     if count <= STRUCTURES_AT_A_TIME:
-        return {name: np.ascontiguousarray(values, plan.dtype) for name, values in part(slice(None)).items()}
+        return part(slice(None))
     whole = {name: np.empty((*of_one.shape[:-1], count), plan.dtype) for name, of_one in part(slice(1)).items()}
 
     def fill(structures: slice) -> None:
         for name, values in part(structures).items():
+            check_held(name, values, plan.dtype)
             whole[name][..., structures] = values
 
     in_parts(fill, count, threads)

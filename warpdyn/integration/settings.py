@@ -24,6 +24,7 @@ class Integration:
 
     Args:
         left_open: Which of "method" and "dtype" are chosen for the target error.
+        divides_steps: Whether the caller left the steps open, so that they are divided where a sample needs it.
     """
 
     method: str = "rk4"
@@ -35,6 +36,7 @@ class Integration:
     target_error: float | None = None
     on_unstable: str = "substep"
     left_open: tuple[str, ...] = ()
+    divides_steps: bool = False
 
     def __post_init__(self) -> None:
         one_of("on_unstable", self.on_unstable, ON_UNSTABLE)
@@ -67,7 +69,8 @@ class Integration:
                 )
         left_open = tuple(name for name, value in given.items() if value is None)
         settled: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | rest
-        return cls(target_error=target_error, left_open=left_open, **settled)
+        found = cls(target_error=target_error, left_open=left_open, **settled)
+        return replace(found, divides_steps=found.on_unstable == "substep" and not found.is_stepped)
 
     @property
     def is_stepped(self) -> bool:

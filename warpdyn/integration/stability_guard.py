@@ -29,7 +29,8 @@ class Findings:
 
     def __init__(self, samples: int, method: str, event: str = "") -> None:
         self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
-        self.beyond = self.unsure = 0
+        self.beyond = self.unsure = self.in_float64 = self.blank = 0
+        self.too_long, self.longest_accurate = 0, np.inf  # samples whose step is inaccurate; a step [s] that is not
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
         self.first = ""  # description of the first sample beyond the limit
@@ -88,6 +89,22 @@ class Findings:
             for code, reason in reasons.items()
             if self.failed[code]
         ]
+        if self.too_long:
+            messages.append(
+                f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
+                f"period error adds up in them. Up to {self.longest_accurate:.3g} s it does not; without a given step "
+                "the steps of these samples alone are divided"
+            )
+        if self.blank:
+            messages.append(
+                f"energies of {self.blank} of {self.samples} samples are beyond the largest number of their type and "
+                "are NaN: dtype='float64' may hold them, if their parameters are meant as they are"
+            )
+        if self.in_float64:
+            messages.append(
+                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that float32 cannot tell "
+                "when a storey turns back: they were run again in float64. dtype='float64' runs all of them once"
+            )
         if self.unsure:
             messages.append(
                 f"the energy balance of {self.unsure} of {self.samples} samples is off by more than "
@@ -103,7 +120,11 @@ class Findings:
             for code in self.failed:
                 self.failed[code] += int(np.count_nonzero((status == code) & stable))
         if "energy_balance_error" in outputs:
-            off = np.abs(outputs["energy_balance_error"]) > LARGEST_ENERGY_ERROR
+            error = outputs["energy_balance_error"]
+            off = np.abs(error) > LARGEST_ENERGY_ERROR
+            blank = ~np.isfinite(error)
+            if blank.any():
+                self.blank += int(np.count_nonzero(stable & (status < DIVERGED) & blank))
             if off.any():
                 self.unsure += int(np.count_nonzero(stable & (status < DIVERGED) & off))
 

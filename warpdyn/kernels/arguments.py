@@ -56,7 +56,22 @@ def as_fields(kind: str, arrays: dict[str, np.ndarray], dtype: str) -> dict[str,
 
 def as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
     """Return values as a struct's array has them: of its type, and the last index next to next in memory."""
-    return np.ascontiguousarray(values, dtype=wp.dtype_to_numpy(struct.vars[name].type.dtype))
+    dtype = wp.dtype_to_numpy(struct.vars[name].type.dtype)
+    check_held(name, values, dtype)
+    return np.ascontiguousarray(values, dtype=dtype)
+
+
+def check_held(name: str, values: np.ndarray, dtype: Any) -> None:
+    """Raise a ValueError if a value is beyond the largest number of a type; infinity stands for what has no limit."""
+    if np.dtype(dtype) != np.float32 or values.dtype == dtype:
+        return
+    largest = np.finfo(np.float32).max
+    bad = ((values > largest) | (values < -largest)) & np.isfinite(values)
+    if bad.any():
+        raise ValueError(
+            f"{name.replace('_', ' ')} of {np.abs(values[bad]).max():.3g} is beyond the largest number of float32, "
+            f"{largest:.3g}: correct the structure's or the motion's values, or choose dtype='float64'"
+        )
 
 
 def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:

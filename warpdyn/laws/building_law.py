@@ -100,6 +100,10 @@ class BuildingLaw:
                 return text
         return next(filter(None, (device.problem(p) for device in self.devices)), None)
 
+    def caution(self, p: Values) -> str | None:
+        pairs = zip(self.laws, self.storeys, strict=True)
+        return next(filter(None, (law.caution(self._own(law, own, p)) for law, own in pairs)), None)
+
     def stiffest(self, p: Values) -> np.ndarray:
         stiffest = np.array(p["stiffness"], dtype=float)
         for law, storeys in zip(self.laws, self.storeys, strict=True):

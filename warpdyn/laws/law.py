@@ -181,6 +181,11 @@ class StoreyElement:
         return None
 
     @staticmethod
+    def caution(p: Values) -> str | None:
+        """Return a sentence on what its parameters make of its answers, for a warning, or None."""
+        return None
+
+    @staticmethod
     def stiffest(p: Values) -> np.ndarray:
         """Return the largest tangent stiffness [N/m] that storeys can come to, [structure, storey]."""
         return p["stiffness"]

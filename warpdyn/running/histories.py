@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.checks import whole_number
 from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
-from warpdyn.integration.stability_guard import guard
+from warpdyn.integration.settings import Integration
+from warpdyn.integration.stability_guard import Findings, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.labels import history_variables
 
@@ -48,13 +50,13 @@ class KeptHistories:
         histories: The samples.
         run: The run.
         queue: Device queue that they are integrated on.
-        on_unstable: What is done about steps beyond the stability limit.
+        integration: How the run is integrated.
 
     Raises:
         ValueError: If a sample is not in the run, or the samples' steps do not divide each other.
     """
 
-    def __init__(self, histories: Histories, run: Run, queue: Queue, on_unstable: str) -> None:
+    def __init__(self, histories: Histories, run: Run, queue: Queue, integration: Integration) -> None:
         if len(run.samples_by_event) > 1:
             raise ValueError(
                 "histories of an EventSequence are not kept: leave them out, or run its first event by itself"
@@ -65,7 +67,9 @@ class KeptHistories:
         self.histories = histories
         asked = np.array(histories.samples)
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
-        guard(whole, vibration, on_unstable)
+        findings = Findings(whole.sample.size, integration.method)  # the run's own are told
+        shorten_steps(whole, vibration, findings, divides=integration.divides_steps)
+        guard(whole, vibration, integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
         self.common_step = self.part.common_step(np.arange(asked.size))
         self._status = np.zeros(asked.size, dtype=np.int8)

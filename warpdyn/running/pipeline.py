@@ -12,6 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
+from warpdyn.accuracy.precision import rerun_in_float64
+from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
 from warpdyn.core.thread_pool import result_of
@@ -87,6 +89,7 @@ class Pipeline:
         estimates: Error estimates of each event; none if they are not asked for.
         advance: Called with the number of histories done since its last call.
         journal: Where finished blocks are kept, if they are.
+        divides_steps: Whether steps that are too long for a sample's own period are divided; otherwise they are told.
     """
 
     def __init__(
@@ -99,7 +102,10 @@ class Pipeline:
         estimates: list[ErrorEstimate],
         advance: Callable[[int], object],
         journal: Journal | None = None,
+        *,
+        divides_steps: bool = False,
     ) -> None:
+        self.divides_steps = divides_steps
         self.journal, self._is_told = journal, False
         self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
         self.kept, self.estimates, self.advance = kept, estimates, advance
@@ -142,9 +148,10 @@ class Pipeline:
         """Draw a block, apply the stability guard to all events, and pack the first event."""
         structures, queue = item
         parts = self.run.events(np.asarray(structures), queue)
-        unstable = [
-            guard(*part, self.on_unstable, findings) for part, findings in zip(parts, self.findings, strict=True)
-        ]
+        unstable = []
+        for part, findings in zip(parts, self.findings, strict=True):
+            shorten_steps(*part, findings, divides=self.divides_steps)
+            unstable.append(guard(*part, self.on_unstable, findings))
         self.longest_period = max(self.longest_period, float(parts[0][1].period.max()))
         parts[0][0].pack()
         is_known = self.journal is not None and self.journal.has(structures, len(parts))
@@ -212,6 +219,7 @@ class Pipeline:
                 block.started.finish(block.found, map_function)
                 if self.on_unstable == "substep":
                     self.reruns[event].settle(whole, block.standing, found)
+                self.findings[event].in_float64 += rerun_in_float64(whole, block.standing, found)
             self.seconds_integrating += time.perf_counter() - began
             self.findings[event].add_outcomes(found, ~unstable[block.standing])
             if block.found is not block.own:

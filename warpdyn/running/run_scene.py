@@ -111,12 +111,20 @@ def run_scene(
     findings = _findings(run, blocks, queues[0], integration)
     histories = None
     if kept.histories is not None:
-        histories = KeptHistories(kept.histories, run, queues[0], integration.on_unstable)
+        histories = KeptHistories(kept.histories, run, queues[0], integration)
     estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
     with _table(run, columns, unfinished) as table:
         with counted_histories(sum(run.samples_by_event)) as progress:
             pipeline = Pipeline(
-                run, integration.on_unstable, findings, table, histories, estimates, progress.update, journal
+                run,
+                integration.on_unstable,
+                findings,
+                table,
+                histories,
+                estimates,
+                progress.update,
+                journal,
+                divides_steps=integration.divides_steps,
             )
             pipeline.seconds_sampling += time.perf_counter() - started
             pipeline.process(blocks, queues)

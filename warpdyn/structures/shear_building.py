@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import one_of, real_numbers
+from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.laws import LAWS, Device, Law, Parameter
 from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
@@ -53,11 +54,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             it takes.
         devices: What stands beside the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
             `Gap` (a stop on either side of the storey's drift) or `OneSidedGap` (one ahead).
-        damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`, from
-            mass and initial stiffness, without P-Delta); "rayleigh_tangent" (the same of mass and tangent stiffness,
-            OpenSees' betaK: it fades as storeys yield, and is 0 on falling branches, where OpenSees' gives energy);
-            "mass_proportional" or "stiffness_proportional" (initial stiffness; `damping_ratio` in the first mode); or
-            "modal" (`damping_ratio` in every mode).
+        damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`,
+            whose frequencies are those under gravity, as eigenvalues are after OpenSees' gravity analysis; of mass and
+            initial stiffness without P-Delta, as that of OpenSees' betaKinit, for gravity dissipates nothing);
+            "rayleigh_tangent" (the same of mass and tangent stiffness, OpenSees' betaK: it fades as storeys yield, and
+            is 0 on falling branches, where OpenSees' gives energy); "mass_proportional" or "stiffness_proportional"
+            (initial stiffness; `damping_ratio` in the first mode); or "modal" (`damping_ratio` in every mode).
         damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
         damped_storeys: First and last storey with Rayleigh damping, if the others are isolators or a tuned mass damper:
             the damping is then in proportion to their stiffness alone, with its ratio in the first mode that they would
@@ -177,6 +179,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         problem = self.storey_law.problem(arrays) or physics_problem(arrays)
         if problem:
             raise ValueError(problem)
+        if caution := self.storey_law.caution(arrays):
+            warn_caller(caution)
         self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
         self.own_storeys = np.ones(self.storeys, dtype=bool)  # not isolators or a tuned mass damper
         self.inherent_damping = kind.checked(damping, self.storeys, damping_modes, damped_storeys)

@@ -69,8 +69,9 @@ def add_to_mean(mean: Any, storey: int, column: int, part: Any, since: int):
 
 @wp.func
 def balance_error(error: Any, supplied: Any):
-    """Return the unaccounted energy relative to the most that was supplied; 0 where nothing was."""
-    if supplied == type(error)(0.0):
+    """Return the unaccounted energy relative to the most that was supplied; 0 where nothing was, NaN if either is."""
+    # A maximum leaves out NaN, so that energies beyond the number type leave nothing supplied.
+    if supplied == type(error)(0.0) and wp.isfinite(error):
         return type(error)(0.0)
     return error / supplied
 

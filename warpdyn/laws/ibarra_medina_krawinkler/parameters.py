@@ -264,7 +264,9 @@ def _coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
 
 def _problem(p: Values) -> str | None:
     """Return what is wrong between the parameters of a backbone."""
-    p = dict(zip(p, np.broadcast_arrays(*p.values()), strict=True))
+    read = ("stiffness", "yield_force", "plastic_drift_to_capping", "capping_force_ratio", "ultimate_drift")
+    # A building's other parameters, such as its damping ratio, have shapes of their own.
+    p = dict(zip(read, np.broadcast_arrays(*(p[name] for name in read)), strict=True))
     yield_drift = p["yield_force"] / p["stiffness"]
     rise = 1 + p["plastic_drift_to_capping"] / yield_drift
     low = (p["ultimate_drift"] > 0) & (p["ultimate_drift"] <= yield_drift)

@@ -1,0 +1,59 @@
+"""Every scatterable parameter with every storey law: drawn, checked and packed as kernels read it."""
+
+import numpy as np
+import pytest
+from combination_cases import springs_of_laws
+
+import warpdyn as wd
+from warpdyn.integration.run import build_run
+from warpdyn.integration.settings import Execution, Integration
+
+pytestmark = pytest.mark.fast
+
+STOREYS, STRUCTURES = 3, 5  # neither is the other, nor 1
+MOTION = wd.GroundMotion(np.sin(0.4 * np.arange(30)), 0.02)
+DEVICES = {
+    "none": {},
+    "viscous_damper": {"damper_coefficient": 2e3, "velocity_exponent": 0.5, "linear_velocity": 0.01},
+    "friction_damper": {"slip_force": 100.0, "brace_stiffness": 1e5},
+    "gap": {"clearance": 0.01, "contact_stiffness": 1e5},
+}
+CASES = {f"{spring}": (law, values, "none") for spring, (law, values) in springs_of_laws().items()}
+CASES |= {f"elastic+{device}": ("elastic", {}, device) for device in DEVICES if device != "none"}
+MIXED = ["bilinear", "ibarra_medina_krawinkler_bilinear", "elastic"]
+CASES["mixed"] = (MIXED, dict(springs_of_laws()["ibarra_medina_krawinkler_bilinear"][1], hardening_ratio=0.05), "none")
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_parameter_is_scattered(case):
+    law, values, device = CASES[case]
+    building = wd.ShearBuilding(
+        np.full(STOREYS, 1e3),
+        4e5,
+        3.0,
+        law=law,
+        devices=() if device == "none" else (device,),
+        damping="rayleigh",
+        damping_ratio=0.05,
+        gravity_load=100.0,
+        drift_capacity=1.0,
+        **values,
+        **DEVICES[device],
+    )
+    nominal = building.nominal_values
+    assert {"mass", "stiffness", "height", "damping_ratio", "gravity_load"} <= set(nominal)
+    for name, value in nominal.items():
+        # Within the parameter's bounds, and close enough to keep those between parameters.
+        violates = building.parameter_table[name].violations
+        taken = np.isfinite(value)
+        low, high = (1.0 if violates(factor * value[taken]).any() else factor for factor in (0.999, 1.001))
+        scatter = {name: wd.RandomFactor(wd.Uniform(low, high if high > low else 1 + 1e-12))}
+        if name == "counts_cycles":  # a switch
+            scatter = {name: wd.GivenValues(np.broadcast_to(value, (STRUCTURES, STOREYS)))}
+        scene = wd.Scene(building, MOTION, scatter=scatter)
+        run = build_run(scene, STRUCTURES, Integration(), Execution(device="cpu"))
+        drawn, vibration = run.draw(np.arange(STRUCTURES))
+        assert drawn[name].shape == (STRUCTURES, *value.shape)
+        packed = run.model.dynamics.pack(run.model.dynamics.parameters_of(drawn), vibration.rayleigh)
+        assert {array.shape[-1] for array in packed.values()} <= {1, STRUCTURES}
+        assert packed["coefficients"].shape[-1] == STRUCTURES
