@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset
+from warpdyn.core.description import Text
 from warpdyn.core.output_variables import STATUS_MEANINGS, STRIPED
 from warpdyn.core.units import IN_G
 from warpdyn.files.netcdf import trace
@@ -244,7 +245,7 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
 
 
 def summary(run: xr.Dataset) -> str:
-    """Return status counts, steps and estimated errors of a run, in a few lines of text.
+    """Return status counts, collapses, steps and estimated errors of a run, in a few lines of text.
 
     Args:
         run: What `simulate` returned.
@@ -252,10 +253,13 @@ def summary(run: xr.Dataset) -> str:
     Raises:
         ValueError, TypeError: If it is something else.
     """
-    check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
+    told = ("method", "dtype", "device", "seconds_integrating")
+    check_dataset("summary", run, "status", "integration_step", *told, advice="give what simulate() returned")
+    if not run.sizes.get("sample"):
+        raise ValueError("summary: the run has no samples: the selection it was taken by left none")
     if "event" in run.dims:
         names = run["event"].values.tolist()
-        return "\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names)
+        return Text("\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names))
     status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
     outcomes = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
     steps = run["integration_step"].values
@@ -263,6 +267,7 @@ def summary(run: xr.Dataset) -> str:
         f"{run.sizes['sample']:,} samples: {outcomes}",
         f"{run.attrs['method']} in {run.attrs['dtype']} on {run.attrs['device']}, "
         f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
+        *_collapses(run),
     ]
     if "estimated_relative_error" in run:
         table = run["estimated_relative_error"]
@@ -271,4 +276,16 @@ def summary(run: xr.Dataset) -> str:
         for demand in table["demand"].values:
             row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
             lines.append(f"{demand:<26}{row}")
-    return "\n".join(lines)
+    return Text("\n".join(lines))
+
+
+def _collapses(run: xr.Dataset) -> list[str]:
+    """Return a line on the storeys and times of the collapses, where there are some."""
+    if "storey_of_collapse" not in run:
+        return []
+    storey, time = run["storey_of_collapse"].values, run["time_of_collapse"].values
+    if not (storey > 0).any():
+        return []
+    storeys, counts = np.unique(storey[storey > 0], return_counts=True)
+    where = ", ".join(f"storey {number} ({count:,})" for number, count in zip(storeys, counts, strict=True))
+    return [f"collapsed in {where}, at {np.nanmin(time[storey > 0]):.4g} to {np.nanmax(time[storey > 0]):.4g} s"]

@@ -80,7 +80,7 @@ def fragility(
     exceeding = np.moveaxis(counts.exceeding.sum(axis=0), 0, -1)
     valid = counts.valid.sum(axis=0)
     median, dispersion, outcome = fit_stripes(counts.levels, exceeding, valid)
-    intensity = np.linspace(0.0, counts.levels.max(), _CURVE_POINTS)
+    intensity = counts.levels.max() * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2  # close together at low levels
     curve = probability(intensity, median[-1, :, None], dispersion[-1, :, None])
 
     replicate_median, replicate_dispersion = _replicates(counts, bootstrap, seed, (median, dispersion))
@@ -137,6 +137,9 @@ def fragility(
             "storey": _variable("storey", counts.storeys, "storey, from the ground up"),
         },
         attrs={
+            "intensity_measure": dataset["im_level"]
+            .attrs.get("long_name", "intensity measure")
+            .removesuffix(" of the scaled motion"),
             "fragility_method": "maximum binomial likelihood of a lognormal curve through stripes (Baker 2015)",
             "interval_method": "curves: percentiles of a bootstrap over records; stripe fractions: Clopper-Pearson",
             "confidence": float(confidence),
