@@ -152,7 +152,7 @@ def test_distributions_end_below_one_where_samples_collapse():
     assert line.get_label() == "as it is: 50 % collapsed"
     np.testing.assert_allclose(line.get_xdata(), [0.8, 0.8, 1.6, 2.4, 3.2, 4.0])
     np.testing.assert_allclose(line.get_ydata(), [0, 0.1, 0.2, 0.3, 0.4, 0.5])
-    assert (cross.get_xdata().tolist(), cross.get_ydata().tolist()) == ([4.0], [0.5])
+    np.testing.assert_allclose(cross.get_xydata(), [[4.0, 0.5]])
     assert to_hex(line_named(axes, "stronger").get_color()) == "#123456"
     assert line_named(axes, "stronger").get_ydata()[-1] == 1
     assert axes.get_title() == "Under PGA = 0.8 g"

@@ -12,6 +12,7 @@ from scipy.stats import binom
 
 from warpdyn.accuracy.error_estimate import compare
 from warpdyn.core.checks import check_kind, one_of, whole_number
+from warpdyn.core.description import Text
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
@@ -71,6 +72,9 @@ class MethodChoice:
         lines.append(f"* the cheapest within {self.table.attrs['target_error']:g}")
         lines += [f"{name:<52} {value:,.6g}" for name, value in self.carried.items()]
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return Text(self)._repr_html_()
 
 
 def plan(

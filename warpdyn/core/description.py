@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+NAMED_BY_SHAPE = "array of shape "
 LONGEST_ARRAY = 1024  # values; of longer arrays the shape alone is written
 MOST_CELLS = 12  # of a row of values in a table
 
@@ -27,7 +28,7 @@ def plain(value: Any) -> Any:
         return plain(value.description())
     if isinstance(value, np.ndarray):
         if value.size > LONGEST_ARRAY:
-            return f"array of shape {value.shape}"
+            return f"{NAMED_BY_SHAPE}{value.shape}"
         # JSON has no NaN, which stands where a storey's law does not take a parameter.
         return np.where(np.isnan(value), np.array(None), value).tolist() if value.dtype.kind == "f" else value.tolist()
     if isinstance(value, np.generic):
@@ -38,8 +39,14 @@ def plain(value: Any) -> Any:
         return [plain(item) for item in value]
     if dataclasses.is_dataclass(value):
         fields = {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-        return {"type": type(value).__name__, **fields}
-    return value
+        return {"type": _name_of_class(value), **fields}
+    return value if value is None or isinstance(value, bool | int | float | str) else {"type": _name_of_class(value)}
+
+
+def _name_of_class(value: object) -> str:
+    """Return the name of a value's class, with its module where it is not warpdyn's own."""
+    kind = type(value)
+    return kind.__name__ if kind.__module__.startswith("warpdyn.") else f"{kind.__module__}.{kind.__qualname__}"
 
 
 def fingerprint(*values: object) -> str:
@@ -123,6 +130,8 @@ def number_text(value: object) -> str:
         return ""
     if isinstance(value, bool | str):
         return str(value)
+    if isinstance(value, np.ndarray) and not value.ndim:
+        value = value.item()
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, Iterable):

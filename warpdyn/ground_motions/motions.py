@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_number, real_numbers
+from warpdyn.core.description import fingerprint, html_table
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import (
     THE_DURATION,
     Sampled,
@@ -80,9 +82,20 @@ class GroundMotion:
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
     def description(self) -> dict[str, object]:
-        """Return what the motion's JSON says: not its samples."""
+        """Return what the motion's JSON says: of its samples their number and their digest."""
         said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
+        said["digest"] = fingerprint(self.acceleration, self.step)[:16]
         return said | ({"record": self.record, "component": self.component} if self.record else {})
+
+    def _repr_html_(self) -> str:
+        strongest = self.peak_ground_acceleration
+        rows = {
+            "duration": f"{self.duration:.6g} s, {self.acceleration.size:,} samples every {self.step:g} s",
+            "PGA": f"{strongest / STANDARD_GRAVITY:.4g} g ({strongest:.4g} m/s2)",
+            "record": f"{self.record}, component {self.component}" if self.record else "",
+            "source": self.source,
+        }
+        return html_table(f"Ground motion {self.name!r}", [(name, text) for name, text in rows.items() if text])
 
     @property
     def duration(self) -> float:
@@ -209,6 +222,10 @@ class ForceHistory(SingleLoad):
 
     force: ArrayLike
     step: float
+
+    def __repr__(self) -> str:
+        times, dofs = self.values.shape
+        return f"ForceHistory({times} values every {self.step:g} s, {dofs} degrees of freedom)"
 
     kernel_load = "force_history"
     label = "force history"
