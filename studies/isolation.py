@@ -84,7 +84,7 @@ def curves_of(name: str, structures: int, seed: int, device: str | None) -> tupl
         curves = wd.fragility(own, DRIFT_LIMITS, seed=seed)
     print(f"\n{name}: {BUILDINGS[name]}")
     print(wd.summary(run))
-    demands = own[list(KEPT)].assign(scene=((), run.attrs["scene"], {"long_name": "scene, as JSON", "units": "1"}))
+    demands = own[list(KEPT)].assign(scene=((), run.attrs["scene"], {"long_name": "scene, as JSON"}))
     return demands.expand_dims(building=[name]), curves.expand_dims(building=[name])
 
 
@@ -134,7 +134,7 @@ def main() -> None:
         xr.concat(parts, "building", combine_attrs="drop_conflicts") for parts in zip(*found, strict=True)
     )
     result = demands.merge(curves, combine_attrs="drop_conflicts")
-    result["building"].attrs = {"long_name": "building", "units": "1"}
+    result["building"].attrs = {"long_name": "building"}
     title = "Fragility of a five-storey building as it is, on isolators and under a tuned mass damper"
     result.attrs |= netcdf.trace(title, "simulate, warpdyn.fragility")
     netcdf.write(result, target)

@@ -51,14 +51,14 @@ def take_through(drift: np.ndarray) -> xr.Dataset:
         runs[law].attrs["parameters"] = json.dumps(parameters)
     result = xr.concat([run.drop_vars("storey_drift") for run in runs.values()], "law", combine_attrs="drop_conflicts")
     result["storey_drift"] = next(iter(runs.values()))["storey_drift"]
-    words = {"units": "1", "long_name": "OpenSees' uniaxial material of the same rules"}
+    words = {"long_name": "OpenSees' uniaxial material of the same rules"}
     return result.assign_coords(
-        law=("law", list(runs), {"units": "1", "long_name": "storey law"}),
+        law=("law", list(runs), {"long_name": "storey law"}),
         opensees_material=("law", [LAWS[law].material for law in runs], words),
         law_parameters=(
             "law",
             [run.attrs["parameters"] for run in runs.values()],
-            {"units": "1", "long_name": "parameters of the law, as JSON"},
+            {"long_name": "parameters of the law, as JSON"},
         ),
     ).assign_attrs(stiffness=STIFFNESS, yield_force=YIELD_FORCE)
 

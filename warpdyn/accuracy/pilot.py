@@ -172,14 +172,17 @@ def choose_method(
     seconds = np.min([[pilot.seconds(row[4]) for row in rows] for _ in range(TIMINGS)], axis=0)
     best = int(seconds.argmin())
     columns = {
-        "method": ([row[0] for row in rows], "integration method", "1"),
-        "dtype": ([row[1] for row in rows], "number type", "1"),
+        "method": ([row[0] for row in rows], "integration method", ""),
+        "dtype": ([row[1] for row in rows], "number type", ""),
         "longest_step": ([row[2] for row in rows], "longest integration step", "s"),
         "error": ([row[3] for row in rows], "95 % error of the peak drift in the pilot", "1"),
         "seconds_per_sample": (seconds, "time per sample of the pilot", "s"),
     }
     table = xr.Dataset(
-        {key: ("candidate", np.array(v), {"long_name": text, "units": u}) for key, (v, text, u) in columns.items()},
+        {
+            key: ("candidate", np.array(v), {"long_name": text} | ({"units": units} if units else {}))
+            for key, (v, text, units) in columns.items()
+        },
         attrs={"target_error": target_error, "pilot_samples": pilot.chosen.size},
     )
     carried = carried_by(scene, rows[best][4], structures, float(seconds[best]))

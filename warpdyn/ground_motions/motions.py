@@ -137,7 +137,7 @@ def warn_of_duplicates(motions: Sequence[GroundMotion]) -> None:
 def motion_names(motions: Sequence[Sampled]) -> tuple:
     """Return the variable `motion_name` of datasets."""
     names = [motion.label for motion in motions]
-    return "motion", np.array(names, dtype=str), {"long_name": "name of the motion", "units": "1"}
+    return "motion", np.array(names, dtype=str), {"long_name": "name of the motion"}
 
 
 def motion_numbers(count: int) -> tuple:

@@ -195,10 +195,10 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
     coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
     if len(excitation.event_names) > 1:
         names = np.array(excitation.event_names)
-        coordinates["event"] = ("event", names, {"long_name": "event of the sequence", "units": "1"})
+        coordinates["event"] = ("event", names, {"long_name": "event of the sequence"})
         levels = [_level_attributes(level) for level in levels_of(scene)]
         for key in ("long_name", "units", "design"):
-            text = {"long_name": f"{key} of im_level in each event", "units": "1"}
+            text = {"long_name": f"{key} of im_level in each event"}
             coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
         copies = excitation.samples_per_structure // np.array(excitation.samples_by_event)
         text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
@@ -233,7 +233,7 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
         attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
         variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
     coordinates = {
-        "time": ("time", time, {"long_name": "time", "units": "s"}),
+        "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s", "axis": "T"}),
         "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
         "history_sample": (
             "history",

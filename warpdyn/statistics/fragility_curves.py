@@ -131,7 +131,7 @@ def fragility(
     return xr.Dataset(
         variables,
         coords={
-            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state", "units": "1"}),
+            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state"}),
             "stripe": _variable("stripe", counts.levels, "intensity of the stripe", units="g", comment=IN_G),
             "intensity": _variable("intensity", intensity, "intensity along the curve", units="g", comment=IN_G),
             "storey": _variable("storey", counts.storeys, "storey, from the ground up"),
