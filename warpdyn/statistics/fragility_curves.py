@@ -19,6 +19,7 @@ from warpdyn.statistics.lognormal_fit import (
     check_confidence,
     clopper_pearson,
     fit_stripes,
+    levels_to_add,
     probability,
 )
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
@@ -86,7 +87,7 @@ def fragility(
     replicate_median, replicate_dispersion = _replicates(counts, bootstrap, seed, (median, dispersion))
     fitted = np.isfinite(replicate_median).mean(axis=0) if len(replicate_median) else np.full(median.shape, np.nan)
     trusted = (outcome == FITTED) & (fitted >= LEAST_FITTED_FRACTION)
-    _warn(names, counts, outcome, fitted)
+    _warn(names, counts, outcome, fitted, exceeding[-1], valid)
     replicate_curve = probability(intensity, replicate_median[:, -1, :, None], replicate_dispersion[:, -1, :, None])
     median_bounds = _percentiles(replicate_median, trusted, confidence)
     dispersion_bounds = _percentiles(replicate_dispersion, trusted, confidence)
@@ -193,13 +194,22 @@ def _percentiles(replicates: np.ndarray, trusted: np.ndarray, confidence: float)
     return bounds
 
 
-def _warn(names: list[str], counts: StripeCounts, outcome: np.ndarray, fitted: np.ndarray) -> None:
+def _warn(
+    names: list[str],
+    counts: StripeCounts,
+    outcome: np.ndarray,
+    fitted: np.ndarray,
+    exceeding: np.ndarray,
+    valid: np.ndarray,
+) -> None:
+    """Warn of curves without a fit or an interval; the counts are those of the worst storey."""
     if len(counts.valid) == 1:
         warn_caller("the run has one record: a bootstrap over records has no interval to give")
     for state, name in enumerate(names):
         if outcome[-1, state] != FITTED:
             meaning = FIT_MEANINGS[outcome[-1, state]]
-            warn_caller(f"damage state {name!r} has no lognormal fit: {meaning}")
+            advice = levels_to_add(counts.levels, exceeding[state], valid)
+            warn_caller(f"damage state {name!r} has no lognormal fit: {meaning}{'; ' if advice else ''}{advice}")
         for row in np.flatnonzero((outcome[:, state] == FITTED) & (fitted[:, state] < LEAST_FITTED_FRACTION)):
             where = "worst storey" if row == len(outcome) - 1 else f"storey {counts.storeys[row]}"
             warn_caller(
