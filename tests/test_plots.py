@@ -155,7 +155,7 @@ def test_distributions_end_below_one_where_samples_collapse():
     np.testing.assert_allclose(cross.get_xydata(), [[4.0, 0.5]])
     assert to_hex(line_named(axes, "stronger").get_color()) == "#123456"
     assert line_named(axes, "stronger").get_ydata()[-1] == 1
-    assert axes.get_title() == "Under PGA = 0.8 g"
+    assert axes.get_title() == "PGA = 0.8 g"
     with pytest.raises(ValueError, match=r"run 'as it is' is on several stripes: give level=, one of 0\.2, 0\.4, 0\.8"):
         plots.drift_distributions(runs)
     with pytest.raises(ValueError, match=r"run 'as it is' has no stripe of 0\.5 g; it has 0\.2, 0\.4, 0\.8, 1\.6 g"):
@@ -239,6 +239,9 @@ def test_selections_that_leave_nothing_are_refused(name):
 
 @pytest.mark.parametrize("sample", [0, 39])
 def test_one_sample_is_drawn(sample):
+    for plot in (plots.drift_against_intensity, plots.ida_curves, wd.summary):
+        with pytest.raises(ValueError, match=r"no dimension sample: select one by isel\(sample=\[number\]\)"):
+            plot(RUN.isel(sample=sample))
     one = RUN.isel(sample=[sample])
     for plot in (plots.drift_against_intensity, plots.drift_over_height, plots.residual_drifts):
         plot(one).draw_without_rendering()

@@ -98,7 +98,7 @@ class Stripes(Design):
                     f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} g: "
                     "an all-zero record cannot be scaled to a stripe; leave it out"
                 )
-        warn_of_duplicates(motions)
+        warn_of_duplicates(motions, is_scaled=True)
         object.__setattr__(self, "motions", motions)
         object.__setattr__(self, "levels_in_g", levels)
         object.__setattr__(self, "_intensities", intensities)
@@ -141,7 +141,7 @@ class Cloud(Design):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motions", checked_motions(self.motions))
-        warn_of_duplicates(self.motions)
+        warn_of_duplicates(self.motions, is_scaled=False)
         object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
 
     @property

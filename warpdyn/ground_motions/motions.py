@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from warpdyn.structures.structure import Structure
 
 
+DUPLICATE = 1e-3  # of the peak, by which two copies of a record differ at most
+
+
 @dataclass(frozen=True, eq=False)
 class GroundMotion:
     """One recorded base acceleration, linear between its samples and zero after its end.
@@ -121,17 +124,26 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
     return motions
 
 
-def warn_of_duplicates(motions: Sequence[GroundMotion]) -> None:
-    """Warn where two motions of a set have the same samples and step, as two copies of a record have."""
-    seen: dict[tuple[float, bytes], str] = {}
+def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> None:
+    """Warn where two motions of a set are one record, as two copies of it are, also if digits were lost in one.
+
+    Args:
+        motions: The motions.
+        is_scaled: Whether they are scaled to levels, so that copies at different scales are one record too.
+    """
+    alike: dict[tuple[float, int, int], list[tuple[str, np.ndarray]]] = {}
+    found: list[tuple[str, str]] = []
     for motion in motions:
-        key = motion.step, motion.acceleration.tobytes()
-        if key in seen:
-            warn_caller(
-                f"motions {seen[key]!r} and {motion.name!r} are the same record twice, which statistics count double"
-            )
-            return
-        seen[key] = motion.name
+        peak = motion.peak_ground_acceleration
+        shape = motion.acceleration / peak if is_scaled and peak > 0 else motion.acceleration
+        key = motion.step, shape.size, int(np.abs(shape).argmax())
+        others = alike.setdefault(key, [])
+        near = DUPLICATE * float(np.abs(shape).max())
+        found += [(name, motion.name) for name, other in others if np.abs(shape - other).max() <= near][:1]
+        others.append((motion.name, shape))
+    if found:
+        (first, second), rest = found[0], f" (and {len(found) - 1} more such)" if len(found) > 1 else ""
+        warn_caller(f"motions {first!r} and {second!r}{rest} are the same record twice, which statistics count double")
 
 
 def motion_names(motions: Sequence[Sampled]) -> tuple:

@@ -251,7 +251,7 @@ def drift_distributions(
     plain_numbers(axes.xaxis)
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
     grid(axes)
-    legend(axes, loc="upper left")
+    legend(axes, loc="best")
     if is_same:
         title(axes, next(iter(stripes.values())))
     return result

@@ -12,11 +12,24 @@ from matplotlib.axes import Axes
 from warpdyn.core.checks import check_dataset
 from warpdyn.plots.drifts import checked_designs
 from warpdyn.plots.samples import label_of_measure
-from warpdyn.plots.style import COLOURS, Colours, Drawn, colours_of, grid, legend, panels, set_scale, title
+from warpdyn.plots.style import (
+    COLOURS,
+    SMALL,
+    Colours,
+    Drawn,
+    Picture,
+    colours_of,
+    grid,
+    legend,
+    panels,
+    set_scale,
+    title,
+)
 
 _CURVES = (
     "draw what fragility(run, limits) returned, or run.merge(fragility(run, limits), combine_attrs='no_conflicts')"
 )
+MOST_IN_A_ROW = 4  # names of a legend
 LINE_STYLES = ("-", "--", "-.", ":")
 
 
@@ -114,7 +127,11 @@ def fragility_comparison(
         axes.set_xlabel(label_of_measure(first))
     for axes in all_axes[::columns]:
         axes.set_ylabel("Probability of exceedance")
-    legend(all_axes[0], loc="upper left")
+    if isinstance(result, Picture):
+        handles = all_axes[0].get_legend_handles_labels()
+        result.legend(*handles, loc="outside upper center", ncols=MOST_IN_A_ROW, frameon=False, fontsize=SMALL)
+    else:
+        legend(all_axes[0], loc="upper left")
     return result
 
 

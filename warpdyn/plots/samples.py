@@ -102,6 +102,8 @@ def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_s
         TypeError: If it is no Dataset.
     """
     check_run(function, run, demand, "status", "im_level", advice=advice)
+    if "sample" not in run["status"].dims:
+        raise ValueError(f"plots.{function}: the run has no dimension sample: select one by isel(sample=[number])")
     status = decoded_status(run["status"])
     kept = np.flatnonzero(status <= COLLAPSED)
     if not kept.size:

@@ -255,7 +255,9 @@ def summary(run: xr.Dataset) -> str:
     """
     told = ("method", "dtype", "device", "seconds_integrating")
     check_dataset("summary", run, "status", "integration_step", *told, advice="give what simulate() returned")
-    if not run.sizes.get("sample"):
+    if "sample" not in run.dims:
+        raise ValueError("summary: the run has no dimension sample: select one by isel(sample=[number])")
+    if not run.sizes["sample"]:
         raise ValueError("summary: the run has no samples: the selection it was taken by left none")
     if "event" in run.dims:
         names = run["event"].values.tolist()
