@@ -16,15 +16,14 @@ import warnings
 
 import numpy as np
 import xarray as xr
-from matplotlib import ticker
 from matplotlib.figure import Figure
 from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
+from warpdyn import plots
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.files import netcdf
 from warpdyn.ground_motions.records import far_field
-from warpdyn.plots.style import COLOURS, new_figure
 
 BUILDING = wd.ShearBuilding.from_hazus("C1M", "high", storeys=5, damped_storeys=(1, 5))
 DRIFT_LIMITS = wd.hazus_drift_limits("C1M", "high")
@@ -84,32 +83,13 @@ def curves_of(name: str, structures: int, seed: int, device: str | None) -> tupl
         curves = wd.fragility(own, DRIFT_LIMITS, seed=seed)
     print(f"\n{name}: {BUILDINGS[name]}")
     print(wd.summary(run))
-    demands = own[list(KEPT)].assign(scene=((), run.attrs["scene"], {"long_name": "scene, as JSON", "units": "1"}))
+    demands = own[list(KEPT)].assign(scene=((), run.attrs["scene"], {"long_name": "scene, as JSON"}))
     return demands.expand_dims(building=[name]), curves.expand_dims(building=[name])
 
 
 def draw(curves: xr.Dataset) -> Figure:
     """Return the curves of the buildings side by side, a panel a damage state."""
-    figure = new_figure()
-    panels = figure.subplots(2, 2, sharex=True, sharey=True).ravel()
-    for axes, state in zip(panels, curves["damage_state"].values, strict=True):
-        for colour, style, name in zip(COLOURS, ("-", "--", "-"), curves["building"].values, strict=False):
-            row = curves.sel(damage_state=state, building=name)
-            intensity, bounds = curves["intensity"], (row["fragility_curve_lower"], row["fragility_curve_upper"])
-            axes.fill_between(intensity, *bounds, color=colour, alpha=0.18, lw=0)
-            axes.plot(intensity, row["fragility_curve"], style, color=colour, label=name)
-            axes.plot(row["stripe"], row["exceedance_fraction"], "o", ms=3, color=colour)
-        limit = float(curves["drift_ratio_limit"].sel(damage_state=state).max())
-        axes.set_title(f"{state}: drift over {100 * limit:.2g} %", fontsize=9)
-        axes.grid(alpha=0.3)
-        axes.set(ylim=(-0.02, 1.02), xlim=(LEVELS_IN_G[0], LEVELS_IN_G[-1]), xscale="log")
-        axes.set_xticks([0.1, 0.2, 0.5, 1, 2, 5], labels=["0.1", "0.2", "0.5", "1", "2", "5"])
-        axes.minorticks_off()
-        axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    figure.supxlabel(f"Sa({BUILDING.fundamental_period:.2f} s, 5 %) [g]", fontsize=9)
-    figure.supylabel("Probability of exceedance", fontsize=9)
-    return figure
+    return plots.fragility_comparison({name: curves.sel(building=name) for name in curves["building"].values})
 
 
 def print_medians(curves: xr.Dataset) -> None:
@@ -134,7 +114,7 @@ def main() -> None:
         xr.concat(parts, "building", combine_attrs="drop_conflicts") for parts in zip(*found, strict=True)
     )
     result = demands.merge(curves, combine_attrs="drop_conflicts")
-    result["building"].attrs = {"long_name": "building", "units": "1"}
+    result["building"].attrs = {"long_name": "building"}
     title = "Fragility of a five-storey building as it is, on isolators and under a tuned mass damper"
     result.attrs |= netcdf.trace(title, "simulate, warpdyn.fragility")
     netcdf.write(result, target)

@@ -24,7 +24,7 @@ from peers.storey_laws import LAWS
 
 import warpdyn as wd
 from warpdyn.files import netcdf
-from warpdyn.plots.ensembles import COLOURS
+from warpdyn.plots.style import COLOURS
 
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of a storey that yields at 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
@@ -51,14 +51,14 @@ def take_through(drift: np.ndarray) -> xr.Dataset:
         runs[law].attrs["parameters"] = json.dumps(parameters)
     result = xr.concat([run.drop_vars("storey_drift") for run in runs.values()], "law", combine_attrs="drop_conflicts")
     result["storey_drift"] = next(iter(runs.values()))["storey_drift"]
-    words = {"units": "1", "long_name": "OpenSees' uniaxial material of the same rules"}
+    words = {"long_name": "OpenSees' uniaxial material of the same rules"}
     return result.assign_coords(
-        law=("law", list(runs), {"units": "1", "long_name": "storey law"}),
+        law=("law", list(runs), {"long_name": "storey law"}),
         opensees_material=("law", [LAWS[law].material for law in runs], words),
         law_parameters=(
             "law",
             [run.attrs["parameters"] for run in runs.values()],
-            {"units": "1", "long_name": "parameters of the law, as JSON"},
+            {"long_name": "parameters of the law, as JSON"},
         ),
     ).assign_attrs(stiffness=STIFFNESS, yield_force=YIELD_FORCE)
 

@@ -3,7 +3,7 @@
     python studies/p695_fragility.py --out results
 
 A HAZUS C1M high-code building with scatter on mass, stiffness, strength and damping runs under the 44 far-field
-components, each scaled to stripes of Sa(T1, 5 %). Writes p695_fragility.nc and four figures.
+components, each scaled to stripes of Sa(T1, 5 %). Writes p695_fragility.nc and six figures.
 """
 
 from __future__ import annotations
@@ -95,6 +95,8 @@ def main() -> None:
         "p695_fragility": plots.fragility_curves(result),
         "p695_drift_over_height": plots.drift_over_height(result),
         "p695_drift_against_intensity": plots.drift_against_intensity(result),
+        "p695_ida_curves": plots.ida_curves(result),
+        "p695_residual_drifts": plots.residual_drifts(result),
         "p695_hysteresis": plots.hysteresis(result),
     }
     save_figures(figures, arguments.out)

@@ -71,6 +71,7 @@ def test_storey_hysteresis_is_drawn() -> None:
 
 def test_a_dataset_without_a_pushover_is_refused() -> None:
     with pytest.raises(
-        ValueError, match=r"no roof_displacement, base_shear: draw what pushover\(building, ...\) returned"
+        ValueError,
+        match=r"no roof_displacement, base_shear, storey_drift: draw what pushover\(building, ...\) returned",
     ):
         plots.pushover_curve(xr.Dataset())

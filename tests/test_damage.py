@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from labels import check_labels
 from test_portfolio import DAMPED, MOTIONS, YIELDING, chain
 
 import warpdyn as wd
@@ -132,8 +133,7 @@ def test_shares_come_back_from_a_file(tmp_path, events):
     run = made().assign_attrs(title="a city", seed=3)
     shares = wd.damage_shares(run, LIMITS, events=events)
     assert shares.attrs == run.attrs
-    for variable in shares.drop_vars("motion_name", errors="ignore").variables.values():
-        assert {"long_name", "units"} <= set(variable.attrs)
+    check_labels(shares.drop_vars("motion_name", errors="ignore"))
     with xr.open_dataset(wd.write(shares, tmp_path / "shares.nc")) as read:
         assert read.attrs.pop("history").endswith("warpdyn.write")  # by which warpdyn knows its own
         xr.testing.assert_identical(read.load(), shares)

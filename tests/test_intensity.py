@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import gmean
 
 import warpdyn as wd
-import warpdyn.plots.ensembles
+import warpdyn.plots.drifts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, spectral_acceleration
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("no_damping", "record_step")]

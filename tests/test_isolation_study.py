@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from conftest import readme_commands, run_study
+from labels import check_labels
 from matplotlib import image
 
 
@@ -19,8 +20,7 @@ def test_study(tmp_path: Path) -> None:
     with xr.open_dataset(tmp_path / "isolation.nc") as result:
         assert result["building"].values.tolist() == ["as it is", "tuned mass damper", "lead-rubber bearings"]
         assert result.sizes["storey"] == 5
-        for name in set(result.variables):
-            assert {"long_name", "units"} <= set(result[name].attrs), name
+        check_labels(result)
         assert {"Conventions", "title", "history", "source", "seed", "method"} <= set(result.attrs)
         assert "scene" not in result.attrs
         laws = [json.loads(str(scene))["structure"]["law"] for scene in result["scene"].values]

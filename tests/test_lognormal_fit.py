@@ -6,7 +6,14 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import beta, norm
 
-from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, clopper_pearson, fit_lognormal, fit_stripes, probability
+from warpdyn.statistics.lognormal_fit import (
+    FIT_MEANINGS,
+    clopper_pearson,
+    fit_lognormal,
+    fit_stripes,
+    levels_to_add,
+    probability,
+)
 
 pytestmark = pytest.mark.fast
 
@@ -190,3 +197,36 @@ def test_fit_refuses(levels, exceeding, total, message):
 
 def test_probability_is_the_lognormal_distribution():
     np.testing.assert_allclose(probability([0.0, 0.7, 1.4], 0.7, 0.5), [0, 0.5, norm.cdf(np.log(2) / 0.5)], atol=1e-15)
+
+
+LEVELS_IN_G = np.array([0.2, 0.4, 0.6, 0.8])
+
+
+@pytest.mark.parametrize(
+    ("exceeding", "told", "added"),
+    [
+        ([0, 0, 8, 8], "add levels between 0.4 and 0.6 g, where some samples exceed it", [0.45, 0.55]),
+        ([0, 0, 0, 0], "add levels above 0.8 g, where samples exceed it", [0.9, 1.0]),
+        ([8, 8, 8, 8], "add levels below 0.2 g, where samples do not exceed it", [0.1, 0.15]),
+        (
+            [0, 3, 8, 8],
+            "only at 0.4 g some samples exceed it and some do not: "
+            "add levels between 0.2 and 0.4 g or between 0.4 and 0.6 g",
+            [0.3, 0.5],
+        ),
+        (
+            [0, 0, 0, 5],
+            "only at 0.8 g some samples exceed it and some do not: add levels between 0.6 and 0.8 g or above 0.8 g",
+            [0.7, 0.9],
+        ),
+        ([5, 4, 3, 2], "", None),  # fewer exceed higher levels: more of them do not mend that
+    ],
+)
+def test_levels_to_add_are_told_and_give_a_fit(exceeding, told, added):
+    assert levels_to_add(LEVELS_IN_G, np.array(exceeding), np.full(4, 8)) == told
+    assert fit_stripes(LEVELS_IN_G, exceeding, 8)[2] != FIT_MEANINGS.index("fitted")
+    if added:
+        # At the levels added 2 and 5 of 8 samples exceed.
+        levels, order = np.append(LEVELS_IN_G, added), np.argsort(np.append(LEVELS_IN_G, added))
+        counts = np.append(exceeding, [2, 5])
+        assert fit_stripes(levels[order], counts[order], 8)[2] == FIT_MEANINGS.index("fitted")

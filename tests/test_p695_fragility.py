@@ -114,7 +114,8 @@ def test_default_step_errs_as_little_as_the_readme_says(monkeypatch: pytest.Monk
 
 
 def test_figures_are_drawn(main_job: tuple[Path, str]) -> None:
-    for name in ("p695_fragility", "p695_drift_over_height", "p695_drift_against_intensity", "p695_hysteresis"):
+    kinds = ("drift_over_height", "drift_against_intensity", "fragility", "hysteresis", "ida_curves", "residual_drifts")
+    for name in (f"p695_{kind}" for kind in kinds):
         pixels = image.imread(main_job[0] / f"{name}.png")
         assert min(pixels.shape[:2]) > 400
         assert np.mean(pixels[..., :3].min(axis=2) < 0.9) > 0.02  # ink on the paper
@@ -129,6 +130,51 @@ def test_notebook_runs_on_the_file(main_job: tuple[Path, str], monkeypatch: pyte
     text = "".join(o.get("text", "") for cell in notebook.cells for o in cell.get("outputs", []))
     # Stiffer structures drift less, and no other parameter tells more at the last stripe where most buildings stand.
     assert float(re.search(r"4\.00 g: stiffness \(([-+.\d]+)\)", text)[1]) < -0.4
+
+
+FIGURES = {
+    "fragility_curves": "run",
+    "fragility_comparison": "{'as it is': run, 'again': run}",
+    "drift_over_height": "run",
+    "drift_against_intensity": "run",
+    "residual_drifts": "run",
+    "drift_distributions": "{'as it is': run}, level=4.0",
+    "ida_curves": "run",
+    "histories": "run",
+    "hysteresis": "run",
+    "building": "building",
+    "pushover_curve": "wd.pushover(building, np.linspace(0.01, 0.3, 30))",
+    "ground_motions": "motion",
+    "spectra": "wd.response_spectra(motion, [0.1, 0.5, 1.0], device='cpu')",
+}
+
+
+WITH_PYPLOT = pytest.param("import matplotlib.pyplot as plt", marks=pytest.mark.thorough)
+
+
+@pytest.mark.parametrize("pyplot", ["", WITH_PYPLOT])
+def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, str], pyplot: str) -> None:
+    assert set(FIGURES) == set(wd.plots.__all__)
+    lines = [
+        f"import numpy as np, xarray as xr, warpdyn as wd\n{pyplot}",
+        f"run = xr.open_dataset({str(main_job[0] / 'p695_fragility.nc')!r})\n"
+        "building = wd.ShearBuilding.from_hazus('C1M', 'high', 5)\n"
+        "motion = wd.GroundMotion(np.sin(np.arange(200.0) / 9), 0.01)",
+        *(f"wd.plots.{name}({arguments})" for name, arguments in FIGURES.items()),
+        "building",
+        "wd.summary(run)",
+    ]
+    if pyplot:
+        lines.append("axes = plt.subplots()[1]\nwd.plots.ida_curves(run, ax=axes)")
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(line) for line in lines])
+    NotebookClient(notebook, timeout=300).execute()
+    drawn = [[kind for output in cell.outputs for kind in output.get("data", ())] for cell in notebook.cells]
+    figures = drawn[2 : 2 + len(FIGURES)]
+    for name, kinds in zip(FIGURES, figures, strict=True):
+        assert kinds.count("image/png") == 1, name
+    assert sum(kinds.count("image/png") for kinds in drawn) == len(FIGURES) + bool(pyplot)
+    tables = drawn[2 + len(FIGURES) :][:2]
+    assert all("text/html" in kinds for kinds in tables)
 
 
 def test_unwritable_output_is_said_before_the_run(tmp_path: Path) -> None:

@@ -135,3 +135,12 @@ def test_duplicates_are_told():
             design(twice)
         with warnings.catch_warnings(action="error"):
             design(twice[:2])
+    # A copy that lost digits; and on stripes, where both are scaled to one level, a copy at another scale.
+    short = wd.GroundMotion(np.round(twice[0].acceleration, 4), twice[0].step, "short")
+    double = wd.GroundMotion(2 * twice[0].acceleration, twice[0].step, "double")
+    with pytest.warns(UserWarning, match="motions 'a' and 'short' are the same record twice"):
+        wd.Cloud([twice[0], short])
+    with warnings.catch_warnings(action="error"):
+        wd.Cloud([twice[0], double])
+    with pytest.warns(UserWarning, match=r"motions 'a' and 'double' \(and 1 more such\) are the same record twice"):
+        wd.Stripes([twice[0], double, short], [0.1], wd.PeakGroundAcceleration())

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from labels import check_labels
 from opensees import opensees
 
 import warpdyn as wd
@@ -263,8 +264,7 @@ def test_datasets_say_what_they_hold(tmp_path: Path) -> None:
     pushed, loops = wd.pushover(building, [0.01, 0.02]), wd.storey_hysteresis(building, [0.01, -0.01, 0.02])
     for made, function in ((pushed, "pushover"), (loops, "storey_hysteresis")):
         assert {"storey", "step"} <= set(made.coords)
-        for name, variable in made.variables.items():
-            assert {"units", "long_name"} <= set(variable.attrs), name
+        check_labels(made)
         assert set(made.attrs) == {"Conventions", "title", "history", "source", "building"}
         assert made.attrs["history"].endswith(f"warpdyn.{function}")
         told = json.loads(made.attrs["building"])

@@ -3,6 +3,7 @@
 import errno
 import os
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -196,3 +197,30 @@ def test_only_files_are_written(tmp_path):
     assert wd.write(xr.Dataset({"x": 1.0}), link) == target
     assert link.is_symlink()
     assert target.is_file()
+
+
+def test_files_are_as_cf_has_them(tmp_path):
+    count = 40_000  # more than a chunk: written part by part
+    level = {"units": "g", "long_name": "level"}
+    many = xr.Dataset(
+        {"drift": ("sample", np.random.default_rng(0).random(count)), "mass": ("sample", np.full(count, 2e5))},
+        {
+            "im_level": ("sample", np.repeat([0.1, np.nan], count // 2), level),
+            "stripe": ("stripe", [0.1, 0.2], level),
+            "motion_name": ("motion", np.array(["A", "B"])),
+        },
+    )
+    few = many.isel(sample=slice(19_000, 21_000))
+    for dataset in (many, few):
+        path = wd.write(dataset, tmp_path / "run.nc")
+        with netCDF4.Dataset(path) as file:
+            for name in dataset.coords:
+                assert "_FillValue" not in file[name].ncattrs(), name
+            assert file["mass"].filters()["zlib"]  # which is the same throughout
+            assert not file["drift"].filters()["zlib"]  # which is random
+        with xr.open_dataset(path) as read:
+            xr.testing.assert_equal(read.load(), dataset)
+            # What was read and cut is written as small as what was made, not in the chunks of the first file.
+            read.isel(sample=slice(0, 2000)).load().pipe(wd.write, tmp_path / "cut.nc")
+        assert (tmp_path / "cut.nc").stat().st_size < 60_000
+        path.unlink()

@@ -11,6 +11,7 @@ import xarray as xr
 
 from warpdyn.accuracy.error_estimate import compare
 from warpdyn.core.checks import check_kind, one_of, whole_number
+from warpdyn.core.description import Text
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
@@ -72,6 +73,9 @@ class MethodChoice:
         lines.append(f"* the cheapest within {self.table.attrs['target_error']:g}")
         lines += [f"{name:<52} {value:,.6g}" for name, value in self.carried.items()]
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return Text(self)._repr_html_()
 
 
 def plan(
@@ -169,15 +173,18 @@ def choose_method(
     seconds = np.min([[pilot.seconds(row[5]) for row in rows] for _ in range(TIMINGS)], axis=0)
     best = int(seconds.argmin())
     columns = {
-        "method": ([row[0] for row in rows], "integration method", "1"),
-        "dtype": ([row[1] for row in rows], "number type", "1"),
+        "method": ([row[0] for row in rows], "integration method", ""),
+        "dtype": ([row[1] for row in rows], "number type", ""),
         "longest_step": ([row[2] for row in rows], "longest integration step", "s"),
         "error": ([row[3] for row in rows], "95 % error of the peak drift in the pilot", "1"),
         "worst_error": ([row[4] for row in rows], "largest error of the peak drift in the pilot", "1"),
         "seconds_per_sample": (seconds, "time per sample of the pilot", "s"),
     }
     table = xr.Dataset(
-        {key: ("candidate", np.array(v), {"long_name": text, "units": u}) for key, (v, text, u) in columns.items()},
+        {
+            key: ("candidate", np.array(v), {"long_name": text} | ({"units": units} if units else {}))
+            for key, (v, text, units) in columns.items()
+        },
         attrs={"target_error": target_error, "pilot_samples": pilot.chosen.size},
     )
     carried = carried_by(scene, rows[best][5], structures, float(seconds[best]))

@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -29,6 +30,9 @@ CHUNK = 2**14
 ROWS_AT_A_TIME = 16 * CHUNK  # written before a signal is looked for: some tenths of a second, where they are compressed
 TRIED_BYTES = 2**15  # bytes of a variable that are compressed on trial, to see whether compression pays
 LEAST_SHRINKING = 10
+COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
+# What a dataset's encoding says of its values; the rest is of the file that it was read from.
+CODED = ("dtype", "scale_factor", "add_offset", "_FillValue", "missing_value", "units", "calendar")
 
 
 def trace(title: str, function: str) -> dict[str, str]:
@@ -78,7 +82,7 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
             _write_in_parts(dataset, along, unfinished)
         else:
             with _named_errors(unfinished):
-                dataset.to_netcdf(unfinished.part, format="NETCDF4", engine="netcdf4")
+                _to_netcdf(dataset, unfinished.part)
                 unfinished.move_in()
     return unfinished.path
 
@@ -155,14 +159,13 @@ class GrowingFile:
             self._written += count
 
     def _create(self, first: xr.Dataset) -> None:
-        encoding = _encoding(first, self.samples)
+        chunked = _chunked(first, self.samples)
         # The file is created without samples; they are written block by block.
-        first = first.isel(sample=slice(0))
-        part = self.unfinished.part
-        first.to_netcdf(part, encoding=encoding, format="NETCDF4", engine="netcdf4", unlimited_dims=["sample"])
+        first, part = first.isel(sample=slice(0)), self.unfinished.part
+        _to_netcdf(first, part, chunked, unlimited_dims=["sample"])
         self._file = netCDF4.Dataset(part, "r+")
         self._file.set_auto_maskandscale(False)
-        for name in encoding:
+        for name in chunked:
             # Two chunks are cached, the half-filled one and the next; by default each variable would take 16 MiB.
             variable = self._file[name]
             size = variable.dtype.itemsize * int(np.prod(variable.chunking()))
@@ -176,7 +179,7 @@ class GrowingFile:
         """
         with _named_errors(self.unfinished):
             self._close()
-            rest.to_netcdf(self.unfinished.part, mode="a", format="NETCDF4", engine="netcdf4")
+            _to_netcdf(rest, self.unfinished.part, mode="a")
             self.unfinished.move_in()
 
     def _close(self) -> None:
@@ -196,18 +199,44 @@ def _named_errors(unfinished: Unfinished) -> Iterator[None]:
         raise
 
 
-def _encoding(dataset: xr.Dataset, samples: int) -> dict[str, dict[str, object]]:
+Encoding = dict[str, dict[str, Any]]
+
+
+def _to_netcdf(dataset: xr.Dataset, path: Path, chunked: Encoding | None = None, **how: Any) -> None:
+    """Write a dataset, with coordinates that have no fill value, as CF has it, and compressed where it pays.
+
+    Args:
+        dataset: The dataset.
+        path: The file.
+        chunked: How variables are stored that are written block by block.
+        how: What `Dataset.to_netcdf` takes besides.
+    """
+    encoding: Encoding = {}
+    for name, variable in dataset.variables.items():
+        own = {key: variable.encoding[key] for key in CODED if key in variable.encoding}
+        if name in dataset.coords and not own.keys() & {"scale_factor", "add_offset", "missing_value"}:
+            own["_FillValue"] = None
+        if variable.dtype.kind in "iuf":
+            encoding[str(name)] = own | (COMPRESSED if variable.ndim and _shrinks(variable) else {})
+        elif name in dataset.coords:
+            encoding[str(name)] = variable.encoding | own
+    how = {"unlimited_dims": ()} | how  # not those of the file that a dataset was read from, which would cut it small
+    dataset.to_netcdf(path, encoding=encoding | (chunked or {}), format="NETCDF4", engine="netcdf4", **how)
+
+
+def _chunked(dataset: xr.Dataset, samples: int) -> Encoding:
     """Return how the variables along `sample` are stored in the file: in chunks of samples, some of them compressed.
 
     As measured on the main job, demands shrink by a quarter, at 30 MB/s; inputs and coordinates, which repeat from
     sample to sample, shrink a hundredfold, at 300 MB/s.
     """
-    found: dict[str, dict[str, object]] = {}
+    found: Encoding = {}
     for name, variable in dataset.variables.items():
         if variable.dims[:1] == ("sample",):
-            chunk: dict[str, object] = {"chunksizes": (min(CHUNK, samples), *variable.shape[1:])}
-            pays = {"zlib": True, "complevel": 1, "shuffle": True} if _shrinks(variable) else {"zlib": False}
-            found[str(name)] = chunk | pays
+            found[str(name)] = {"chunksizes": (min(CHUNK, samples), *variable.shape[1:])}
+            found[str(name)] |= COMPRESSED if _shrinks(variable) else {"zlib": False}
+            if name in dataset.coords:
+                found[str(name)]["_FillValue"] = None
     return found
 
 

@@ -15,6 +15,8 @@ from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, warn_of_duplicates
 
+MOST_TOLD = 10  # motions in a table
+
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
     """Return the measure of every motion, in g if it is an acceleration."""
@@ -35,10 +37,28 @@ class Design(Excitation):
     """Which structure runs under which motion, and at what scale."""
 
     is_design = True
+    motions: Sequence[GroundMotion]
+    measure: IntensityMeasure
     _intensities: np.ndarray  # of every motion as recorded, by the design's measure
 
+    def __repr__(self) -> str:
+        count = len(self.motions)
+        return f"{type(self).__name__}({count} {'motion' if count == 1 else 'motions'}, {self.measure.name})"
 
-@dataclass(frozen=True, eq=False)
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its motions, some of many."""
+        units = _units(self.measure)
+        rows: list[tuple[object, ...]] = [("intensity measure", f"{self.measure.name} [{units}]")]
+        for motion, intensity in list(zip(self.motions, self._intensities, strict=True))[:MOST_TOLD]:
+            pga = motion.peak_ground_acceleration / STANDARD_GRAVITY
+            said = f"{motion.duration:.4g} s, PGA {pga:.3g} g, {self.measure.name} {intensity:.3g} {units}"
+            rows.append((motion.name, said))
+        if len(self.motions) > MOST_TOLD:
+            rows.append((f"... {len(self.motions)} motions", ""))
+        return rows
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Stripes(Design):
     """Every structure under every motion, scaled to every level of an intensity measure.
 
@@ -78,10 +98,18 @@ class Stripes(Design):
                     f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} g: "
                     "an all-zero record cannot be scaled to a stripe; leave it out"
                 )
-        warn_of_duplicates(motions)
+        warn_of_duplicates(motions, is_scaled=True)
         object.__setattr__(self, "motions", motions)
         object.__setattr__(self, "levels_in_g", levels)
         object.__setattr__(self, "_intensities", intensities)
+
+    def __repr__(self) -> str:
+        levels = len(self.levels_in_g)
+        return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'})"
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its levels and its motions."""
+        return [("levels [g]", self.levels_in_g), *super().told()]
 
     @property
     def samples_per_structure(self) -> int:
@@ -99,7 +127,7 @@ class Stripes(Design):
         return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True, repeats=levels)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Cloud(Design):
     """Every structure under every motion as recorded.
 
@@ -113,7 +141,7 @@ class Cloud(Design):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motions", checked_motions(self.motions))
-        warn_of_duplicates(self.motions)
+        warn_of_duplicates(self.motions, is_scaled=False)
         object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
 
     @property
@@ -129,7 +157,7 @@ class Cloud(Design):
         return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name, _units(self.measure))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class OneMotionPerStructure(Design):
     """Every structure under one motion of its own, at a scale of its own.
 

@@ -25,7 +25,7 @@ class _Placed(Excitation):
     _places: list[np.ndarray]  # of each event's motions among those of all, each once
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EventSequence(_Placed):
     """Earthquakes one after the other, each on the building as the previous one has left it.
 
@@ -72,6 +72,13 @@ class EventSequence(_Placed):
         places = [np.array([place[m] for m in design.motions], dtype=np.int32) for design in designs.values()]
         object.__setattr__(self, "motions", tuple(motions))
         object.__setattr__(self, "_places", places)
+
+    def __repr__(self) -> str:
+        return f"EventSequence({', '.join(f'{name}: {design!r}' for name, design in self.events.items())})"
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its events."""
+        return [(name, repr(design)) for name, design in self.events.items()]
 
     @property
     def event_names(self) -> tuple[str, ...]:

@@ -5,11 +5,14 @@ To add one, write a subclass of Excitation; a load that kernels do not have yet 
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+
+from warpdyn.core.description import html_table
 
 if TYPE_CHECKING:
     from warpdyn.structures.structure import Structure
@@ -124,6 +127,18 @@ class Excitation:
         @property
         def motions(self) -> Sequence[Sampled]:
             """Sampled histories; empty where the load is a formula or noise."""
+
+    def _repr_html_(self) -> str:
+        return html_table(type(self).__name__, self.told())
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it, a row each."""
+        known: Any = self  # each kind is a data class
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(known)}
+        return [
+            (name.replace("_", " "), value if np.ndim(value) < 2 else f"array of shape {np.shape(value)}")
+            for name, value in values.items()
+        ]
 
     @property
     def samples_per_structure(self) -> int:

@@ -47,6 +47,18 @@ def arias_intensity(motion: GroundMotion) -> float:
     return float(np.pi / (2 * STANDARD_GRAVITY) * squared_integrals(motion.acceleration, motion.step).sum())
 
 
+def husid(motion: GroundMotion) -> np.ndarray:
+    """Return the share of the Arias intensity up to each sample, shape [time]; NaN for a motion that is all zero.
+
+    Source: Husid (1969), "Características de terremotos, análisis general", Revista del IDIEM 8.
+    """
+    peak = motion.peak_ground_acceleration
+    if peak == 0:
+        return np.full(motion.acceleration.size, np.nan)
+    reached = np.cumsum(squared_integrals(motion.acceleration / peak, motion.step))
+    return np.append(0.0, reached / reached[-1])
+
+
 def cumulative_absolute_velocity(motion: GroundMotion) -> float:
     """Return the integral of the absolute acceleration [m/s].
 

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_number, real_numbers
+from warpdyn.core.description import fingerprint, html_table
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import (
     THE_DURATION,
     Sampled,
@@ -22,6 +24,9 @@ from warpdyn.ground_motions.excitation import (
 
 if TYPE_CHECKING:
     from warpdyn.structures.structure import Structure
+
+
+DUPLICATE = 1e-3  # of the peak, by which two copies of a record differ at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +85,20 @@ class GroundMotion:
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
     def description(self) -> dict[str, object]:
-        """Return what the motion's JSON says: not its samples."""
+        """Return what the motion's JSON says: of its samples their number and their digest."""
         said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
+        said["digest"] = fingerprint(self.acceleration, self.step)[:16]
         return said | ({"record": self.record, "component": self.component} if self.record else {})
+
+    def _repr_html_(self) -> str:
+        strongest = self.peak_ground_acceleration
+        rows = {
+            "duration": f"{self.duration:.6g} s, {self.acceleration.size:,} samples every {self.step:g} s",
+            "PGA": f"{strongest / STANDARD_GRAVITY:.4g} g ({strongest:.4g} m/s2)",
+            "record": f"{self.record}, component {self.component}" if self.record else "",
+            "source": self.source,
+        }
+        return html_table(f"Ground motion {self.name!r}", [(name, text) for name, text in rows.items() if text])
 
     @property
     def duration(self) -> float:
@@ -108,23 +124,32 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
     return motions
 
 
-def warn_of_duplicates(motions: Sequence[GroundMotion]) -> None:
-    """Warn where two motions of a set have the same samples and step, as two copies of a record have."""
-    seen: dict[tuple[float, bytes], str] = {}
+def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> None:
+    """Warn where two motions of a set are one record, as two copies of it are, also if digits were lost in one.
+
+    Args:
+        motions: The motions.
+        is_scaled: Whether they are scaled to levels, so that copies at different scales are one record too.
+    """
+    alike: dict[tuple[float, int, int], list[tuple[str, np.ndarray]]] = {}
+    found: list[tuple[str, str]] = []
     for motion in motions:
-        key = motion.step, motion.acceleration.tobytes()
-        if key in seen:
-            warn_caller(
-                f"motions {seen[key]!r} and {motion.name!r} are the same record twice, which statistics count double"
-            )
-            return
-        seen[key] = motion.name
+        peak = motion.peak_ground_acceleration
+        shape = motion.acceleration / peak if is_scaled and peak > 0 else motion.acceleration
+        key = motion.step, shape.size, int(np.abs(shape).argmax())
+        others = alike.setdefault(key, [])
+        near = DUPLICATE * float(np.abs(shape).max())
+        found += [(name, motion.name) for name, other in others if np.abs(shape - other).max() <= near][:1]
+        others.append((motion.name, shape))
+    if found:
+        (first, second), rest = found[0], f" (and {len(found) - 1} more such)" if len(found) > 1 else ""
+        warn_caller(f"motions {first!r} and {second!r}{rest} are the same record twice, which statistics count double")
 
 
 def motion_names(motions: Sequence[Sampled]) -> tuple:
     """Return the variable `motion_name` of datasets."""
     names = [motion.label for motion in motions]
-    return "motion", np.array(names, dtype=str), {"long_name": "name of the motion", "units": "1"}
+    return "motion", np.array(names, dtype=str), {"long_name": "name of the motion"}
 
 
 def motion_numbers(count: int) -> tuple:
@@ -210,6 +235,10 @@ class ForceHistory(SingleLoad):
 
     force: ArrayLike
     step: float
+
+    def __repr__(self) -> str:
+        times, dofs = self.values.shape
+        return f"ForceHistory({times} values every {self.step:g} s, {dofs} degrees of freedom)"
 
     kernel_load = "force_history"
     label = "force history"

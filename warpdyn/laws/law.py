@@ -31,6 +31,7 @@ from typing import Any, ClassVar, dataclass_transform
 import numpy as np
 
 from warpdyn.core.checks import real_numbers
+from warpdyn.core.description import html_table
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.laws.parameter import Parameter, names_of
 
@@ -142,6 +143,11 @@ class StoreyElement:
     def __repr__(self) -> str:
         given = {name: value for name, value in self.values().items() if value != self.parameters[name].default}
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in given.items())})"
+
+    def _repr_html_(self) -> str:
+        held = self.values()
+        rows = [(each.long_name, name, held[name], each.units) for name, each in self.parameters.items()]
+        return html_table(type(self).__name__, rows, ("", "name", "value", "units"))
 
     def values(self) -> dict[str, float | tuple[float, ...]]:
         """Return the values of all parameters, one or one a storey each."""

@@ -1,20 +1,28 @@
-"""Figures of buildings, motions and results."""
+"""Figures of buildings, motions and results.
+
+Each function returns a figure, which a notebook shows where it is a cell's last line, or draws into the axes that it is
+given as `ax` and returns these.
+"""
 
 from warpdyn.plots.buildings import building, pushover_curve
-from warpdyn.plots.ensembles import (
-    drift_against_intensity,
-    drift_over_height,
-    fragility_curves,
-    hysteresis,
-    spectra,
-)
+from warpdyn.plots.drifts import drift_against_intensity, drift_distributions, drift_over_height, residual_drifts
+from warpdyn.plots.fragility import fragility_comparison, fragility_curves
+from warpdyn.plots.ground_motions import ground_motions, spectra
+from warpdyn.plots.histories import histories, hysteresis
+from warpdyn.plots.incremental import ida_curves
 
 __all__ = [
     "building",
     "drift_against_intensity",
+    "drift_distributions",
     "drift_over_height",
+    "fragility_comparison",
     "fragility_curves",
+    "ground_motions",
+    "histories",
     "hysteresis",
+    "ida_curves",
     "pushover_curve",
+    "residual_drifts",
     "spectra",
 ]

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from itertools import cycle
+from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
 from matplotlib import ticker
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from warpdyn.core.checks import check_dataset, check_kind
-from warpdyn.plots.style import COLOURS, new_figure
+from warpdyn.plots.style import COLOURS, SMALL, Drawn, grid, panels, title
 from warpdyn.structures.shear_building import ShearBuilding
 
 MOST_LABELS = 10  # storeys that are labelled; of taller buildings some
 
 
-def building(building: ShearBuilding) -> Figure:
+def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
     """Draw a building to scale: storeys with stiffness and yield force, floors with mass, and its first mode.
 
     Args:
         building: The building.
+        ax: Axes to draw into; None for a figure of its own.
+
+    Returns:
+        The figure, or the axes given.
 
     Raises:
         TypeError: If it is something else.
@@ -30,8 +34,7 @@ def building(building: ShearBuilding) -> Figure:
     values, storeys = building.parameters, building.storeys
     level = np.append(0.0, np.cumsum(values["height"]))
     width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the text
-    figure = new_figure(6.4, 5.6)
-    axes = figure.subplots()
+    result, (axes,) = panels("building", ax, size=(6.4, 5.6))
     # The thickness of columns shows the storey stiffness, the depth of slabs the floor mass.
     thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()
     slab = min(0.012 * level[-1], 0.1 * values["height"].min())
@@ -50,9 +53,9 @@ def building(building: ShearBuilding) -> Figure:
                 spring += f"{between}Fy = {_engineering(values['yield_force'][storey], 'N')}"
             middle = (level[storey] + level[storey + 1]) / 2
             paper = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}  # over the slabs of a tall building
-            axes.text(width / 2, middle, spring, ha="center", va="center", fontsize=8, bbox=paper, zorder=4)
+            axes.text(width / 2, middle, spring, ha="center", va="center", fontsize=SMALL, bbox=paper, zorder=4)
             mass = f"m = {_engineering(1000 * values['mass'][storey], 'g')}"
-            axes.text(-0.04 * width, level[storey + 1], mass, ha="right", va="center", fontsize=8)
+            axes.text(-0.04 * width, level[storey + 1], mass, ha="right", va="center", fontsize=SMALL)
     axes.plot([-0.25 * width, 1.15 * width], [0, 0], color="black", lw=2)
     first = building.modal().isel(mode=0)
     shape = np.append(0.0, first["shape"].values)
@@ -61,14 +64,14 @@ def building(building: ShearBuilding) -> Figure:
     axes.plot(line, level, "o-", color=COLOURS[3], ms=4, lw=1.4)
     share = 100 * float(first["effective_mass_ratio"])
     words = f"first mode\n{float(first['period']):.3g} s, {share:.0f} % of the mass"
-    axes.text(1.55 * width, level[-1] * 1.03, words, ha="center", va="bottom", fontsize=8, color=COLOURS[3])
+    axes.text(1.55 * width, level[-1] * 1.03, words, ha="center", va="bottom", fontsize=SMALL, color=COLOURS[3])
     axes.set(aspect="equal", ylabel="Height above the ground [m]", xlim=(-0.45 * width, 2.0 * width))
     axes.set_ylim(-0.02 * level[-1], 1.16 * level[-1])
     axes.set_xticks([])
     axes.spines[["top", "right", "bottom"]].set_visible(False)
     storey_word = "storey" if storeys == 1 else "storeys"
-    axes.set_title(f"{storeys} {storey_word}, law {building.law!r}, damping {building.damping!r}", fontsize=9)
-    return figure
+    title(axes, f"{storeys} {storey_word}, law {building.law!r}, damping {building.damping!r}")
+    return result
 
 
 def _storeys_labelled(storeys: int) -> list[int]:
@@ -83,11 +86,15 @@ def _engineering(value: float, unit: str) -> str:
     return ticker.EngFormatter(unit=unit, places=None).format_data(float(f"{value:.3g}"))
 
 
-def pushover_curve(dataset: xr.Dataset) -> Figure:
+def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> Drawn:
     """Draw the base shear against the roof displacement, and drift profiles over the height.
 
     Args:
         dataset: What `pushover` returned.
+        ax: Two axes to draw into, of the curve and of the profiles; None for a figure of its own.
+
+    Returns:
+        The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset has no base shears.
@@ -98,12 +105,14 @@ def pushover_curve(dataset: xr.Dataset) -> Figure:
         dataset,
         "roof_displacement",
         "base_shear",
+        "storey_drift",
         advice="draw what pushover(building, ...) returned",
     )
     roof, shear = 1000 * dataset["roof_displacement"].values, dataset["base_shear"].values / 1e6
     drift = 1000 * dataset["storey_drift"].values
-    figure = new_figure(8.4, 4.2)
-    curve, profile = figure.subplots(1, 2, width_ratios=(3, 2))
+    if not roof.size:
+        raise ValueError("plots.pushover_curve: the dataset has no steps: the selection it was taken by left none")
+    result, (curve, profile) = panels("pushover_curve", ax, 2, size=(8.4, 4.2), width_ratios=(3, 2))
     curve.plot(np.append(0.0, roof), np.append(0.0, shear), color=COLOURS[0], lw=1.4)
     curve.axhline(0, color="0.6", lw=0.6)
     curve.axvline(0, color="0.6", lw=0.6)
@@ -111,7 +120,7 @@ def pushover_curve(dataset: xr.Dataset) -> Figure:
     # Drift profiles up to the largest roof displacement.
     farthest = int(np.abs(roof).argmax())
     storeys = dataset["storey"].values
-    for colour, share in zip(cycle(COLOURS[1:]), (0.25, 0.5, 0.75, 1.0), strict=False):
+    for colour, share in zip(COLOURS[1:], (0.25, 0.5, 0.75, 1.0), strict=False):
         step = int(np.argmax(np.abs(roof[: farthest + 1]) >= share * abs(roof[farthest]) * (1 - 1e-9)))
         curve.plot(roof[step], shear[step], "o", color=colour, ms=6)
         outline = np.append(drift[step, 0], drift[step]), np.append(0, storeys)
@@ -119,7 +128,6 @@ def pushover_curve(dataset: xr.Dataset) -> Figure:
     profile.set(xlabel="Storey drift [mm]", ylabel="Storey", ylim=(0, storeys[-1]))
     labelled = storeys[_storeys_labelled(storeys.size)]
     profile.set_yticks(labelled - 0.5, [str(storey) for storey in labelled])
-    profile.legend(title="roof at", fontsize=8, title_fontsize=8)
-    for axes in (curve, profile):
-        axes.grid(alpha=0.3)
-    return figure
+    profile.legend(title="roof at", fontsize=SMALL, title_fontsize=SMALL)
+    grid(curve, profile)
+    return result

@@ -120,7 +120,7 @@ class Joined:
         for name, (values, text) in archetype_table.items():
             variables[name] = xr.Variable(("archetype",), values, {"long_name": text, "units": "1"})
         names = np.array(list(self.portfolio.archetypes), dtype=str)
-        coordinates["archetype"] = ("archetype", names, {"long_name": "name of the archetype", "units": "1"})
+        coordinates["archetype"] = ("archetype", names, {"long_name": "name of the archetype"})
         recorders = ("acceleration",) if "floor" in self.coordinates else ()
         coordinates |= self.portfolio.numbered(recorders)
         attributes = trace(str(self.attributes["title"]), "simulate")

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset
+from warpdyn.core.description import Text
 from warpdyn.core.output_variables import STATUS_MEANINGS, STRIPED
 from warpdyn.core.units import IN_G
 from warpdyn.files.netcdf import trace
@@ -194,10 +195,10 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
     coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
     if len(excitation.event_names) > 1:
         names = np.array(excitation.event_names)
-        coordinates["event"] = ("event", names, {"long_name": "event of the sequence", "units": "1"})
+        coordinates["event"] = ("event", names, {"long_name": "event of the sequence"})
         levels = [_level_attributes(level) for level in levels_of(scene)]
         for key in ("long_name", "units", "design"):
-            text = {"long_name": f"{key} of im_level in each event", "units": "1"}
+            text = {"long_name": f"{key} of im_level in each event"}
             coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
         copies = excitation.samples_per_structure // np.array(excitation.samples_by_event)
         text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
@@ -232,7 +233,7 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
         attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
         variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
     coordinates = {
-        "time": ("time", time, {"long_name": "time", "units": "s"}),
+        "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s", "axis": "T"}),
         "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
         "history_sample": (
             "history",
@@ -244,7 +245,7 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
 
 
 def summary(run: xr.Dataset) -> str:
-    """Return status counts, steps and estimated errors of a run, in a few lines of text.
+    """Return status counts, collapses, steps and estimated errors of a run, in a few lines of text.
 
     Args:
         run: What `simulate` returned.
@@ -252,10 +253,15 @@ def summary(run: xr.Dataset) -> str:
     Raises:
         ValueError, TypeError: If it is something else.
     """
-    check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
+    told = ("method", "dtype", "device", "seconds_integrating")
+    check_dataset("summary", run, "status", "integration_step", *told, advice="give what simulate() returned")
+    if "sample" not in run.dims:
+        raise ValueError("summary: the run has no dimension sample: select one by isel(sample=[number])")
+    if not run.sizes["sample"]:
+        raise ValueError("summary: the run has no samples: the selection it was taken by left none")
     if "event" in run.dims:
         names = run["event"].values.tolist()
-        return "\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names)
+        return Text("\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names))
     status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
     outcomes = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
     steps = run["integration_step"].values
@@ -263,6 +269,7 @@ def summary(run: xr.Dataset) -> str:
         f"{run.sizes['sample']:,} samples: {outcomes}",
         f"{run.attrs['method']} in {run.attrs['dtype']} on {run.attrs['device']}, "
         f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
+        *_collapses(run),
     ]
     if "estimated_relative_error" in run:
         table = run["estimated_relative_error"]
@@ -271,4 +278,16 @@ def summary(run: xr.Dataset) -> str:
         for demand in table["demand"].values:
             row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
             lines.append(f"{demand:<26}{row}")
-    return "\n".join(lines)
+    return Text("\n".join(lines))
+
+
+def _collapses(run: xr.Dataset) -> list[str]:
+    """Return a line on the storeys and times of the collapses, where there are some."""
+    if "storey_of_collapse" not in run:
+        return []
+    storey, time = run["storey_of_collapse"].values, run["time_of_collapse"].values
+    if not (storey > 0).any():
+        return []
+    storeys, counts = np.unique(storey[storey > 0], return_counts=True)
+    where = ", ".join(f"storey {number} ({count:,})" for number, count in zip(storeys, counts, strict=True))
+    return [f"collapsed in {where}, at {np.nanmin(time[storey > 0]):.4g} to {np.nanmax(time[storey > 0]):.4g} s"]

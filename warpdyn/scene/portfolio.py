@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from warpdyn.core.checks import whole_number
+from warpdyn.core.description import html_table
 from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.structures.shear_building import ShearBuilding, numbered_storeys
 from warpdyn.structures.structure import Structure
@@ -113,6 +114,14 @@ class Portfolio(Structure):
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
         """Return `storey` and, where accelerations are recorded, `floor`, up to the highest building's."""
         return numbered_storeys(self.dofs, recorders)
+
+    def _repr_html_(self) -> str:
+        heads = ("archetype", "buildings", "storeys", "law", "damping", "scatter")
+        rows = [
+            (name, int(count), each.building.storeys, each.building.law, each.building.damping, ", ".join(each.scatter))
+            for (name, each), count in zip(self.archetypes.items(), self.counts, strict=True)
+        ]
+        return html_table(repr(self), rows, heads)
 
     def __repr__(self) -> str:
         return f"Portfolio({self.buildings} buildings of {len(self.archetypes)} archetypes)"

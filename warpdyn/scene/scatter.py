@@ -172,6 +172,9 @@ class GivenValues(ParameterScatter):
         ValueError: If a value is not finite or the shape is another.
     """
 
+    def __repr__(self) -> str:
+        return f"GivenValues(of {len(self.values)} structures)"
+
     values: Any  # like an array when given, an array once it is checked
 
     def __post_init__(self) -> None:

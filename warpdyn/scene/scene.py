@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Self
 
 import numpy as np
 
 from warpdyn.core.checks import one_of, real_number
-from warpdyn.core.description import to_json
+from warpdyn.core.description import html_table, to_json
 from warpdyn.ground_motions.designs import excitation_of
 from warpdyn.ground_motions.excitation import Excitation
+from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.kernels.output_table import RECORDERS
+from warpdyn.scene.rebuilding import arguments_of_scene
 from warpdyn.scene.scatter import SAMPLING, Scatter, central, check_scatter, representative
 from warpdyn.structures.structure import Structure
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """Everything that decides what a run computes, except how it is integrated.
 
@@ -124,3 +127,40 @@ class Scene:
     def to_json(self) -> str:
         """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset."""
         return to_json(self)
+
+    @classmethod
+    def from_json(cls, text: str, motions: GroundMotion | Sequence[GroundMotion] = ()) -> Self:
+        """Return the scene that a dataset's attribute `scene` describes; it runs to the same bits.
+
+        Args:
+            text: The JSON.
+            motions: The ground motions of the scene, in any order, and others: the JSON holds digests of their samples.
+
+        Raises:
+            ValueError: If a motion is missing, an array of the scene is so long that the JSON holds its shape alone, or
+                a part was an object of the user's own; the message names it.
+            TypeError: If `text` is no text, or a motion is no GroundMotion.
+
+        Example:
+            >>> run = xr.open_dataset("run.nc")
+            >>> scene = wd.Scene.from_json(run.attrs["scene"], motions)
+            >>> again = wd.simulate(scene, structures=64, seed=run.attrs["seed"])
+        """
+        return cls(**arguments_of_scene(text, motions))
+
+    def __repr__(self) -> str:
+        scattered = f", scatter of {', '.join(self.scatter)}" if self.scatter else ""
+        return f"Scene({self.structure!r}, {self.excitation!r}{scattered})"
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[object, ...]] = [("structure", repr(self.structure)), ("excitation", repr(self.excitation))]
+        rows += [(f"scatter of {name}", repr(spread)) for name, spread in self.scatter.items()]
+        rows += [(f"correlation of {' and '.join(pair)}", value) for pair, value in self.correlation.items()]
+        limit = "none" if self.collapse_limit is None else self.collapse_limit
+        rows += [
+            ("sampling", self.sampling),
+            ("recorders", ", ".join(self.recorders)),
+            ("collapse drift ratio", limit),
+            ("tail", "as long as it takes" if self.tail is None else f"{self.tail:g} s"),
+        ]
+        return html_table(f"Scene: {self.title}", rows)

@@ -117,11 +117,12 @@ def damage_shares(
         "failed_samples": ((), failed_samples, units | {"long_name": "samples that failed"}),
     }
     coordinates = {
-        "archetype": ("archetype", names, {"long_name": "name of the archetype", "units": "1"}),
-        "damage_state": ("damage_state", np.array(states), {"long_name": "damage state", "units": "1"}),
+        "archetype": ("archetype", names, {"long_name": "name of the archetype"}),
+        "damage_state": ("damage_state", np.array(states), {"long_name": "damage state"}),
     }
     if events is not None:
-        coordinates["event"] = ("event", event_names, {"long_name": "event", "units": "1"})
+        is_text = event_names.dtype.kind == "U"
+        coordinates["event"] = ("event", event_names, {"long_name": "event"} | ({} if is_text else units))
     else:
         coordinates["motion"] = motion_numbers(len(event_names))
         if "motion_name" in run:

@@ -19,6 +19,7 @@ from warpdyn.statistics.lognormal_fit import (
     check_confidence,
     clopper_pearson,
     fit_stripes,
+    levels_to_add,
     probability,
 )
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
@@ -80,13 +81,13 @@ def fragility(
     exceeding = np.moveaxis(counts.exceeding.sum(axis=0), 0, -1)
     valid = counts.valid.sum(axis=0)
     median, dispersion, outcome = fit_stripes(counts.levels, exceeding, valid)
-    intensity = np.linspace(0.0, counts.levels.max(), _CURVE_POINTS)
+    intensity = counts.levels.max() * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2  # close together at low levels
     curve = probability(intensity, median[-1, :, None], dispersion[-1, :, None])
 
     replicate_median, replicate_dispersion = _replicates(counts, bootstrap, seed, (median, dispersion))
     fitted = np.isfinite(replicate_median).mean(axis=0) if len(replicate_median) else np.full(median.shape, np.nan)
     trusted = (outcome == FITTED) & (fitted >= LEAST_FITTED_FRACTION)
-    _warn(names, counts, outcome, fitted)
+    _warn(names, counts, outcome, fitted, exceeding[-1], valid)
     replicate_curve = probability(intensity, replicate_median[:, -1, :, None], replicate_dispersion[:, -1, :, None])
     median_bounds = _percentiles(replicate_median, trusted, confidence)
     dispersion_bounds = _percentiles(replicate_dispersion, trusted, confidence)
@@ -131,12 +132,15 @@ def fragility(
     return xr.Dataset(
         variables,
         coords={
-            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state", "units": "1"}),
+            "damage_state": ("damage_state", np.array(names), {"long_name": "damage state"}),
             "stripe": _variable("stripe", counts.levels, "intensity of the stripe", units="g", comment=IN_G),
             "intensity": _variable("intensity", intensity, "intensity along the curve", units="g", comment=IN_G),
             "storey": _variable("storey", counts.storeys, "storey, from the ground up"),
         },
         attrs={
+            "intensity_measure": dataset["im_level"]
+            .attrs.get("long_name", "intensity measure")
+            .removesuffix(" of the scaled motion"),
             "fragility_method": "maximum binomial likelihood of a lognormal curve through stripes (Baker 2015)",
             "interval_method": "curves: percentiles of a bootstrap over records; stripe fractions: Clopper-Pearson",
             "confidence": float(confidence),
@@ -190,13 +194,22 @@ def _percentiles(replicates: np.ndarray, trusted: np.ndarray, confidence: float)
     return bounds
 
 
-def _warn(names: list[str], counts: StripeCounts, outcome: np.ndarray, fitted: np.ndarray) -> None:
+def _warn(
+    names: list[str],
+    counts: StripeCounts,
+    outcome: np.ndarray,
+    fitted: np.ndarray,
+    exceeding: np.ndarray,
+    valid: np.ndarray,
+) -> None:
+    """Warn of curves without a fit or an interval; the counts are those of the worst storey."""
     if len(counts.valid) == 1:
         warn_caller("the run has one record: a bootstrap over records has no interval to give")
     for state, name in enumerate(names):
         if outcome[-1, state] != FITTED:
             meaning = FIT_MEANINGS[outcome[-1, state]]
-            warn_caller(f"damage state {name!r} has no lognormal fit: {meaning}")
+            advice = levels_to_add(counts.levels, exceeding[state], valid)
+            warn_caller(f"damage state {name!r} has no lognormal fit: {meaning}{'; ' if advice else ''}{advice}")
         for row in np.flatnonzero((outcome[:, state] == FITTED) & (fitted[:, state] < LEAST_FITTED_FRACTION)):
             where = "worst storey" if row == len(outcome) - 1 else f"storey {counts.storeys[row]}"
             warn_caller(

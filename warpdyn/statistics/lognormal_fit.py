@@ -150,6 +150,35 @@ def check_confidence(confidence: float) -> None:
         raise ValueError(f"confidence must be between 0 and 1, as 0.95, got {confidence}")
 
 
+def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray) -> str:
+    """Return which levels would give a lognormal fit to stripes that have none: where some samples exceed, not all.
+
+    Args:
+        levels: Intensity of each stripe [g], increasing, shape [stripe].
+        exceeding: Samples that exceed at each, shape [stripe].
+        total: Samples at each, shape [stripe].
+
+    Returns:
+        A sentence; "" where exceedances do not increase with the level, which more levels do not mend.
+    """
+    counted = total > 0
+    levels, exceeding, passing = levels[counted], exceeding[counted], (total - exceeding)[counted]
+    if not exceeding.any():
+        return f"add levels above {levels[-1]:g} g, where samples exceed it"
+    if not passing.any():
+        return f"add levels below {levels[0]:g} g, where samples do not exceed it"
+    highest_passing, lowest_exceeding = levels[passing > 0][-1], levels[exceeding > 0][0]
+    if highest_passing < lowest_exceeding:
+        return f"add levels between {highest_passing:g} and {lowest_exceeding:g} g, where some samples exceed it"
+    if highest_passing > lowest_exceeding:
+        return ""
+    # One level alone has both: another beside it makes a slope.
+    below, above = levels[levels < highest_passing], levels[levels > highest_passing]
+    beside = [f"between {below[-1]:g} and {highest_passing:g} g"] if below.size else [f"below {highest_passing:g} g"]
+    beside += [f"between {highest_passing:g} and {above[0]:g} g"] if above.size else [f"above {highest_passing:g} g"]
+    return f"only at {highest_passing:g} g some samples exceed it and some do not: add levels {' or '.join(beside)}"
+
+
 def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     exceeding, total = np.asarray(exceeding, dtype=np.float64), np.asarray(total, dtype=np.float64)
     try:

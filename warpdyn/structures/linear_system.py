@@ -124,5 +124,13 @@ class LinearSystem(Structure):
         """First period of the undamped system [s]."""
         return float(self.modal()["period"][0])
 
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its periods and its total mass."""
+        return [
+            ("periods", "period", self.modal()["period"].values, "s"),
+            ("diagonal of the mass matrix", "mass", np.diag(self.parameters["mass"]), "kg"),
+            ("influence", "influence", self.influence, "1"),
+        ]
+
     def __repr__(self) -> str:
         return f"LinearSystem({self.dofs} degrees of freedom)"

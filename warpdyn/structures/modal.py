@@ -7,6 +7,7 @@ import xarray as xr
 from scipy.linalg import eigh
 
 from warpdyn.core.checks import check_dataset
+from warpdyn.core.description import Text
 
 
 def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None) -> xr.Dataset:
@@ -90,7 +91,9 @@ def modal_table(modes: xr.Dataset) -> str:
     )
     rows = [head, *columns]
     widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    return "\n".join("  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)) for row in rows)
+    return Text(
+        "\n".join("  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)) for row in rows)
+    )
 
 
 def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:

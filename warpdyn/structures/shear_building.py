@@ -221,9 +221,17 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     def chosen(self) -> dict[str, Any]:
         """Return laws and damping."""
         said: dict[str, Any] = {"law": self.law, "damping": self.damping}
+        said |= {"devices": list(self.devices)} if self.devices else {}
+        added = np.flatnonzero(~self.own_storeys) + 1
+        said |= {"added_storeys": added.tolist()} if added.size else {}
         chosen = {"damping_modes": self.damping_modes, "damped_storeys": self.damped_storeys}
         said |= {name: list(numbers) for name, numbers in chosen.items() if numbers}
         return said | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its first periods and its parameters."""
+        periods = self.modal()["period"].values[:3]
+        return [("first periods", "", periods, "s"), *super().told()]
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
         """Return `storey` and, where accelerations are recorded, `floor`."""

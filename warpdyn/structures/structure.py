@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from warpdyn.core.description import html_table
 from warpdyn.laws import Law, Parameter
 from warpdyn.laws.building_law import BuildingLaw
 
@@ -68,6 +69,14 @@ class Structure(ABC):
     def description(self) -> dict[str, Any]:
         """Return what the structure's JSON says."""
         return {"type": type(self).__name__, **self.chosen(), **self.parameters}
+
+    def _repr_html_(self) -> str:
+        return html_table(repr(self), self.told(), ("", "name", "values, from the ground up", "units"))
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it, a row each: its parameters, name by name."""
+        known = self.parameter_table.items()
+        return [(each.long_name, name, self.parameters[name], each.units) for name, each in known]
 
     @abstractmethod
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:

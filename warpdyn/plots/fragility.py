@@ -1,0 +1,168 @@
+"""Figures of fragility curves: of one building, and of several designs side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib import ticker
+from matplotlib.axes import Axes
+
+from warpdyn.core.checks import check_dataset
+from warpdyn.plots.drifts import checked_designs
+from warpdyn.plots.samples import label_of_measure
+from warpdyn.plots.style import (
+    COLOURS,
+    SMALL,
+    Colours,
+    Drawn,
+    Picture,
+    colours_of,
+    grid,
+    legend,
+    panels,
+    set_scale,
+    title,
+)
+
+_CURVES = (
+    "draw what fragility(run, limits) returned, or run.merge(fragility(run, limits), combine_attrs='no_conflicts')"
+)
+MOST_IN_A_ROW = 4  # names of a legend
+LINE_STYLES = ("-", "--", "-.", ":")
+
+
+def fragility_curves(
+    dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
+) -> Drawn:
+    """Draw the fitted curves with their bootstrap bands, and the stripe fractions with their intervals.
+
+    Args:
+        dataset: What `fragility` returned, or a run merged with it.
+        colours: Colour of each damage state: a row from the lightest on, or a mapping by name.
+        scale: Axis of the intensity measure: "log" or "linear".
+        ax: Axes to draw into; None for a figure of its own.
+
+    Returns:
+        The figure, or the axes given.
+
+    Raises:
+        ValueError: If the dataset lacks the curves.
+        TypeError: If `dataset` is no Dataset.
+    """
+    _check_curves("fragility_curves", dataset)
+    result, (axes,) = panels("fragility_curves", ax)
+    states = dataset["damage_state"].values
+    for colour, state in zip(colours_of(states, colours), states, strict=True):
+        row = dataset.sel(damage_state=state)
+        limit = f"drift > {100 * float(row['drift_ratio_limit']):.2g} %"
+        _draw_curve(axes, row, colour, f"{state} ({limit}{_without_fit(row)})")
+    _finish(axes, dataset["stripe"].values, scale)
+    axes.set(xlabel=label_of_measure(dataset), ylabel="Probability of exceedance")
+    legend(axes, loc="upper left" if scale == "log" else "lower right")
+    confidence = 100 * dataset.attrs["confidence"]
+    title(
+        axes,
+        f"Fragility, worst storey; bands: {confidence:.0f} % bootstrap over records, "
+        f"bars: {confidence:.0f} % Clopper-Pearson",
+    )
+    return result
+
+
+def fragility_comparison(
+    curves: Mapping[str, xr.Dataset],
+    *,
+    colours: Colours = COLOURS,
+    scale: str = "log",
+    ax: Iterable[Axes] | Axes | None = None,
+) -> Drawn:
+    """Draw the fragility curves of several designs side by side, a panel for each damage state.
+
+    Args:
+        curves: What `fragility` returned of each design's run, by its name, such as
+            `{"as it is": curves, "on isolators": others}`; the intensity measure is the same.
+        colours: Colour of each design: a row in their order, or a mapping by name.
+        scale: Axis of the intensity measure: "log" or "linear".
+        ax: Axes to draw into, one for each damage state; None for a figure of its own.
+
+    Returns:
+        The figure, or the axes given.
+
+    Raises:
+        ValueError: If a design lacks curves, or they have no damage state or another intensity measure in common.
+        TypeError: If a design's curves are no Dataset.
+    """
+    function = "fragility_comparison"
+    named = checked_designs(function, curves, "dataset of fragility curves")
+    for dataset in named.values():
+        _check_curves(function, dataset)
+    first = next(iter(named.values()))
+    of_each = {name: label_of_measure(dataset) for name, dataset in named.items()}
+    if len(set(of_each.values())) > 1:
+        said = "; ".join(f"{name!r}: {measure}" for name, measure in of_each.items())
+        raise ValueError(f"plots.{function}: the curves are of different intensity measures ({said})")
+    common = [
+        state
+        for state in first["damage_state"].values
+        if all(state in dataset["damage_state"].values for dataset in named.values())
+    ]
+    if not common:
+        raise ValueError(f"plots.{function}: the designs have no damage state in common")
+    columns = 1 if len(common) == 1 else 2
+    size = (3.6 * columns + 0.4, 2.6 * -(-len(common) // columns) + 0.4)
+    result, all_axes = panels(function, ax, len(common), columns=columns, size=size, sharex=True, sharey=True)
+    for axes, state in zip(all_axes, common, strict=True):
+        limits = set()
+        chosen = zip(colours_of(named, colours), named.items(), strict=True)
+        for number, (colour, (name, dataset)) in enumerate(chosen):
+            row = dataset.sel(damage_state=state)
+            limits.add(float(row["drift_ratio_limit"]))
+            style = LINE_STYLES[number % len(LINE_STYLES)]
+            _draw_curve(axes, row, colour, f"{name}{_without_fit(row)}", style=style)
+        _finish(axes, np.concatenate([dataset["stripe"].values for dataset in named.values()]), scale)
+        said = f": drift over {100 * limits.pop():.2g} %" if len(limits) == 1 else ""
+        title(axes, f"{state}{said}")
+    for axes in all_axes[-columns:]:
+        axes.set_xlabel(label_of_measure(first))
+    for axes in all_axes[::columns]:
+        axes.set_ylabel("Probability of exceedance")
+    if isinstance(result, Picture):
+        handles = all_axes[0].get_legend_handles_labels()
+        result.legend(*handles, loc="outside upper center", ncols=MOST_IN_A_ROW, frameon=False, fontsize=SMALL)
+    else:
+        legend(all_axes[0], loc="upper left")
+    return result
+
+
+def _check_curves(function: str, dataset: xr.Dataset) -> None:
+    needed = ("fragility_curve", "confidence", "damage_state", "exceedance_fraction")
+    check_dataset(f"plots.{function}", dataset, *needed, advice=_CURVES)
+    if "damage_state" not in dataset.dims or not dataset.sizes["damage_state"]:
+        raise ValueError(
+            f"plots.{function}: damage_state must be a dimension: select states by sel(damage_state=[...])"
+        )
+
+
+def _without_fit(row: xr.Dataset) -> str:
+    """Return a remark where the stripes of a damage state have no fit."""
+    return "" if np.isfinite(row["fragility_median"]) else ", no fit"
+
+
+def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str = "-") -> None:
+    """Draw one curve, its band, and the fractions of its stripes with their bars."""
+    intensity = row["intensity"].values
+    bounds = row["fragility_curve_lower"], row["fragility_curve_upper"]
+    axes.fill_between(intensity, *bounds, color=colour, alpha=0.18, lw=0)
+    axes.plot(intensity, row["fragility_curve"], style, color=colour, label=label)
+    fraction = row["exceedance_fraction"].values
+    error = [fraction - row["exceedance_fraction_lower"].values, row["exceedance_fraction_upper"].values - fraction]
+    axes.errorbar(row["stripe"], fraction, yerr=np.maximum(error, 0), fmt="o", ms=3.5, color=colour, lw=0.8, capsize=2)
+
+
+def _finish(axes: Axes, stripes: np.ndarray, scale: str) -> None:
+    """Set axes of probabilities over intensities."""
+    set_scale(axes, scale, stripes.min(), stripes.max())
+    axes.set_ylim(-0.02, 1.02)
+    axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
+    grid(axes)

@@ -1,0 +1,138 @@
+"""What figures draw of a run's samples: those that did not fail, the demand of each, and fractiles with collapses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.checks import check_dataset
+from warpdyn.core.output_variables import COLLAPSED, STRIPED
+from warpdyn.statistics.stripe_counts import decoded_status
+
+SHARES = (0.16, 0.5, 0.84)
+
+
+@dataclass(frozen=True, eq=False)
+class Demands:
+    """A demand of the samples of a run that did not fail.
+
+    Args:
+        values: The demand, shape [sample] or [sample, storey]; of a collapsed sample the one up to its collapse.
+        collapsed: Which samples collapsed, shape [sample].
+        level: Intensity measure of each sample, shape [sample].
+        structure: Index of each sample's structure, shape [sample].
+        motion: Index of each sample's motion, shape [sample].
+        is_striped: Whether each level has many samples.
+        measure: The intensity measure with its units, for the label of an axis.
+    """
+
+    values: np.ndarray
+    collapsed: np.ndarray
+    level: np.ndarray
+    structure: np.ndarray
+    motion: np.ndarray
+    is_striped: bool
+    measure: str
+
+    @property
+    def levels(self) -> np.ndarray:
+        """The distinct levels, increasing."""
+        return np.unique(self.level)
+
+    @property
+    def unlimited(self) -> np.ndarray:
+        """The demand, infinite where a sample collapsed: what it would have come to, nothing says."""
+        collapsed = self.collapsed.reshape(-1, *[1] * (self.values.ndim - 1))
+        return np.where(collapsed, np.inf, self.values.astype(np.float64))
+
+    def fractiles(self) -> np.ndarray:
+        """Return the 16, 50 and 84 % fractiles of each level, shape [level, share, ...]; NaN where undefined."""
+        demand = self.unlimited
+        return np.array([fractiles(demand[self.level == level]) for level in self.levels])
+
+    def collapsed_share(self) -> np.ndarray:
+        """Return the share of collapses of each level."""
+        return np.array([self.collapsed[self.level == level].mean() for level in self.levels])
+
+
+def fractiles(demand: np.ndarray, shares: tuple[float, ...] = SHARES) -> np.ndarray:
+    """Return fractiles along the first axis, NaN where more than the rest of the samples collapsed.
+
+    The median is undefined where more than half of the samples collapsed, the 84 % fractile where more than 16 % did.
+
+    Args:
+        demand: Demands, infinite where a sample collapsed, shape [sample, ...].
+        shares: Shares of the samples that are below.
+
+    Returns:
+        Shape [share, ...].
+    """
+    counted = np.quantile(demand, shares, axis=0, method="inverted_cdf")
+    with np.errstate(invalid="ignore"):
+        between = np.quantile(demand, shares, axis=0)
+    # Halfway to a collapse there is nothing; the sample before it is what so many samples do not exceed.
+    found = np.where(np.isfinite(between), between, counted)
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def check_run(function: str, run: object, *names: str, advice: str) -> None:
+    """Raise an error with advice unless a figure is given a run with these variables, one event and some samples."""
+    check_dataset(f"plots.{function}", run, *names, advice=advice)
+    assert isinstance(run, xr.Dataset)
+    if "event" in run.dims:
+        raise ValueError(f"plots.{function} draws one event: take it by select_event(run, name)")
+    if run.sizes.get("sample", 1) == 0:
+        raise ValueError(f"plots.{function}: the run has no samples: the selection it was taken by left none")
+
+
+def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_storey: bool = False) -> Demands:
+    """Return a demand of a run, the largest of all storeys or that of each.
+
+    Args:
+        function: The plot, for errors.
+        run: The run.
+        demand: Name of the variable, which lies along `sample` and `storey`.
+        advice: What to draw instead of a dataset that lacks something.
+        by_storey: Whether storeys are kept apart.
+
+    Raises:
+        ValueError: If the run lacks something, or no sample of it has a result.
+        TypeError: If it is no Dataset.
+    """
+    check_run(function, run, demand, "status", "im_level", advice=advice)
+    if "sample" not in run["status"].dims:
+        raise ValueError(f"plots.{function}: the run has no dimension sample: select one by isel(sample=[number])")
+    status = decoded_status(run["status"])
+    kept = np.flatnonzero(status <= COLLAPSED)
+    if not kept.size:
+        raise ValueError(f"plots.{function}: all {status.size} samples failed, and there is nothing to draw")
+    values = np.abs(run[demand].transpose("sample", ...).values[kept])  # residual drifts have a sign
+    if not by_storey and values.ndim > 1:
+        values = np.fmax.reduce(values, axis=1)  # storeys that a building of a portfolio does not have are NaN
+    sample = np.arange(status.size)
+    of_sample = {name: run[name].values if name in run else 0 * sample for name in ("structure", "motion_index")}
+    return Demands(
+        values,
+        status[kept] == COLLAPSED,
+        run["im_level"].values[kept].astype(np.float64),
+        of_sample["structure"][kept],
+        of_sample["motion_index"][kept],
+        run["im_level"].attrs.get("design") == STRIPED,
+        label_of_measure(run),
+    )
+
+
+def label_of_measure(run: xr.Dataset) -> str:
+    """Return the intensity measure of a run or of its fragility curves with its units, as the label of an axis."""
+    if "im_level" in run:
+        attributes = run["im_level"].attrs
+        name = attributes.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+        return f"{name} [{attributes.get('units', 'g')}]"
+    return f"{run.attrs.get('intensity_measure', 'intensity measure')} [g]"
+
+
+def percent(share: float) -> str:
+    """Return a share in percent, with two digits where it is small."""
+    return f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"

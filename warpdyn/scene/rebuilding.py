@@ -1,0 +1,136 @@
+"""From a scene's JSON back to what it describes: the inverse of `description`, for what is warpdyn's own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from warpdyn.core.description import NAMED_BY_SHAPE
+from warpdyn.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
+from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce, checked_motions
+from warpdyn.scene import distributions, scatter
+from warpdyn.scene.portfolio import Archetype, Portfolio
+from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
+
+OWN: dict[str, Any] = {
+    each.__name__: each
+    for each in (
+        *(designs.Stripes, designs.Cloud, designs.OneMotionPerStructure, event_sequences.EventSequence),
+        *(filtered_noise.FilteredNoise, filtered_noise.WhiteNoise, filtered_noise.KanaiTajimi),
+        *(filtered_noise.CloughPenzien, filtered_noise.JenningsEnvelope),
+        *(HarmonicForce, ForceHistory, FreeVibration),
+        *(intensity_measures.PeakGroundAcceleration, intensity_measures.PeakGroundVelocity),
+        *(intensity_measures.PeakGroundDisplacement, intensity_measures.AriasIntensity),
+        *(intensity_measures.CumulativeAbsoluteVelocity, intensity_measures.SignificantDuration),
+        *(intensity_measures.SpectralAcceleration, intensity_measures.AverageSpectralAcceleration),
+        *(pair_measures.GeometricMean, pair_measures.RotatedSpectralAcceleration),
+        *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues),
+        *(distributions.Normal, distributions.Lognormal, distributions.Uniform),
+    )
+}
+
+
+def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]) -> dict[str, Any]:
+    """Return the arguments of the Scene that some JSON describes; arguments and errors as of `Scene.from_json`."""
+    if not isinstance(text, str):
+        raise TypeError(f"from_json() takes the text of a dataset's attribute 'scene', got {type(text).__name__}")
+    try:
+        told = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"from_json(): this is no JSON ({error}); give a dataset's attribute 'scene'") from None
+    if not isinstance(told, dict) or not {"structure", "excitation"} <= told.keys():
+        raise ValueError("from_json(): this describes no scene; give a dataset's attribute 'scene'")
+    is_given = isinstance(motions, GroundMotion) or len(motions) > 0
+    found = Rebuilding(checked_motions(motions) if is_given else ())
+    return {
+        **told,
+        "structure": found.structure(told["structure"], "structure"),
+        "excitation": found.value(told["excitation"], "excitation"),
+        "scatter": found.value(told.get("scatter", {}), "scatter"),
+        "correlation": _pairs(told.get("correlation", {})),
+    }
+
+
+def _pairs(correlation: Mapping[str, float]) -> dict[tuple[str, ...], float]:
+    return {tuple(names.split(" ")): value for names, value in correlation.items()}
+
+
+class Rebuilding:
+    """Objects from what JSON says of them.
+
+    Args:
+        motions: The ground motions that descriptions may be of.
+    """
+
+    def __init__(self, motions: Sequence[GroundMotion]) -> None:
+        self.by_digest = {motion.description()["digest"]: motion for motion in motions}
+
+    def value(self, told: Any, where: str) -> Any:
+        """Return a value; `where` says in errors which it is."""
+        if isinstance(told, str) and told.startswith(NAMED_BY_SHAPE):
+            raise ValueError(
+                f"from_json(): the values of {where} are not in the JSON, which says of long arrays their shape alone "
+                f"({told.removeprefix(NAMED_BY_SHAPE)}): build this scene from its own parts"
+            )
+        if isinstance(told, list):
+            return [self.value(each, f"{where}[{place}]") for place, each in enumerate(told)]
+        if not isinstance(told, dict):
+            return np.nan if told is None and ".values" in where else told
+        if "digest" in told:
+            return self.motion(told)
+        inner = {name: self.value(each, f"{where}.{name}") for name, each in told.items() if name != "type"}
+        if "type" not in told:
+            return inner
+        if told["type"] not in OWN:
+            raise ValueError(
+                f"from_json(): {where} was a {told['type']!r}, which is not warpdyn's own: build this scene from its "
+                "own parts"
+            )
+        return OWN[told["type"]](**inner)
+
+    def motion(self, told: dict[str, Any]) -> GroundMotion:
+        """Return the ground motion of a description, which tells its samples by their digest."""
+        if told["digest"] not in self.by_digest:
+            given = f"none of the {len(self.by_digest)} given has" if self.by_digest else "give motions= that have"
+            raise ValueError(
+                f"from_json(): the JSON does not hold the samples of motion {told['name']!r} ({told['samples']} at "
+                f"{told['step']:g} s, from {told['source'] or 'an array'}): {given} these samples"
+            )
+        return self.by_digest[told["digest"]]
+
+    def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LinearSystem | Portfolio:
+        """Return a structure."""
+        rest = dict(told)
+        kind = rest.pop("type")
+        if kind == "Portfolio":
+            return Portfolio({name: self.archetype(each, name) for name, each in rest["archetypes"].items()})
+        if kind == "LinearSystem":
+            del rest["law"]
+            return LinearSystem(**rest)
+        if kind != "ShearBuilding":
+            raise ValueError(
+                f"from_json(): {where} was a {kind!r}, which is not warpdyn's own: build this scene from its own parts"
+            )
+        law, own_laws = rest.pop("law"), rest.pop("storey_laws", None)
+        devices, added = tuple(rest.pop("devices", ())), rest.pop("added_storeys", ())
+        chosen: dict[str, Any] = {
+            name: tuple(rest.pop(name)) for name in ("damping_modes", "damped_storeys") if name in rest
+        }
+        chosen |= {"damping": rest.pop("damping"), "devices": devices, "law": own_laws or law.split("+")[0]}
+        # JSON has no NaN, which stands where a storey's law does not take a parameter.
+        chosen |= {name: np.array(value, dtype=float) for name, value in rest.items()}
+        building = ShearBuilding(**chosen)
+        building.own_storeys[[storey - 1 for storey in added]] = False
+        return building
+
+    def archetype(self, told: dict[str, Any], name: str) -> Archetype:
+        """Return an archetype of a portfolio."""
+        where = f"archetype {name!r}"
+        building = self.structure(told["structure"], where)
+        if not isinstance(building, ShearBuilding):
+            raise ValueError(f"from_json(): {where} is no ShearBuilding")
+        correlation: Any = _pairs(told["correlation"])
+        return Archetype(building, told["count"], self.value(told["scatter"], f"{where}.scatter"), correlation)
