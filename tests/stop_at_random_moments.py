@@ -111,6 +111,8 @@ truth_fingerprint: dict[str, str] = {}
 
 def main() -> None:
     """Stop and fill, and print what was found."""
+    # A shell has what it runs in the background ignore Ctrl-C, and so would the programs.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     moments, seed = (int(text) for text in [*sys.argv[1:], *["200", "0"][len(sys.argv) - 1 :]])
     generator = random.Random(seed)
     truth, seconds = {}, {}

@@ -284,13 +284,6 @@ RUNS = {
         "histories ask for sample 3, but the run has samples 0 to 2",
     ),
     "history of every nothing": (lambda: run(histories=wd.Histories((0,), 0)), "histories.every", "at least 1, got 0"),
-    "histories of two steps": (
-        lambda: run(
-            {"excitation": wd.Cloud([WAVE, wd.GroundMotion([0.0, 1.0], 0.0007)])}, histories=wd.Histories((0, 1))
-        ),
-        "histories of samples 0 and 1 have steps",
-        "divides all",
-    ),
     "gamma above beta": (
         lambda: run({"structure": building(law="bouc_wen"), "scatter": {"beta": 0.25}}),
         "gamma is 0.5 where beta is 0.25 (structure 0, storey 1)",

@@ -113,7 +113,7 @@ def test_what_is_run_again_or_kept_does_not_depend_on_the_division(divided):
 
 def test_how_often_failures_are_run_again_does_not_depend_on_the_division(divided, monkeypatch):
     # Bouc-Wen storeys that need a 4th to a 64th of the step, and a budget that does not serve them all.
-    monkeypatch.setattr(guard, "ALWAYS_AFFORDED", 40)
+    monkeypatch.setattr(guard, "ALWAYS_AFFORDED", 16 * 16 * 80)  # each sample has 80 steps, in rows of 16
     building = wd.ShearBuilding(
         1e9, 1e3, 1.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=2.0, damping="none"
     )

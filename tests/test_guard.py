@@ -5,6 +5,11 @@ import pytest
 from building_sweep import BROKEN, sweep
 
 import warpdyn as wd
+from warpdyn.core.output_variables import UNSTABLE_STEP
+from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.run import prepare
+from warpdyn.integration.stability_guard import Reruns
+from warpdyn.integration.time_grid import Schedule
 
 pytestmark = pytest.mark.meant_as_given(
     "damping_ratio",
@@ -123,6 +128,28 @@ def test_bouc_wen_beyond_its_own_limit_is_run_again_at_shorter_steps():
     assert run.status.item() == 0
     assert run["integration_step"].item() == pytest.approx(0.05 / 4)
     assert run["hysteretic_energy"].item() == pytest.approx(40, rel=0.02)  # 10 N over 4 m
+
+
+@pytest.mark.parametrize(("samples", "steps"), [(96, 9000), (1, 9000), (1, 5_000_000), (40_000, 300)])
+def test_reruns_are_bounded_by_steps(samples, steps, monkeypatch):
+    """If all samples fail for ever, each rerun takes at most twice the run's steps, or some seconds."""
+    rerun = []
+
+    def integrate(self, chosen):
+        rerun.append((chosen.size, int(self.schedule.substeps[chosen].max()) * steps))
+        return {"status": np.full(chosen.size, UNSTABLE_STEP, dtype=np.int8)}
+
+    monkeypatch.setattr(Ensemble, "integrate", integrate)
+    building = wd.ShearBuilding([1.0] * 3, 100.0, 1.0)
+    run, _ = prepare(wd.Scene(building, wd.FreeVibration(1.0, velocity=1.0)), structures=samples, device="cpu")
+    every = np.ones(samples, dtype=np.int32)
+    run.schedule = Schedule(steps * every, every, 1.0 / steps * every, every)
+    Reruns().settle(run, np.arange(samples), integrate(run, np.arange(samples)))
+    assert 1 < len(rerun) <= 11
+    for number, (count, length) in enumerate(rerun[1:], start=1):
+        assert length == 2**number * steps
+        rows = -(-count // 16)
+        assert 3 * 16 * rows * length <= max(3e7, 3 * 2 * 16 * -(-samples // 16) * steps), number
 
 
 @pytest.mark.parametrize("storeys", [(3,), pytest.param((1, 5), marks=pytest.mark.thorough)], ids=str)

@@ -1,6 +1,8 @@
 """Warp's kernel cache: what is damaged in it, or cannot be written to it, is named and compiled again."""
 
+import re
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ from warpdyn.core import messages
 from warpdyn.kernels import kernel_cache
 
 pytestmark = pytest.mark.fast
+PACKAGE = Path(kernel_cache.__file__).parents[1]
 
 
 @wp.kernel(module="unique", enable_backward=False)
@@ -86,6 +89,27 @@ def test_what_no_seal_guards_is_compiled_again_where_it_cannot_be_loaded(damage,
         DAMAGES[damage](path)
     with pytest.warns(UserWarning, match="the kernel cache is damaged in .*: the kernel is compiled again"):
         load_anew()
+
+
+def test_every_kernel_is_loaded_with_these_checks():
+    """Warp would load a module by itself where it is launched, and fail on what is damaged each time."""
+    launching = [path for path in PACKAGE.rglob("*.py") if "wp.launch(" in path.read_text()]
+    assert len(launching) >= 4
+    for path in launching:
+        text = path.read_text()
+        assert re.search(r"\b(loaded|load_kernel)\(", text), path
+        assert not re.search(r"module\.load\(|force_load", text), path
+
+
+def test_kernels_are_loaded_once_also_by_threads(cache, monkeypatch):
+    times = []
+    load_module = kernel_cache.load_module
+    monkeypatch.setattr(kernel_cache, "load_module", lambda *given: (times.append(given), load_module(*given)))
+    kernel_cache._loaded.discard((twice.module, "cpu"))
+    with ThreadPoolExecutor(3) as pool:
+        assert list(pool.map(kernel_cache.loaded, [twice] * 3)) == [twice] * 3
+    assert len(times) == 1
+    kernel_cache._loaded.discard((twice.module, "cpu"))
 
 
 def test_a_cache_that_cannot_be_written_is_named(cache, monkeypatch):

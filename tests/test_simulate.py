@@ -218,6 +218,28 @@ def test_histories_are_decimated():
         np.testing.assert_array_equal(third[name], every[name][:, ::3])
 
 
+def test_histories_of_other_steps_are_interpolated():
+    motions = (MOTIONS[0], make_motion(0.007, 150, 4), make_motion(0.0025, 700, 5))
+    scene = make_scene(excitation=wd.Cloud(motions), scatter={})
+    settings = {"longest_step": 0.006, "dtype": "float64"}
+    run = wd.simulate(scene, histories=wd.Histories((2, 1, 0), 2), **settings)
+    # Steps of 0.02 / 4, 0.007 / 2 and 0.0025 s: the last divides the first, and the second is interpolated at it.
+    np.testing.assert_allclose(run["integration_step"], [0.005, 0.0035, 0.0025], rtol=1e-12)
+    np.testing.assert_allclose(np.diff(run["time"]), 0.01, rtol=1e-9)
+    alone = [wd.simulate(scene, histories=wd.Histories((i,)), **settings) for i in range(3)]
+    for row, (own, apart) in enumerate(zip(alone[::-1], (4, None, 2), strict=True)):
+        for name in ("displacement", "velocity", "acceleration", "storey_force"):
+            found, states = run[name].values[row], own[name].values[0]
+            count = int(own["time"][-1] / 0.01 * (1 + 1e-9)) + 1
+            assert np.isnan(found[count:]).all()
+            for dof in range(2):
+                times = run["time"][:count]
+                expected = np.interp(times, own["time"], states[:, dof]) if apart is None else states[::apart, dof]
+                # The same states; interpolated by other arithmetic, which errs by some roundings of the largest.
+                atol = 0 if apart else 1e-12 * np.abs(states).max()
+                np.testing.assert_allclose(found[:count, dof], expected[:count], rtol=0, atol=atol)
+
+
 def test_residual_peak_and_dissipation_of_an_oscillator_that_yields_once():
     # Elastic-perfectly-plastic, v0 = 0.3, uy = 0.01: by hand, the largest drift is 0.05 at 0.316826403420031 s, 0.04 J
     # are dissipated, and it then moves about 0.04 for ever. Tolerances: 3 h^2 w^2 for the step in which it yields.

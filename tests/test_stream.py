@@ -1,5 +1,6 @@
 """A run that is written as it goes: the file is what the run in memory would have been, whole or not there at all."""
 
+import errno
 import os
 import re
 
@@ -145,6 +146,22 @@ def test_a_run_that_was_stopped_goes_on_with_the_same_bits(name, tmp_path, monke
         assert_same_bits(held, read.load())
         assert set(read.attrs) == set(held.attrs)
     assert ".run.nc.unfinished" not in os.listdir(tmp_path)
+
+
+@pytest.mark.parametrize("part", ["run.json", "npz"])
+def test_a_disk_that_is_full_before_the_first_block_is_kept_is_named(part, tmp_path, monkeypatch):
+    original = os.replace
+
+    def replace(source, target):
+        if str(target).endswith(part):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        original(source, target)
+
+    monkeypatch.setattr(os, "replace", replace)
+    with pytest.raises(OSError, match=r"cannot write .*run\.nc: No space left on device") as caught:
+        wd.simulate(make_scene(), structures=4, path=tmp_path / "run.nc", device="cpu")
+    assert caught.value.errno == errno.ENOSPC
+    assert os.listdir(tmp_path) == []
 
 
 def test_another_run_is_not_replaced_unless_asked(tmp_path):

@@ -210,10 +210,20 @@ def test_lost_sign(tmp_path):
         wd.records.read_text(write(tmp_path, damaged), unit="g")
 
 
+@pytest.mark.parametrize("format_of", [lambda t, a: f"{t:.2f},{a:.6f}", lambda t, a: f"{t:.2f} {a:.6f}"])
+def test_a_blank_in_the_place_of_a_sign(tmp_path, format_of):
+    lines = shaken(format_of).split("\n")
+    row = next(i for i, line in enumerate(lines) if i > 5 and "-" in line)
+    damaged = "\n".join([*lines[:row], lines[row].replace("-", " "), *lines[row + 1 :]])
+    with pytest.warns(UserWarning, match=rf"AT2:{row + 1}: the values of this line do not stand in the columns"):
+        wd.records.read_text(write(tmp_path, damaged), unit="g")
+
+
 @pytest.mark.parametrize(
     "format_of",
     [
         lambda t, a: f"{t:.2f} {a:12.6f}",
+        lambda t, a: f"{t:.2f}, {a:.6f}",
         lambda t, a: f"{t} {a}",
         lambda t, a: f"{t:g},{a:g}",
         lambda t, a: f"{round(t, 4)};{round(a, 3)}",

@@ -9,8 +9,8 @@ import datetime
 import os
 import platform
 import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
@@ -22,7 +22,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_kind
 from warpdyn.core.interruption import interruptible, stop_if_asked
-from warpdyn.files.unfinished import Unfinished, disk_error
+from warpdyn.files.unfinished import Unfinished
 
 # Samples in a chunk of the file: some hundred kilobytes of each variable, so that the half-filled chunks at the end of
 # a block cost little.
@@ -81,7 +81,7 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
         if dataset.sizes.get("sample", 0) > CHUNK and all(map(_is_plain, along.values())):
             _write_in_parts(dataset, along, unfinished)
         else:
-            with _named_errors(unfinished):
+            with unfinished.named_errors():
                 _to_netcdf(dataset, unfinished.part)
                 unfinished.move_in()
     return unfinished.path
@@ -145,7 +145,7 @@ class GrowingFile:
         Raises:
             OSError: If the disk is full, or fails otherwise; the message names the file.
         """
-        with _named_errors(self.unfinished):
+        with self.unfinished.named_errors():
             if self._file is None:
                 self._create(labelled(rows))
             assert self._file is not None
@@ -177,7 +177,7 @@ class GrowingFile:
         Raises:
             OSError: As `append`.
         """
-        with _named_errors(self.unfinished):
+        with self.unfinished.named_errors():
             self._close()
             _to_netcdf(rest, self.unfinished.part, mode="a")
             self.unfinished.move_in()
@@ -186,17 +186,6 @@ class GrowingFile:
         if self._file is not None:
             file, self._file = self._file, None
             file.close()
-
-
-@contextmanager
-def _named_errors(unfinished: Unfinished) -> Iterator[None]:
-    """Turn errors of the disk into an OSError that names the file; netCDF raises RuntimeError of them."""
-    try:
-        yield
-    except (OSError, RuntimeError) as error:
-        if isinstance(error, OSError) or str(error).startswith("NetCDF"):
-            raise disk_error(error, unfinished.path) from error
-        raise
 
 
 Encoding = dict[str, dict[str, Any]]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -129,6 +130,16 @@ class Unfinished:
         with open(self.part, "rb") as file:
             os.fsync(file.fileno())
         os.replace(self.part, self.path)
+
+    @contextmanager
+    def named_errors(self) -> Iterator[None]:
+        """Turn errors of the disk into an OSError that names the file; netCDF raises RuntimeError of them."""
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            if isinstance(error, OSError) or str(error).startswith("NetCDF"):
+                raise disk_error(error, self.path) from error
+            raise
 
     def forget(self) -> None:
         """Remove what an earlier run has kept."""

@@ -123,20 +123,6 @@ class Ensemble:
             )
         return self.schedule.with_substeps(samples, substeps)
 
-    def common_step(self, samples: Sequence[int] | np.ndarray) -> float:
-        """Return the longest step [s] of some samples; raise unless the others' steps divide it."""
-        steps = self.schedule.step[list(samples)]
-        longest = int(steps.argmax())
-        times = steps[longest] / steps
-        differs = ~np.isclose(times, np.round(times), rtol=1e-6, atol=0.0)
-        if differs.any():
-            one, other = self.sample[[samples[longest], samples[int(np.flatnonzero(differs)[0])]]]
-            raise ValueError(
-                f"histories of samples {one} and {other} have steps {steps[longest]:g} and "
-                f"{steps[differs][0]:g} s: ask for samples of one step, or give simulate() a step that divides all"
-            )
-        return float(steps[longest])
-
     def start(self, rows: Arrays, advance: Callable[[int], object] = lambda done: None) -> None:
         """Start to integrate all samples; `finish` waits for them.
 

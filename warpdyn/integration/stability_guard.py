@@ -12,9 +12,11 @@ from warpdyn.ground_motions.excitation import MOST_STEPS
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
 
-# Samples that fail because of their storey law are run again with twice the steps, at most so many times, and as long
-# as that costs no more than this many runs, or this many samples: if most of a run fails, it needs another method.
-MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED = 10, 4, 10_000
+# Samples that fail because of their storey law are run again with twice the steps, at most so many times, and each time
+# as long as that takes no more than so many times the steps of the samples until then, or so many steps of storeys
+# (some tenths of a second of most laws, some seconds of the slowest): if most of a run fails, it needs another method.
+# A processor steps a row of so many samples at a time, and one of them takes as long as all.
+MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
 
 
@@ -158,23 +160,24 @@ def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findi
 
 
 class Reruns:
-    """Runs failed samples again, within a limit on the cost over all blocks of a run.
+    """Runs failed samples again, within a limit on the steps that it takes over all blocks of a run.
 
     The limit for a sample depends on the samples before it, and not on their division into blocks: if many samples of a
     run fail, a sample may stay failed that would have been run again by itself.
     """
 
     def __init__(self) -> None:
-        self._seen, self._failed = 0, [0] * (MOST_RERUNS + 1)
+        # Before each rerun, samples that have failed; first, all samples. And the steps that rows of them take.
+        self._count, self._taken = [0] * (MOST_RERUNS + 1), [0.0] * (MOST_RERUNS + 1)
 
     @property
     def state(self) -> dict[str, Any]:
         """What decides which of the next samples are run again."""
-        return {"seen": self._seen, "failed": self._failed}
+        return {"count": self._count, "taken": self._taken}
 
     @state.setter
     def state(self, state: dict[str, Any]) -> None:
-        self._seen, self._failed = state["seen"], list(state["failed"])
+        self._count, self._taken = list(state["count"]), list(state["taken"])
 
     def settle(self, run: Ensemble, samples: np.ndarray, outputs: dict[str, np.ndarray]) -> None:
         """Run the failed ones of some samples again, at shorter and shorter steps.
@@ -187,22 +190,30 @@ class Reruns:
             samples: The samples.
             outputs: Their outputs, sample last, which are overwritten.
         """
-        failed, seen = np.flatnonzero(outputs["status"] >= DIVERGED), self._seen
-        self._seen += samples.size
+        steps = run.schedule.run_intervals[samples] * run.schedule.substeps[samples].astype(np.float64)
+        afforded = np.maximum(MOST_COST * self._charged(0, steps), ALWAYS_AFFORDED / run.plan.dofs)
+        failed = np.flatnonzero(outputs["status"] >= DIVERGED)
         for rerun in range(1, MOST_RERUNS + 1):
-            cost = 2**rerun * (self._failed[rerun] + np.arange(1, failed.size + 1))
-            self._failed[rerun] += failed.size
-            again = samples[failed]
-            steps = 2.0 * run.schedule.run_intervals[again] * run.schedule.substeps[again]
-            chosen = (cost <= np.maximum(MOST_COST * (seen + failed + 1), ALWAYS_AFFORDED)) & (steps <= MOST_STEPS)
-            failed, again = failed[chosen], again[chosen]
+            taken = 2**rerun * steps[failed]
+            cost = self._charged(rerun, taken)
+            failed = failed[(cost <= afforded[failed]) & (taken <= MOST_STEPS)]
             if not failed.size:
                 return
+            again = samples[failed]
             run.schedule = run.restepped(again, run.schedule.substeps[again] * 2)
             found = run.integrate(again)
             for name, values in found.items():
                 outputs[name][..., failed] = values
             failed = failed[found["status"] >= DIVERGED]
+
+    def _charged(self, rerun: int, steps: np.ndarray) -> np.ndarray:
+        """Add samples of so many steps to a rerun, and return what rows of them have taken up to each."""
+        begins_row = (self._count[rerun] + np.arange(steps.size)) % ROW == 0
+        taken = self._taken[rerun] + np.cumsum(np.where(begins_row, ROW * steps, 0.0))
+        if steps.size:
+            self._count[rerun] += steps.size
+            self._taken[rerun] = float(taken[-1])
+        return taken
 
 
 def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None = None) -> dict[str, np.ndarray]:

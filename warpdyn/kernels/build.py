@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import warp as wp
 
-from warpdyn.core.messages import say
-from warpdyn.core.thread_pool import in_background
 from warpdyn.kernels.composition import Composed, compose, kernel_of
-from warpdyn.kernels.kernel_cache import load_module
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.kernels.parts import straight_branches
 from warpdyn.kernels.plan import Plan, keeps_slopes, options, values_held
 from warpdyn.kernels.skeletons.dense import integrate_dense
@@ -45,9 +43,6 @@ def _composed_kernel(plan: Plan) -> wp.Kernel:
 # parse in two threads at once (SystemError: AST constructor recursion depth mismatch).
 BUILDING = threading.Lock()
 
-COMPILATION_IS_TOLD = 1.0  # seconds after which a compilation is told of
-_loaded: set[tuple[Plan, str]] = set()
-
 # Measured on AVX-512 and AVX2: rows of 16 samples fill the vector registers (32 where a single storey leaves them
 # waiting for each other), and storey loops unroll well as long as those over lanes stay rolled.
 # A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; a few elastic
@@ -64,7 +59,6 @@ GPU_REGISTERS, BESIDE_STOREYS, BESIDE_ENERGIES = 246, {"float32": 45, "float64":
 # they run between a quarter faster and a third slower rolled, and compile in half a second where they took up to four.
 GPU_UNROLLED_MATRIX = 8
 UNROLLED_SLOPES = 40  # evaluations of storeys a step whose slopes are all kept
-THREADS_OF_A_BLOCK = 128
 
 
 def fitted(plan: Plan, is_gpu: bool) -> Plan:
@@ -115,21 +109,9 @@ def build_kernel(plan: Plan) -> wp.Kernel:
 
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:
     """Return the kernel of a plan, compiled for a device; threads may do so side by side."""
-    kernel = build_kernel(plan)
-    if (plan, device) not in _loaded:
-        description = f"{plan.family} {plan.dofs} {plan.law} {plan.method} {plan.dtype} for {device}"
-        in_background(
-            lambda: load_module(kernel.module, device, block_size(device)),
-            COMPILATION_IS_TOLD,
-            lambda: say(f"compiling kernel {description} ..."),
-        )
-        _loaded.add((plan, device))
-    return kernel
-
-
-def block_size(device: str) -> int:
-    """Return how many threads a block has on a device."""
-    return 1 if device == "cpu" else THREADS_OF_A_BLOCK
+    return loaded(
+        build_kernel(plan), device, f"{plan.family} {plan.dofs} {plan.law} {plan.method} {plan.dtype} for {device}"
+    )
 
 
 def history_plan(plan: Plan) -> Plan:

@@ -14,7 +14,8 @@ import warp as wp
 from loky import ProcessPoolExecutor
 
 from warpdyn.core.messages import warn_caller
-from warpdyn.kernels.build import block_size, build_kernel, load_kernel
+from warpdyn.kernels.build import build_kernel, load_kernel
+from warpdyn.kernels.kernel_cache import block_size
 from warpdyn.kernels.plan import Plan
 
 # A process takes three to four seconds until it has compiled its first kernel, as long as two kernels take, and half a

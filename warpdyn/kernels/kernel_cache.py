@@ -6,13 +6,26 @@ import json
 import os
 import shutil
 import tempfile
+import threading
+from collections import defaultdict
 from pathlib import Path
 
 import warp as wp
 
-from warpdyn.core.messages import warn_caller
+from warpdyn.core.messages import say, warn_caller
+from warpdyn.core.thread_pool import in_background
 
 SEAL = "warpdyn.json"  # digests of the files of a module, beside them
+THREADS_OF_A_BLOCK = 128
+COMPILATION_IS_TOLD = 1.0  # seconds after which a compilation is told of
+
+_loaded: set[tuple[wp.Module, str]] = set()
+_loading: defaultdict[wp.Module, threading.Lock] = defaultdict(threading.Lock)
+
+
+def block_size(device: str) -> int:
+    """Return how many threads a block has on a device."""
+    return 1 if device == "cpu" else THREADS_OF_A_BLOCK
 
 
 def initialise() -> None:
@@ -28,6 +41,30 @@ def folder_of(module: wp.Module, block_size: int) -> Path:
     """Return the folder of a module in the kernel cache."""
     initialise()  # which sets the cache's folder
     return Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block_size)
+
+
+def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.Kernel:
+    """Return a kernel that is compiled and loaded for a device; say so where compiling takes long, and let Ctrl-C act.
+
+    Threads may load kernels side by side, also one that is still compiled for a call that was interrupted.
+
+    Args:
+        kernel: The kernel.
+        device: The device, such as "cpu" or "cuda:0".
+        description: What the kernel is called where it is told of; its own name by default.
+    """
+    key = kernel.module, device
+    if key not in _loaded:
+
+        def load() -> None:
+            with _loading[kernel.module]:
+                if key not in _loaded:
+                    load_module(kernel.module, device, block_size(device))
+                    _loaded.add(key)
+
+        told = f"compiling kernel {description or f'{kernel.key} for {device}'} ..."
+        in_background(load, COMPILATION_IS_TOLD, lambda: say(told))
+    return kernel
 
 
 def load_module(module: wp.Module, device: str, block_size: int) -> None:

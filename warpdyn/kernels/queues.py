@@ -14,8 +14,8 @@ import warp as wp
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.thread_pool import as_finished
 from warpdyn.kernels.arguments import as_field, blank_value, wrapped
-from warpdyn.kernels.build import THREADS_OF_A_BLOCK, load_kernel
-from warpdyn.kernels.kernel_cache import initialise
+from warpdyn.kernels.build import load_kernel
+from warpdyn.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
 from warpdyn.kernels.plan import Plan, structs
 from warpdyn.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
 

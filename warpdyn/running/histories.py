@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,11 +21,14 @@ from warpdyn.running.labels import history_variables
 
 @dataclass(frozen=True)
 class Histories:
-    """Samples whose whole histories are kept.
+    """Samples whose whole histories are kept, at the times of the one with the longest step.
+
+    Samples whose own steps do not divide that step, as those of records that were sampled otherwise, are interpolated
+    linearly between their states at it, so that a peak between may be cut; peaks are recorded with the demands.
 
     Args:
         samples: Indices along the dimension `sample`, at least one.
-        every: Number of steps from one kept state to the next; the first state is kept.
+        every: Number of the longest steps from one kept state to the next; the first state is kept.
 
     Raises:
         ValueError: If a number is not whole or negative, or there is no sample.
@@ -53,7 +56,7 @@ class KeptHistories:
         integration: How the run is integrated.
 
     Raises:
-        ValueError: If a sample is not in the run, or the samples' steps do not divide each other.
+        ValueError: If a sample is not in the run.
     """
 
     def __init__(self, histories: Histories, run: Run, queue: Queue, integration: Integration) -> None:
@@ -71,7 +74,7 @@ class KeptHistories:
         shorten_steps(whole, vibration, findings, divides=integration.divides_steps)
         guard(whole, vibration, integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
-        self.common_step = self.part.common_step(np.arange(asked.size))
+        self.longest_step = float(self.part.schedule.step.max())  # reruns only divide it
         self._status = np.zeros(asked.size, dtype=np.int8)
 
     def add(self, run: Ensemble, status: np.ndarray) -> None:
@@ -83,8 +86,50 @@ class KeptHistories:
 
     def result(self) -> xr.Dataset:
         """Return the histories; those of samples that failed are NaN."""
-        everything = np.arange(len(self.histories.samples))
-        time, values = self.part.integrate_histories(everything, self.histories.every, self.common_step)
-        for array in values.values():
-            array[self._status >= DIVERGED] = np.nan
-        return history_variables(self.histories.samples, time, values)
+        kept = self.histories.every * self.longest_step  # time between the states that are kept [s]
+        found = []  # samples, and their histories
+        for samples, step in self._groups():
+            divides = step == self.longest_step
+            time, values = self.part.integrate_histories(samples, self.histories.every if divides else 1, step)
+            if not divides:
+                values = {name: _interpolated(array, step, time[-1], kept) for name, array in values.items()}
+            found.append((samples, values))
+        counts = {name: max(values[name].shape[1] for _, values in found) for name in found[0][1]}
+        joined = {}
+        for name, count in counts.items():
+            dofs = found[0][1][name].shape[2]
+            joined[name] = np.full((len(self.histories.samples), count, dofs), np.nan)
+            for samples, values in found:
+                joined[name][samples, : values[name].shape[1]] = values[name]
+            joined[name][self._status >= DIVERGED] = np.nan
+        time = np.arange(max(counts.values())) * self.histories.every * self.longest_step
+        return history_variables(self.histories.samples, time, joined)
+
+    def _groups(self) -> Iterator[tuple[np.ndarray, float]]:
+        """Yield the samples whose steps divide the longest one, with it, and then those of each other step."""
+        steps = self.part.schedule.step
+        ratio = self.longest_step / steps
+        divides = np.isclose(ratio, np.round(ratio), rtol=1e-6, atol=0.0)
+        yield np.flatnonzero(divides), self.longest_step
+        for step in np.unique(steps[~divides]):
+            yield np.flatnonzero(~divides & (steps == step)), float(step)
+
+
+def _interpolated(values: np.ndarray, step: float, end: float, kept: float) -> np.ndarray:
+    """Return histories at other times, linear between their states; NaN where one of the two states is.
+
+    Args:
+        values: The histories, shape [history, time, dof].
+        step: Time between their states [s].
+        end: The last of their times [s].
+        kept: Time between the states that are returned [s].
+    """
+    last = values.shape[1] - 1
+    place = np.minimum(np.arange(int(end / kept * (1 + 1e-9)) + 1) * (kept / step), last)
+    near = np.round(place)
+    place = np.where(np.abs(place - near) < 1e-6, near, place)  # a state itself, which may be the last one
+    before = np.floor(place).astype(np.int64)
+    share = (place - before)[:, None]
+    found = values[:, before]
+    after = values[:, np.minimum(before + 1, last)]
+    return np.where(share == 0, found, found + share * (after - found))

@@ -49,7 +49,7 @@ class Journal:
     """
 
     def __init__(self, unfinished: Unfinished, digest: str, overwrite: bool) -> None:
-        self.path, self.folder = unfinished.path, unfinished.kept
+        self.path, self.folder, self._unfinished = unfinished.path, unfinished.kept, unfinished
         advice = "give another path, or overwrite=True to replace it"
         if self.path.exists() and not overwrite and attributes_of(self.path).get(FINGERPRINT) != digest:
             raise FileExistsError(
@@ -70,7 +70,8 @@ class Journal:
         self.settled: dict[str, Any] = header["settled"]
         self._digest = digest
         unfinished.is_journaled = True
-        self.folder.mkdir(exist_ok=True)
+        with unfinished.named_errors():
+            self.folder.mkdir(exist_ok=True)
         self._write_header()
 
     def settle(self, **values: object) -> None:
@@ -79,7 +80,8 @@ class Journal:
         self._write_header()
 
     def _write_header(self) -> None:
-        _replace(self._header, json.dumps({FINGERPRINT: self._digest, "settled": self.settled}).encode())
+        with self._unfinished.named_errors():
+            _replace(self._header, json.dumps({FINGERPRINT: self._digest, "settled": self.settled}).encode())
 
     def blocks(self, events: int, structures: int) -> list[range]:
         """Return the structures of the blocks that are finished, from the first structure on, and say how many."""
@@ -107,11 +109,12 @@ class Journal:
         arrays = {f"output_{name}": found[name] for name in run.model.shapes} | columns
         path = self._file(structures.start, structures.stop, event)
         part = path.with_suffix(".part")
-        with open(part, "wb") as file:
-            np.savez(file, reruns=json.dumps(reruns.state), **arrays)  # type: ignore[arg-type]
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, path)
+        with self._unfinished.named_errors():
+            with open(part, "wb") as file:
+                np.savez(file, reruns=json.dumps(reruns.state), **arrays)  # type: ignore[arg-type]
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(part, path)
 
     def restore(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
         """Fill in what `keep` kept."""

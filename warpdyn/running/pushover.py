@@ -13,6 +13,7 @@ from warpdyn.core.plausibility import Findings
 from warpdyn.files.netcdf import trace
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.kernels.auxiliary.storey_step import storey_step_kernel
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.laws.springs import spring_row
 from warpdyn.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.structures.physics import effective_stiffness, storey_weight_over_height
@@ -66,7 +67,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     spring, coefficients = _spring_and_coefficients(building)
     arrays: list[wp.array] = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
     results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
-    kernel = storey_path_kernel(spring, "float64")
+    kernel = loaded(storey_path_kernel(spring, "float64"))
     wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
     force, dissipated = (result.numpy() for result in results)
     return _storey_dataset(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
@@ -149,7 +150,8 @@ class _PushedChain:
         self.kept: list[wp.array] = [
             wp.array(values, dtype=wp.float64, device="cpu", copy=False) for values in (*given, *found)
         ]
-        self.launch = wp.launch(storey_step_kernel(row), dim=storeys, inputs=self.kept, device="cpu", record_cmd=True)
+        kernel = loaded(storey_step_kernel(row))
+        self.launch = wp.launch(kernel, dim=storeys, inputs=self.kept, device="cpu", record_cmd=True)
         self.force, self.work, self.recoverable = np.zeros(storeys), np.zeros(storeys), np.zeros(storeys)
         self.largest_shear, self.base_shear, self.softens, self.last_moves = 0.0, 0.0, False, np.zeros(storeys)
 

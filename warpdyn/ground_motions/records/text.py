@@ -178,11 +178,21 @@ class NumberLines:
             counts[ends[form]] += count
         common, alike = counts.most_common(1)[0]
         if len(self) < FEWEST_ALIKE or len(self) - alike > max(3, LARGEST_SHARE_OF_OTHERS * len(self)):
-            return []
+            return self._more_blanks()
         wrong = {form for form, row in ends.items() if row != common}
         last = ends[self._forms[-1]]
         rows = [i for i, form in enumerate(self._forms) if form in wrong] if wrong else []
         return [i for i in rows if i != len(self) - 1 or last != common[: len(last)]]
+
+    def _more_blanks(self) -> list[int]:
+        """The one or two lines with more blanks than all others have, as where one replaced a sign."""
+        counts: Counter[int] = Counter()
+        for form, count in self._counts.items():
+            counts[form.rstrip().count(b" ")] += count
+        common, alike = counts.most_common(1)[0]
+        if len(self) < FEWEST_ALIKE or not 0 < len(self) - alike <= 2:
+            return []
+        return [i for i, form in enumerate(self._forms) if form.rstrip().count(b" ") > common]
 
 
 _ZERO = re.compile(r"[+-]?0*(0|\.0+)([ED][+-]?0+)?", re.IGNORECASE)

@@ -14,6 +14,7 @@ import warp as wp
 
 from warpdyn.device.processor import align_rows, module_options
 from warpdyn.kernels.arguments import lane_rows
+from warpdyn.kernels.kernel_cache import loaded
 
 # Measured: a division waits for the one before it, so that more lanes than registers hold are quicker all the same.
 LANES_OF_CHAINS = 64
@@ -154,5 +155,5 @@ def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
         array[:, :structures] = values.T
     inputs = [wp.array(array, copy=False, device="cpu") for array in arrays]
     kernel, threads = frequencies_kernel(most_storeys(storeys), LANES_OF_CHAINS), -(-structures // LANES_OF_CHAINS)
-    wp.launch(kernel, dim=threads, inputs=[storeys, *inputs], device="cpu")
+    wp.launch(loaded(kernel), dim=threads, inputs=[storeys, *inputs], device="cpu")
     return arrays[2][:, :structures].T

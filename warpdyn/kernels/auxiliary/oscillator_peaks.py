@@ -17,13 +17,8 @@ import warp as wp
 
 from warpdyn.kernels.arguments import as_field
 from warpdyn.kernels.auxiliary.oscillator_extrema import angle_to_zero, double, searched
-from warpdyn.kernels.build import (
-    CPU_LANES,
-    CPU_UNROLL,
-    GPU_LANES,
-    GPU_UNROLL,
-    THREADS_OF_A_BLOCK,
-)
+from warpdyn.kernels.build import CPU_LANES, CPU_UNROLL, GPU_LANES, GPU_UNROLL
+from warpdyn.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.kernels.queues import SLICES_PER_THREAD
 
 
@@ -228,10 +223,10 @@ def largest_displacements(
         output,
     ]
     blocks = count * blocks_of_a_record
+    loaded(kernel, device)  # before the threads, which would each compile it
     if is_gpu:
         wp.launch(kernel, dim=blocks, inputs=[0, *arguments], device=device, block_dim=THREADS_OF_A_BLOCK)
         return output.numpy()
-    kernel.module.load(wp.get_device(device), block_dim=1)  # before the threads, which would each compile it
 
     def run(edges: tuple[int, int]) -> None:
         wp.launch(kernel, dim=edges[1] - edges[0], inputs=[edges[0], *arguments], device=device)

@@ -9,6 +9,7 @@ from warpdyn.core.random_numbers import Purpose, key_of
 from warpdyn.device.processor import align_rows, module_options
 from warpdyn.device.random_numbers import normal_of, uniform_pair
 from warpdyn.kernels.build import CPU_LANES
+from warpdyn.kernels.kernel_cache import loaded
 
 
 @functools.cache
@@ -98,7 +99,7 @@ def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
     padded[: numbers.size] = numbers
     number, into = (wp.array(array, copy=False, device="cpu") for array in (padded, values))
     arguments = [key_of(seed), int(Purpose.STRUCTURE), number, into]
-    wp.launch(uniforms_kernel(CPU_LANES), dim=into.shape[1] // CPU_LANES, inputs=arguments, device="cpu")
+    wp.launch(loaded(uniforms_kernel(CPU_LANES)), dim=into.shape[1] // CPU_LANES, inputs=arguments, device="cpu")
 
 
 def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
@@ -109,4 +110,4 @@ def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
         factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
     """
     arrays = [wp.array(array, dtype=wp.float64, copy=False, device="cpu") for array in (factor, values)]
-    wp.launch(normals_kernel(CPU_LANES), dim=values.shape[1] // CPU_LANES, inputs=arrays, device="cpu")
+    wp.launch(loaded(normals_kernel(CPU_LANES)), dim=values.shape[1] // CPU_LANES, inputs=arrays, device="cpu")
