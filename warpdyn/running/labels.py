@@ -253,8 +253,8 @@ def summary(run: xr.Dataset) -> str:
     Raises:
         ValueError, TypeError: If it is something else.
     """
-    told = ("method", "dtype", "device", "seconds_integrating")
-    check_dataset("summary", run, "status", "integration_step", *told, advice="give what simulate() returned")
+    check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
+    check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")
     if "sample" not in run.dims:
         raise ValueError("summary: the run has no dimension sample: select one by isel(sample=[number])")
     if not run.sizes["sample"]:
