@@ -98,8 +98,9 @@ def _signed(dataset: xr.Dataset) -> xr.Dataset:
 def _is_plain(variable: xr.Variable) -> bool:
     """Return whether a variable's values stand in a file as they are, sample first."""
     coded = {"scale_factor", "add_offset", "dtype", "_FillValue", "missing_value"} & variable.encoding.keys()
+    coded -= {"dtype"} if variable.encoding.get("dtype", variable.dtype) == variable.dtype else set()
     of_nan = coded == {"_FillValue"} and variable.dtype.kind == "f" and np.isnan(variable.encoding["_FillValue"])
-    as_is = not coded - {"dtype"} and variable.encoding.get("dtype", variable.dtype) == variable.dtype
+    as_is = not coded
     missing = "_FillValue" in variable.attrs or "missing_value" in variable.attrs
     return variable.dims[:1] == ("sample",) and variable.dtype.kind in "iuf" and (of_nan or as_is) and not missing
 

@@ -233,7 +233,7 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
         attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
         variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
     coordinates = {
-        "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s", "axis": "T"}),
+        "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s"}),
         "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
         "history_sample": (
             "history",
