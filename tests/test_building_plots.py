@@ -75,3 +75,12 @@ def test_a_dataset_without_a_pushover_is_refused() -> None:
         match=r"no roof_displacement, base_shear, storey_drift: draw what pushover\(building, ...\) returned",
     ):
         plots.pushover_curve(xr.Dataset())
+
+
+@pytest.mark.parametrize("part", [{"step": 0}, {"storey": 0}])
+def test_a_single_step_or_storey_is_refused_in_words(part: dict[str, int]) -> None:
+    for plot in (plots.pushover_curve, plots.hysteresis):
+        with pytest.raises(ValueError, match=r"select steps and storeys by isel\(step=\[...\], storey=\[...\]\)"):
+            plot(PUSHED.isel(part))
+    with pytest.raises(ValueError, match="the dataset has no steps"):
+        plots.pushover_curve(PUSHED.isel(step=[]))

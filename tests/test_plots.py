@@ -210,6 +210,15 @@ def test_colours_are_the_users():
         plots.fragility_comparison({"a": CURVES, "b": other})
 
 
+def test_selections_of_curves_that_leave_nothing_are_refused():
+    for dim in ("damage_state", "stripe", "intensity"):
+        for part in (MERGED.isel({dim: []}), MERGED.isel({dim: 0})):
+            with pytest.raises(ValueError, match=rf"plots\.fragility_curves: the curves have no {dim} left"):
+                plots.fragility_curves(part)
+    with pytest.raises(ValueError, match=r"no dimension storey: select one by isel\(storey=\[number\]\)"):
+        plots.drift_over_height(RUN.isel(storey=0))
+
+
 OF_RUNS = {
     "drift_against_intensity": plots.drift_against_intensity,
     "drift_over_height": plots.drift_over_height,

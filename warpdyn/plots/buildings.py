@@ -110,6 +110,8 @@ def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> 
     )
     roof, shear = 1000 * dataset["roof_displacement"].values, dataset["base_shear"].values / 1e6
     drift = 1000 * dataset["storey_drift"].values
+    if dataset["storey_drift"].dims != ("step", "storey"):
+        raise ValueError("plots.pushover_curve: select steps and storeys by isel(step=[...], storey=[...])")
     if not roof.size:
         raise ValueError("plots.pushover_curve: the dataset has no steps: the selection it was taken by left none")
     result, (curve, profile) = panels("pushover_curve", ax, 2, size=(8.4, 4.2), width_ratios=(3, 2))

@@ -138,10 +138,9 @@ def fragility_comparison(
 def _check_curves(function: str, dataset: xr.Dataset) -> None:
     needed = ("fragility_curve", "confidence", "damage_state", "exceedance_fraction")
     check_dataset(f"plots.{function}", dataset, *needed, advice=_CURVES)
-    if "damage_state" not in dataset.dims or not dataset.sizes["damage_state"]:
-        raise ValueError(
-            f"plots.{function}: damage_state must be a dimension: select states by sel(damage_state=[...])"
-        )
+    for dim in ("damage_state", "stripe", "intensity"):
+        if not dataset.sizes.get(dim):
+            raise ValueError(f"plots.{function}: the curves have no {dim} left: select some by isel({dim}=[...])")
 
 
 def _without_fit(row: xr.Dataset) -> str:

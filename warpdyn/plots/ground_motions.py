@@ -59,7 +59,7 @@ def ground_motions(
     """
     drawn = checked_motions(motions)
     result, (history, growth, spectrum) = panels("ground_motions", ax, 3, columns=1, size=(7.0, 7.4))
-    spectra = response_spectra(drawn, PERIODS, damping_ratio)["pseudo_spectral_acceleration"].values[:, 0]
+    spectra = response_spectra(drawn, PERIODS, damping_ratio, device="cpu")["pseudo_spectral_acceleration"].values[:, 0]
     is_crowd = len(drawn) > MOST_NAMED and colours is COLOURS  # more than colours tell apart
     row = colours_of([motion.name for motion in drawn], DARK if is_crowd else colours)
     for motion, colour, acceleration in zip(drawn, row, spectra / STANDARD_GRAVITY, strict=True):

@@ -90,6 +90,8 @@ def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Ax
     """
     check_dataset("plots.hysteresis", dataset, advice=f"{_HISTORIES} of a ShearBuilding")
     if "storey_drift" in dataset and "storey_force" in dataset:
+        if dataset["storey_force"].dims != ("step", "storey"):
+            raise ValueError("plots.hysteresis: select steps and storeys by isel(step=[...], storey=[...])")
         return _loops(dataset["storey_drift"].values, dataset["storey_force"].values, ax)[0]
     chosen = _chosen_history("hysteresis", dataset, history, "displacement", "storey_force")
     drift = np.diff(chosen["displacement"].values, axis=1, prepend=0.0)

@@ -109,6 +109,10 @@ def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_s
     if not kept.size:
         raise ValueError(f"plots.{function}: all {status.size} samples failed, and there is nothing to draw")
     values = np.abs(run[demand].transpose("sample", ...).values[kept])  # residual drifts have a sign
+    if by_storey and "archetype_index" in run.coords and np.isnan(values).any():
+        raise ValueError(f"plots.{function} draws buildings of as many storeys: take some by select_archetype")
+    if by_storey and values.ndim < 2:
+        raise ValueError(f"plots.{function}: the run has no dimension storey: select one by isel(storey=[number])")
     if not by_storey and values.ndim > 1:
         values = np.fmax.reduce(values, axis=1)  # storeys that a building of a portfolio does not have are NaN
     sample = np.arange(status.size)

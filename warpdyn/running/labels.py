@@ -233,7 +233,7 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
         attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
         variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
     coordinates = {
-        "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s", "axis": "T"}),
+        "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s"}),
         "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
         "history_sample": (
             "history",
@@ -253,8 +253,8 @@ def summary(run: xr.Dataset) -> str:
     Raises:
         ValueError, TypeError: If it is something else.
     """
-    told = ("method", "dtype", "device", "seconds_integrating")
-    check_dataset("summary", run, "status", "integration_step", *told, advice="give what simulate() returned")
+    check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
+    check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")
     if "sample" not in run.dims:
         raise ValueError("summary: the run has no dimension sample: select one by isel(sample=[number])")
     if not run.sizes["sample"]:
