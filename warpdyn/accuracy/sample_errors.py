@@ -15,7 +15,7 @@ from warpdyn.integration.stability_guard import integrate_guarded
 SCALED_BY = 1.001  # the motion of the run that tells whether a sample is sensitive
 UNKNOWN = -1  # whether a sample that failed is sensitive
 ERROR, SENSITIVE = "estimated_relative_error_of_sample", "sensitive"
-ATTRIBUTES = {
+ATTRIBUTES: dict[str, dict[str, object]] = {
     ERROR: {
         "long_name": "estimated relative error of the sample's peaks",
         "units": "1",
