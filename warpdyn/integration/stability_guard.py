@@ -35,6 +35,7 @@ class Findings:
         self.too_long, self.longest_accurate = 0, np.inf  # samples whose step is inaccurate; a step [s] that is not
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
+        self.error, self.off, self.sensitive = 0.0, 0, 0  # asked for; samples whose error is larger; sensitive ones
         self.first = ""  # description of the first sample beyond the limit
         self.never: int | None = None  # a sample for which no step is stable
 
@@ -55,6 +56,10 @@ class Findings:
             self.never = int(run.sample[longest.argmin()])
         self.beyond += int(np.count_nonzero(unstable))
         return unstable
+
+    def add_sample_errors(self, error: float, off: int, sensitive: int) -> None:
+        """Count samples whose estimated error is larger than that asked for, and sensitive ones."""
+        self.error, self.off, self.sensitive = error, self.off + off, self.sensitive + sensitive
 
     def refuse(self, any_step: bool) -> None:
         """Raise a ValueError if a sample has no stable step or, with `any_step`, if any step was beyond its limit."""
@@ -96,6 +101,16 @@ class Findings:
                 f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
                 f"period error adds up in them. Up to {self.longest_accurate:.3g} s it does not; without a given step "
                 "the steps of these samples alone are divided"
+            )
+        if self.off:
+            messages.append(
+                f"the estimated error of {self.off} of {self.samples} samples is larger than {self.error:g}: "
+                "`estimated_relative_error_of_sample` names them"
+            )
+        if self.sensitive:
+            messages.append(
+                f"{self.sensitive} of {self.samples} samples are `sensitive`: a motion scaled by 1.001 changes their "
+                f"peaks by more than {self.error:g}, and so may any step"
             )
         if self.blank:
             messages.append(

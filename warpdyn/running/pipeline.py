@@ -13,6 +13,7 @@ import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
 from warpdyn.accuracy.precision import rerun_in_float64
+from warpdyn.accuracy.sample_errors import fill_sample_errors
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
@@ -90,6 +91,7 @@ class Pipeline:
         advance: Called with the number of histories done since its last call.
         journal: Where finished blocks are kept, if they are.
         divides_steps: Whether steps that are too long for a sample's own period are divided; otherwise they are told.
+        sample_error: Relative error that is asked for of every sample, if it is.
     """
 
     def __init__(
@@ -104,8 +106,9 @@ class Pipeline:
         journal: Journal | None = None,
         *,
         divides_steps: bool = False,
+        sample_error: float | None = None,
     ) -> None:
-        self.divides_steps = divides_steps
+        self.divides_steps, self.sample_error = divides_steps, sample_error
         self.journal, self._is_told = journal, False
         self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
         self.kept, self.estimates, self.advance = kept, estimates, advance
@@ -232,6 +235,9 @@ class Pipeline:
         fill_outcomes(whole, block.own)
         if self.kept is not None:
             self.kept.add(whole, outputs["status"])
+        if self.sample_error is not None:
+            counts = fill_sample_errors(whole, outputs, block.own, self.sample_error)
+            self.findings[event].add_sample_errors(self.sample_error, *counts)
         if self.estimates:
             # Samples that were not run are excluded from the estimate.
             self.estimates[event].add(whole, outputs | {"status": np.where(stands, outputs["status"], DIVERGED)})

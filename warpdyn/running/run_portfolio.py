@@ -107,7 +107,8 @@ def _place(unfinished: Unfinished | None, number: int) -> AbstractContextManager
 
 def _plans(groups: list[Group], integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
     """Yield the plans of the groups' kernels, and of the kernels for their error estimates."""
+    is_checked = kept.checked_share is not None or kept.sample_error is not None
     for group in groups:
         dynamics = dynamics_of(group.scene)
-        for dtype in [integration.dtype] + ["float64"] * (kept.checked_share is not None):
+        for dtype in [integration.dtype] + ["float64"] * is_checked:
             yield plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=execution.is_gpu)

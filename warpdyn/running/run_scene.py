@@ -13,6 +13,7 @@ import xarray as xr
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
 from warpdyn.accuracy.pilot import choose_method
+from warpdyn.accuracy.sample_errors import ATTRIBUTES, ERROR, SENSITIVE
 from warpdyn.core.checks import real_number
 from warpdyn.core.progress import counted_histories
 from warpdyn.files.netcdf import GrowingFile
@@ -39,6 +40,7 @@ class Kept:
     """What is kept of a run besides its demands; arguments as of `simulate`."""
 
     checked_share: float | None = None
+    sample_error: float | None = None
     histories: Histories | None = None
     keep_inputs: bool = True
     overwrite: bool = False
@@ -47,6 +49,9 @@ class Kept:
         share = self.checked_share
         if share is not None and not 0 < real_number("checked_share", share) <= 1:
             raise ValueError(f"checked_share must be a share of the samples, above 0 and at most 1, got {share}")
+        error = self.sample_error
+        if error is not None and not 0 < real_number("sample_error", error) < 1:
+            raise ValueError(f"sample_error must be a relative error, above 0 and below 1, got {error}")
         if not isinstance(self.keep_inputs, bool):
             raise TypeError(f"keep_inputs must be True or False, got {self.keep_inputs!r}")
         if not isinstance(self.overwrite, bool):
@@ -101,6 +106,9 @@ def run_scene(
             journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
     run = build_run(scene, structures, integration, execution, seed)
     columns = columns_of(run.model, kept.keep_inputs)
+    if kept.sample_error is not None:
+        columns[ERROR] = Column((), np.dtype("float64"), ATTRIBUTES[ERROR])
+        columns[SENSITIVE] = Column((), np.dtype("int8"), ATTRIBUTES[SENSITIVE])
     if journal is None:
         check_room(run, columns)
     blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
@@ -125,6 +133,7 @@ def run_scene(
                 progress.update,
                 journal,
                 divides_steps=integration.divides_steps,
+                sample_error=kept.sample_error,
             )
             pipeline.seconds_sampling += time.perf_counter() - started
             pipeline.process(blocks, queues)
@@ -149,7 +158,7 @@ def fingerprint_of_run(
 ) -> str:
     """Return the fingerprint of all that decides the bits of a run; arguments as of `run_scene`."""
     machines = [wp.get_device(device).name for device in execution.devices]
-    what = kept.checked_share, kept.histories, kept.keep_inputs
+    what = kept.checked_share, kept.sample_error, kept.histories, kept.keep_inputs
     return fingerprint_of(scene, structures, integration, sorted(set(machines)), what, seed)
 
 
@@ -164,7 +173,7 @@ def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
     """Yield the plans of the kernels that a run launches."""
     for model in run.model.by_event:
         yield model.plan
-        if kept.checked_share is not None:
+        if kept.checked_share is not None or kept.sample_error is not None:
             yield model.in_float64(model.tolerance, run.execution.devices[0]).plan
     if kept.histories is not None:
         yield history_plan(run.model.plan)

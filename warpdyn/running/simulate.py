@@ -35,6 +35,7 @@ def simulate(
     histories: Histories | None = None,
     keep_inputs: bool = True,
     checked_share: float | None = None,
+    sample_error: float | None = None,
     path: str | os.PathLike | None = None,
     overwrite: bool = False,
     device: str | collections.abc.Sequence[str] | None = None,
@@ -74,6 +75,11 @@ def simulate(
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
         checked_share: Share of the samples (at least 30 of them) that are run again at half the step and in float64, to
             estimate the relative error of every demand; None for none.
+        sample_error: Relative error asked for of every sample, such as 0.05; None for no estimate. Every sample is run
+            twice more: at half the step in float64, for `estimated_relative_error_of_sample`, and under its motion
+            scaled by 1.001, for the flag `sensitive`: whether that changes its peaks by more than the error asked for,
+            as it does near a bifurcation, where no step settles them. A warning counts both. It costs some three to
+            six times the run; an EventSequence has none.
         path: NetCDF file to write the samples to, block by block. It appears when the run has finished; a file of the
             same run that stood there before stays until then. A run that was stopped or killed goes on from its
             finished blocks when the same call is made again, and the results have the same bits; these blocks stand in
@@ -113,11 +119,21 @@ def simulate(
         on_unstable=on_unstable,
     )
     execution = Execution(device=device, threads=threads, memory=memory)
-    kept = Kept(checked_share=checked_share, histories=histories, keep_inputs=keep_inputs, overwrite=overwrite)
+    kept = Kept(
+        checked_share=checked_share,
+        sample_error=sample_error,
+        histories=histories,
+        keep_inputs=keep_inputs,
+        overwrite=overwrite,
+    )
     if not scene.recorders and histories is None:
         raise ValueError("the scene has no recorders, so that nothing would be kept: name some, or ask for histories")
     if checked_share is not None and resample:
         raise ValueError("checked_share sees nothing of what resample cuts off a motion: leave out one of them")
+    if sample_error is not None and resample:
+        raise ValueError("sample_error sees nothing of what resample cuts off a motion: leave out one of them")
+    if sample_error is not None and len(scene.excitation.event_names) > 1:
+        raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     run = run_portfolio if scene.structure.is_many else run_scene
     with interruptible(), nullcontext() if path is None else Unfinished(path) as unfinished:
