@@ -186,7 +186,6 @@ SCENES = {
     ),
     "collapse limit": (lambda: scene(collapse_drift_ratio=0.0), "collapse_drift_ratio must be a finite number above 0"),
     "tail": (lambda: scene(tail=-1.0), "tail [s] must be a finite number of at least 0, got -1.0"),
-    "tail of none": (lambda: scene(excitation=wd.FreeVibration(1.0), tail=2.0), "nothing follows a FreeVibration"),
     "nothing is kept": (lambda: wd.simulate(scene(recorders=())), "the scene has no recorders", "ask for histories"),
     "negative frequency": (
         lambda: wd.HarmonicForce([1.0, 1.0], -3.0, 1.0),

@@ -87,3 +87,9 @@ def test_default_step_follows_what_replaces_the_nominal_value():
     building = wd.ShearBuilding(1.0, 40.0, 1.0)
     stiff = wd.simulate(wd.Scene(building, SHAKE, scatter={"stiffness": 4e5}))
     assert stiff.attrs["step"] == pytest.approx(2 * np.pi / np.sqrt(4e5) / 100, rel=0.1)
+
+
+def test_a_tail_that_is_not_run_is_told() -> None:
+    building = wd.ShearBuilding(2e4, 2e7, 3.0, damping="rayleigh", damping_ratio=0.05)
+    with pytest.warns(UserWarning, match=r"the tail of 2 s is left out: nothing follows a FreeVibration"):
+        wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), tail=2.0)

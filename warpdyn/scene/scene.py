@@ -11,6 +11,7 @@ import numpy as np
 
 from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.description import html_table, to_json
+from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.designs import excitation_of
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.ground_motions.motions import GroundMotion
@@ -98,7 +99,9 @@ class Scene:
             real_number("tail [s]", self.tail, least=0)
             if not self.excitation.has_tail and self.tail > 0:
                 kind = type(self.excitation).__name__
-                raise ValueError(f"tail: nothing follows a {kind}, whose duration is the whole run: leave the tail out")
+                warn_caller(
+                    f"the tail of {self.tail:g} s is left out: nothing follows a {kind}, which has its own duration"
+                )
         check_scatter(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))
         object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy import signal
 
 from warpdyn.core.checks import one_of, real_number, whole_number
 from warpdyn.ground_motions.motion_integrals import squared_integrals
@@ -22,6 +21,8 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
     Raises:
         ValueError: If the trend is another word.
     """
+    from scipy import signal  # which takes half a second to import
+
     one_of("trend", trend, ("constant", "linear"))
     return replace(motion, acceleration=signal.detrend(motion.acceleration, type=trend))
 
@@ -42,6 +43,8 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
     Raises:
         ValueError: Unless 0 < lowest < highest < 1 / (2 step), and the order is a whole number of at least 1.
     """
+    from scipy import signal  # which takes half a second to import
+
     half = 0.5 / motion.step
     real_number("lowest [Hz]", lowest, above=0)
     real_number("highest [Hz]", highest, above=0)
