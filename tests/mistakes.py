@@ -271,6 +271,18 @@ RUNS = {
     "step as a rate": (lambda: run(settings={"step": 100.0}), "integration step", "frequency in Hz"),
     "longest step in ms": (lambda: run(settings={"longest_step": 5.0}), "integration step", "is 5 s", "in ms"),
     "tail in ms": (lambda: run(tail=20000.0), "tail is 20000 s", "in ms", "20 s"),
+    "drift ratio capacity in percent": (
+        lambda: run(building(drift_ratio_capacity=2.0)),
+        "collapse drift ratio at storey",
+        "percent",
+        "0.02",
+    ),
+    "drift capacity in mm": (lambda: run(building(drift_capacity=60.0)), "collapse drift ratio at storey"),
+    "spectrum at periods in ms": (
+        lambda: wd.response_spectra(RECORDS, [0.5, 440.0], device="cpu"),
+        "period of the intensity measure or spectrum is 440 s",
+        "ms",
+    ),
     "collapse in percent": (lambda: run(collapse_drift_ratio=10.0), "collapse drift ratio is 10", "percent", "0.1"),
     "factor of a value": (
         lambda: run(scatter={"stiffness": factor(2e8, 0.2)}),

@@ -93,6 +93,7 @@ def test_storeys_have_capacities_of_their_own():
     assert first["status"].item() == COLLAPSED
 
 
+@pytest.mark.meant_as_given("collapse_drift_ratio")
 def test_capacities_can_be_scattered():
     scatter = {"drift_ratio_capacity": wd.GivenValues([0.004, 0.008, 1.0])}
     scene = wd.Scene(building(drift_ratio_capacity=0.01), PULSES, scatter, tail=0.0)

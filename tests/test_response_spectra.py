@@ -19,7 +19,7 @@ from warpdyn import plots
 from warpdyn.kernels.build import CPU_LANES
 from warpdyn.methods.oscillator_increments import halvings_of, oscillator_increments
 
-pytestmark = pytest.mark.meant_as_given("peak_ground_acceleration", "record_step")
+pytestmark = pytest.mark.meant_as_given("measure_period", "peak_ground_acceleration", "record_step")
 
 
 @pytest.fixture(scope="module")

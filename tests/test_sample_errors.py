@@ -48,7 +48,7 @@ def test_samples_are_named():
     _, scaled = peaks(scene_of(yield_force, 1.001), **SETTINGS)
     change = np.abs(scaled / plain - 1)
     # Float32 rounds a factor elsewhere than values: the last sample on either side of a bifurcation may go with it.
-    assert np.count_nonzero(found.sensitive.values != (change > 0.02)) <= 2
+    assert np.count_nonzero(found.sensitive.values != (change > 0.02 + 0.001)) <= 2  # a thousandth is the motion's own
     assert 0 < np.count_nonzero(found.sensitive) < 100
     assert change[-1] == pytest.approx(1e-3, rel=0.01)
     assert found.sensitive[-1] == 0

@@ -53,8 +53,9 @@ def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: floa
     scaled = run.select(own)
     scaled.assignment = replace(scaled.assignment, scale=scaled.assignment.scale * SCALED_BY)
     change = _worst(compare(scaled, found, integrate_guarded(scaled, everything), everything))
-    rows[ERROR][own], rows[SENSITIVE][own] = error, change > asked
-    return int(np.count_nonzero(error > asked)), int(np.count_nonzero(change > asked))
+    is_sensitive = change > asked + (SCALED_BY - 1)  # by which any peak changes with its motion
+    rows[ERROR][own], rows[SENSITIVE][own] = error, is_sensitive
+    return int(np.count_nonzero(error > asked)), int(np.count_nonzero(is_sensitive))
 
 
 def _worst(errors: Arrays) -> np.ndarray:

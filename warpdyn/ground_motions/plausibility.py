@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from warpdyn.core.plausibility import Findings
 from warpdyn.ground_motions.motions import GroundMotion
 
@@ -18,8 +21,10 @@ def add_motions(findings: Findings, motions: Sequence[GroundMotion], where: str 
             findings.add("peak_ground_acceleration", peak, named)
 
 
-def warn_of_implausible_motions(motions: Sequence[GroundMotion]) -> None:
-    """Give one warning of motions whose step or peak acceleration is implausible."""
+def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayLike = ()) -> None:
+    """Give one warning of motions whose step or peak acceleration is implausible, and of periods of their spectrum."""
     findings = Findings()
     add_motions(findings, motions)
+    for period in np.asarray(periods, dtype=np.float64):
+        findings.add("measure_period", period)
     findings.warn()

@@ -56,7 +56,7 @@ def response_spectra(
     bad = damping_ratios[~((damping_ratios >= 0) & (damping_ratios < 1))]
     if bad.size:
         raise ValueError(f"damping_ratios must be from 0 up to but not including 1, got {bad[0]}")
-    warn_of_implausible_motions(motions)
+    warn_of_implausible_motions(motions, periods)
     displacement = spectral_displacements(motions, periods, damping_ratios, device=device, threads=threads)
     frequency = 2 * np.pi / periods
     dimensions = ("motion", "damping_ratio", "period")

@@ -34,8 +34,8 @@ def ida_curves(
     """Draw the intensity measure against the largest peak drift ratio, for each motion, with 16, 50 and 84 % curves.
 
     A curve ends at its first collapse, with a cross, and is flat from there on. Fractiles are those of the drift at
-    each level, where a collapsed sample exceeds every drift; each ends at its last level that has one and is flat
-    from there on. (The 84 % curve of the drift is the lowest.)
+    each level, where a collapsed sample exceeds every drift; each goes on to the first level that has none and
+    is flat from there on. (The 84 % curve of the drift is the lowest.)
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
     Dynamics 31(3).
@@ -77,7 +77,9 @@ def ida_curves(
         line = np.append(0.0, drift[:last]), np.append(0.0, drawn.levels[:last])
         axes.plot(*line, style, color=colour, lw=width, label=f"{100 * share:.0f} % of the drifts")
         if 0 < last < defined.size:
-            axes.plot([drift[last - 1], farthest], 2 * [drawn.levels[last - 1]], style, color=colour, lw=width)
+            # As of each curve: up to the level at which so many have collapsed, and flat from there on.
+            rise = [drift[last - 1], max(collapses)[0], farthest], [drawn.levels[last - 1], *2 * [drawn.levels[last]]]
+            axes.plot(*rise, style, color=colour, lw=width)
             axes.plot(drift[last - 1], drawn.levels[last - 1], "s", color=colour, ms=4)
     axes.set(xlabel="Largest peak storey drift ratio [%]", ylabel=drawn.measure, ylim=(0, 1.08 * drawn.levels[-1]))
     if scale == "log":

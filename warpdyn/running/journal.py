@@ -100,8 +100,8 @@ class Journal:
         return found
 
     def has(self, structures: range, events: int) -> bool:
-        """Return whether a block is finished."""
-        return all(self._file(structures.start, structures.stop, event).exists() for event in range(events))
+        """Return whether a block is finished, and its files are whole."""
+        return all(zipfile.is_zipfile(self._file(structures.start, structures.stop, event)) for event in range(events))
 
     def keep(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
         """Keep an event of a block: the outputs of its samples, their steps, and the reruns until then."""

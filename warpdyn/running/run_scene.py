@@ -84,7 +84,9 @@ def run_scene(
     digest = fingerprint_of_run(scene, structures, integration, execution, kept, seed)
     journal = None
     if unfinished is not None:
-        build_run(scene, structures, integration, execution, seed)  # what cannot run leaves what stands there
+        # What cannot run leaves what stands there.
+        asked = build_run(scene, structures, integration, execution, seed)
+        divide(asked, columns_of(asked.model, kept.keep_inputs), execution.memory)
         journal = Journal(unfinished, digest, kept.overwrite)
     if journal is not None and "longest_step" in journal.settled:
         integration = replace(integration, **journal.settled)

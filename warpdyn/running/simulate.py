@@ -6,11 +6,14 @@ import collections.abc
 import os
 from contextlib import nullcontext
 
+import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_kind
 from warpdyn.core.interruption import interruptible
+from warpdyn.core.messages import warn_caller
 from warpdyn.files.unfinished import Unfinished
+from warpdyn.ground_motions.designs import OneMotionPerStructure
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.running.histories import Histories
 from warpdyn.running.run_portfolio import run_portfolio
@@ -134,7 +137,20 @@ def simulate(
         raise ValueError("sample_error sees nothing of what resample cuts off a motion: leave out one of them")
     if sample_error is not None and len(scene.excitation.event_names) > 1:
         raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
+    _warn_of_copies(scene, structures)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     run = run_portfolio if scene.structure.is_many else run_scene
     with interruptible(), nullcontext() if path is None else Unfinished(path) as unfinished:
         return run(scene, structures, integration, execution, kept, seed, unfinished)
+
+
+def _warn_of_copies(scene: Scene, structures: object) -> None:
+    """Warn of structures that are all alike, and so are their histories, which statistics would take for more data."""
+    is_drawn = scene.structure.is_many or scene.scatter or not scene.excitation.is_design
+    if is_drawn or isinstance(scene.excitation, OneMotionPerStructure) or not isinstance(structures, int | np.integer):
+        return
+    if structures > 1:
+        warn_caller(
+            f"nothing is scattered, so that all {structures} structures are the same: each history is run {structures} "
+            "times, and statistics count it so often; leave out `structures`, or give the scene a scatter"
+        )

@@ -34,6 +34,9 @@ def add_building(findings: Findings, building: ShearBuilding, values: Values, wh
     weight = STANDARD_GRAVITY * np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]  # above each storey
     findings.add("storey_height", np.where(own, height, np.nan), where, along="storey")
     findings.add("displacement_capacity", np.where(own, np.nan, height * CAPACITY_RATIO), where, along="storey")
+    for name, length in (("drift_capacity", height), ("drift_ratio_capacity", np.ones_like(height))):
+        if name in values:
+            findings.add("collapse_drift_ratio", np.where(own, values[name] / length, np.nan), where, along="storey")
     if "gravity_load" in values:
         load = values["gravity_load"]
         findings.add("gravity_load_over_weight", load.sum(axis=1) / weight[:, 0], where)

@@ -53,6 +53,8 @@ def damage_shares(
             failed; if more than 1 % of an archetype failed in an event, a warning names both.
     """
     check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
+    if not run.sizes.get("sample", 0):
+        raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
     names = archetypes_of(run)
     states, table = _checked_limits(names, limits)
     warn_of_implausible_limits(

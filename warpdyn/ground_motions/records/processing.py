@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from warpdyn.core.checks import one_of, real_number, whole_number
+from warpdyn.core.checks import check_kind, one_of, real_number, whole_number
 from warpdyn.ground_motions.motion_integrals import squared_integrals
 from warpdyn.ground_motions.motions import GroundMotion
 
@@ -21,6 +21,7 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
     Raises:
         ValueError: If the trend is another word.
     """
+    check_kind("detrend", "a GroundMotion", motion, GroundMotion)
     from scipy import signal  # which takes half a second to import
 
     one_of("trend", trend, ("constant", "linear"))
@@ -43,6 +44,7 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
     Raises:
         ValueError: Unless 0 < lowest < highest < 1 / (2 step), and the order is a whole number of at least 1.
     """
+    check_kind("band_pass", "a GroundMotion", motion, GroundMotion)
     from scipy import signal  # which takes half a second to import
 
     half = 0.5 / motion.step
@@ -73,6 +75,7 @@ def trim(motion: GroundMotion, start: float = 0.05, end: float = 0.95, pad: floa
     Raises:
         ValueError: Unless 0 < start < end < 1 and the pad is at least 0, or if the motion is zero throughout.
     """
+    check_kind("trim", "a GroundMotion", motion, GroundMotion)
     real_number("start", start, above=0)
     real_number("end", end, above=0)
     real_number("pad [s]", pad, least=0)

@@ -189,6 +189,9 @@ def finish_storey():
                 drift_at_collapse = wp.abs(drift_of_end - past[j] * rate_of_end)
             drift_at_collapse = wp.min(drift_at_collapse, capacity)
         peak_drift[i, j] = larger(peak_drift[i, j], drift_at_collapse)
+        if ADAPTIVITY:  # which sees states within the step, as far as its end
+            if collapse_time[j] > dtype(0.0):
+                peak_drift[i, j] = wp.min(peak_drift[i, j], dtype(1.0) / inverse_capacity[i, j])
     if PROPAGATED:
         part_of_capacity = wp.abs(ratio_of_storey[i, j]) / inverse_height[i, j] * inverse_capacity[i, j]
         if part_of_capacity > over[j]:

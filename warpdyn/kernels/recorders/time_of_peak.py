@@ -45,4 +45,7 @@ def see_state():
 
 
 def write():
+    if COLLAPSE:  # the last state that is seen is the end of the step in which it collapses
+        if collapse_time[j] >= dtype(0.0):
+            worst_time[j] = wp.min(worst_time[j], collapse_time[j])
     output.time_of_peak_drift[o] = worst_time[j]
