@@ -64,6 +64,8 @@ def test_demands_are_those_of_the_history_up_to_the_collapse(method):
     assert bent < 0.02 * min(peaks)
     acceleration = np.abs(whole["acceleration"].values[0, : last + 1]).max(axis=0)
     np.testing.assert_allclose(ended["peak_floor_acceleration"][0], acceleration, rtol=10 * rtol)
+    assert (found <= LIMIT * (1 + 1e-12)).all()
+    assert ended["time_of_peak_drift"].item() <= ended["time_of_collapse"].item()
     assert np.isnan(ended["residual_drift_ratio"]).all()
     for name in ("displacement", "velocity", "acceleration", "storey_force"):
         one, other = (each[name].values[0] for each in (ended, whole))
