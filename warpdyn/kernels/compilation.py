@@ -14,6 +14,7 @@ import warp as wp
 from loky import ProcessPoolExecutor
 
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.thread_pool import result_of
 from warpdyn.kernels.build import build_kernel, load_kernel
 from warpdyn.kernels.kernel_cache import block_size
 from warpdyn.kernels.plan import Plan
@@ -49,20 +50,21 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
     missing.sort(key=lambda plan: plan.dofs)
     left = deque(missing)
     try:
-        with (
-            ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,)) as processes,
-            ThreadPoolExecutor(helpers) as threads_that_wait,
-        ):
+        processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,))
+        with ThreadPoolExecutor(helpers) as threads_that_wait:
             # Helpers begin with what takes longest. This process is ready at once: it compiles from the other end. None
             # is handed a kernel before it has done the last one, so that all end at about the same time.
             helping = [threads_that_wait.submit(_hand_out, left, processes, device) for _ in range(helpers)]
             try:
                 while (plan := _taken(left.popleft)) is not None:
                     load_kernel(plan, device)
-            finally:
-                left.clear()  # an interrupted user does not wait for the rest
-            for waiting in helping:
-                waiting.result()
+                for waiting in helping:
+                    result_of(waiting)
+            except BaseException:  # an interrupted user waits neither for the rest nor for what has begun
+                left.clear()
+                processes.shutdown(wait=False, kill_workers=True)
+                raise
+        processes.shutdown()
     except (BrokenExecutor, OSError) as error:
         # Each is compiled when it is first launched.
         warn_caller(f"kernels are compiled one by one: a process that compiled them side by side failed ({error})")

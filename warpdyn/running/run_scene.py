@@ -14,7 +14,7 @@ import xarray as xr
 from warpdyn.accuracy.error_estimate import ErrorEstimate
 from warpdyn.accuracy.pilot import choose_method
 from warpdyn.accuracy.sample_errors import ATTRIBUTES, ERROR, SENSITIVE
-from warpdyn.core.checks import real_number
+from warpdyn.core.checks import real_number, whole_number
 from warpdyn.core.progress import counted_histories
 from warpdyn.files.netcdf import GrowingFile
 from warpdyn.files.unfinished import Unfinished
@@ -161,7 +161,8 @@ def fingerprint_of_run(
     """Return the fingerprint of all that decides the bits of a run; arguments as of `run_scene`."""
     machines = [wp.get_device(device).name for device in execution.devices]
     what = kept.checked_share, kept.sample_error, kept.histories, kept.keep_inputs
-    return fingerprint_of(scene, structures, integration, sorted(set(machines)), what, seed)
+    numbers = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
+    return fingerprint_of(scene, numbers[0], integration, sorted(set(machines)), what, numbers[1])
 
 
 def _table(run: Run, columns: dict[str, Column], unfinished: Unfinished | None) -> Table:
