@@ -182,16 +182,14 @@ def finish_storey():
             elif SECTIONS:
                 drift_of_end -= foot_u[j]
                 rate_of_end -= foot_v[j]
-        drift_at_collapse = wp.abs(drift_of_end)
-        if collapse_time[j] > dtype(0.0):
-            capacity = dtype(1.0) / inverse_capacity[i, j]
-            if drift_at_collapse < capacity:
-                drift_at_collapse = wp.abs(drift_of_end - past[j] * rate_of_end)
-            drift_at_collapse = wp.min(drift_at_collapse, capacity)
-        peak_drift[i, j] = larger(peak_drift[i, j], drift_at_collapse)
-        if ADAPTIVITY:  # which sees states within the step, as far as its end
-            if collapse_time[j] > dtype(0.0):
-                peak_drift[i, j] = wp.min(peak_drift[i, j], dtype(1.0) / inverse_capacity[i, j])
+        drift_reached = wp.abs(drift_of_end)
+        capacity = dtype(1.0) / inverse_capacity[i, j]
+        if collapse_time[j] > dtype(0.0) and drift_reached < capacity:
+            drift_reached = wp.abs(drift_of_end - past[j] * rate_of_end)
+        drift_reached = larger(peak_drift[i, j], drift_reached)
+        if collapse_time[j] > dtype(0.0):  # adaptive methods see states within the step, as far as its end
+            drift_reached = wp.min(drift_reached, capacity)
+        peak_drift[i, j] = drift_reached
     if PROPAGATED:
         part_of_capacity = wp.abs(ratio_of_storey[i, j]) / inverse_height[i, j] * inverse_capacity[i, j]
         if part_of_capacity > over[j]:
