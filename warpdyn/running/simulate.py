@@ -80,7 +80,7 @@ def simulate(
             estimate the relative error of every demand; None for none.
         sample_error: Relative error asked for of every sample, such as 0.05; None for no estimate. Every sample is run
             twice more: at half the step in float64, for `estimated_relative_error_of_sample`, and under its motion
-            scaled by 1.001, for the flag `sensitive`: whether that changes its peaks by more than the error asked for,
+            scaled by 1.001, for the flag `sensitive`: whether its peaks then change by more than this error and .001,
             as it does near a bifurcation, where no step settles them. A warning counts both. It costs some three to
             six times the run; an EventSequence has none.
         path: NetCDF file to write the samples to, block by block. It appears when the run has finished; a file of the
