@@ -102,7 +102,7 @@ def check_energies(run, damping, load):
         ("storey", "base"),
         pytest.param("rayleigh", "force", marks=pytest.mark.thorough),
         ("modal", "free"),
-        pytest.param("none", "base", marks=pytest.mark.thorough),
+        pytest.param("none", "base", marks=[pytest.mark.thorough, pytest.mark.meant_as_given("no_damping")]),
         pytest.param("storey", "free", marks=pytest.mark.thorough),
         pytest.param("rayleigh", "harmonic", marks=pytest.mark.thorough),
         pytest.param("modal", "force", marks=pytest.mark.thorough),
