@@ -71,7 +71,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
     coordinates: dict[str, tuple[np.dtype, Mapping[str, object]]] = {
         "sample": (integer, sample),
-        "structure": (integer, {"long_name": "index of the drawn structure", "units": "1"}),
+        "structure": (integer, {"long_name": "index of the drawn structure", "units": "1", "sampling": scene.sampling}),
     }
     if excitation.motions:
         coordinates["motion_index"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
