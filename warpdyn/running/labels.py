@@ -290,6 +290,6 @@ def _collapses(run: xr.Dataset) -> list[str]:
         return []
     storeys, counts = np.unique(storey[storey > 0], return_counts=True)
     where = ", ".join(f"storey {number} ({count:,})" for number, count in zip(storeys, counts, strict=True))
-    times = time[np.isfinite(time)]  # a sample that gravity outweighs at its end has none
+    times = time[np.isfinite(time)]
     when = f", at {times.min():.4g} to {times.max():.4g} s" if times.size else ""
     return [f"collapsed in {where}{when}"]
