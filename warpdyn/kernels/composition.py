@@ -57,6 +57,7 @@ Every step, with `index` from the first one on and `substep` from the interval's
 
     begin_step, end_step   with the accepted state
     begin_attempt, end_attempt   of an explicit method's stages, through which an adaptive method goes until lanes agree
+    end_part               of a chain, after an attempt: with the accepted state
     save, restore_saved    of lane j: what an attempt that fails must not leave behind
     miss_turns             of storey i and lane j: what an error estimate does not see
     position_of_stage      sets `at`, the stage's time from the start of the interval, over its length
