@@ -94,6 +94,13 @@ Every walk through the storeys, from the top down:
     judge_walk, substitute, choose_change   whether the state is found, and the next one to try
     settle_storey          of storey i and lane j: the step is accepted, the memory is still that of before
 
+Collapses, in the part that tells them:
+
+    watch_drifts           of an accepted state: whether a storey passes its capacity
+    find_first_to_pass     of lane j: which storey is the first to pass, and after which share of the step;
+                           compare_sections the same among threads that share a sample
+    see_drifts_at_collapse   of lane j: adds the drifts at that instant to the peaks
+
 Energies, in parts of the recorder that sums them up:
 
     add_to_initial_energy, remember   of what an event starts with

@@ -150,7 +150,7 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     """Write the values that follow from a block's outputs into rows, by name."""
     rows["integration_step"][...] = run.schedule.step
-    if "peak_storey_drift" not in rows:
+    if "peak_storey_drift_ratio" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
     height = run.heights if "height" in run.drawn else run.heights[:1]
