@@ -150,7 +150,7 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     """Write the values that follow from a block's outputs into rows, by name."""
     rows["integration_step"][...] = run.schedule.step
-    if "peak_storey_drift" not in rows:
+    if "peak_storey_drift_ratio" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
     height = run.heights if "height" in run.drawn else run.heights[:1]
@@ -290,6 +290,6 @@ def _collapses(run: xr.Dataset) -> list[str]:
         return []
     storeys, counts = np.unique(storey[storey > 0], return_counts=True)
     where = ", ".join(f"storey {number} ({count:,})" for number, count in zip(storeys, counts, strict=True))
-    times = time[np.isfinite(time)]  # a sample that gravity outweighs at its end has none
+    times = time[np.isfinite(time)]
     when = f", at {times.min():.4g} to {times.max():.4g} s" if times.size else ""
     return [f"collapsed in {where}{when}"]
