@@ -310,7 +310,13 @@ RUNS = {
         lambda: run(scatter={"mass": wd.RandomValue(wd.Lognormal(200.0, 0.1))}),
         "random value over the nominal one of mass",
     ),
-    "fixed value in tonnes": (lambda: run(scatter={"mass": 200.0}), "first period", "mass given in tonnes"),
+    "value that is no scatter": (
+        lambda: run(scatter={"damping_ratio": 0.2}),
+        TypeError,
+        "scatter['damping_ratio'] must be a RandomFactor, a RandomValue or GivenValues, got 0.2",
+        "the structure's own damping_ratio",
+        "RandomFactor(Lognormal(1.0, dispersion))",
+    ),
     "table in tonnes": (
         lambda: run(scatter={"mass": wd.GivenValues([2e5, 200.0])}, settings={"structures": 2}),
         "first period",

@@ -62,7 +62,7 @@ EXCITATIONS = {
 RANDOM = wd.RandomFactor(wd.Lognormal(1.0, 0.25), per="storey", storey_correlation=0.8)
 SCATTERS = {
     "drawn": (
-        {"mass": wd.RandomFactor(wd.Normal(1.0, 0.1)), "stiffness": RANDOM, "height": 3.3},
+        {"mass": wd.RandomFactor(wd.Normal(1.0, 0.1)), "stiffness": RANDOM},
         {("stiffness", "mass"): 0.6},
     ),
     "given": ({"stiffness": wd.GivenValues([[2e8, 1.9e8], [2.1e8, 1.8e8], [1 / 3 * 1e9, 2e8]])}, {}),
