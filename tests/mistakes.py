@@ -30,6 +30,20 @@ def scaled(factor, step=0.01):
     return wd.GroundMotion(factor * RECORDS[0].acceleration, step, "mistaken")
 
 
+def shaking():
+    """Return 30 s of an acceleration that leaves nearly no velocity behind [m/s2]."""
+    time = 0.01 * np.arange(3000)
+    return 2.7 * np.sin(9 * time) * (time / 3) ** 2 * np.exp(2 - time / 1.5)
+
+
+def strong(*peaks):
+    """Return motions of these peak accelerations [g]."""
+    return [
+        wd.GroundMotion(peak * G / 3 * np.roll(RECORDS[0].acceleration, i), 0.01, f"strong {i}")
+        for i, peak in enumerate(peaks)
+    ]
+
+
 def capacity(displacement=(0.03, 0.30), shear=(2.0e6, 3.0e6), **changes):
     given = {"storeys": 4, "mass": 2.0e5, "height": 3.0} | changes
     return wd.ShearBuilding.from_capacity(displacement, shear, **given)
@@ -106,6 +120,26 @@ BUILDINGS = {
         lambda: run(building(law="bouc_wen", yield_force=1600.0)),
         "yield drift ratio",
         "in kN",
+    ),
+    "one floor in tonnes": (
+        lambda: run(building(mass=[2e5, 200.0, 2e5])),
+        "mass of a floor over that of a neighbouring one is 1000",
+        "with one given in tonnes",
+    ),
+    "roof as a weight in kN": (
+        lambda: run(building(mass=[2e5, 2e5, 1961.0])),
+        "mass of a floor over that of a neighbouring one is 101.9",
+        "with one given in kN of weight",
+    ),
+    "one storey in kN/m": (
+        lambda: run(elastic(**TALL | {"stiffness": [3e8] * 9 + [2e5]})),
+        "stiffness of a storey over that of a neighbouring one is 1500",
+        "with one given in kN/m",
+    ),
+    "one gravity load in kN": (
+        lambda: run(building(gravity_load=[2e6, 2e3, 2e6])),
+        "gravity load on a storey over that on a neighbouring one is 1000",
+        "with one given in kN",
     ),
     "gravity in kN": (lambda: run(building(gravity_load=1961.0)), "gravity load over mass", "gravity_load given in kN"),
     "gravity in MN": (lambda: run(building(gravity_load=1.961)), "gravity load over mass", "gravity_load given in MN"),
@@ -202,6 +236,51 @@ SHAKEN = {
         lambda: run(None, wd.Stripes([scaled(1 / G)], [0.2, 0.5, 0.8], PGA)),
         "scale factor",
         "motions given in g",
+    ),
+    "one record in g": (
+        lambda: run(None, wd.Cloud([*strong(0.3, 0.5, 0.4, 0.8, 0.35), scaled(1 / G)])),
+        "over that of the next stronger motion of the set of motion 'mistaken' is",
+        "given in g among motions in m/s2",
+    ),
+    "one record in g, scaled": (
+        lambda: run(None, wd.OneMotionPerStructure([*strong(0.3, 0.5, 0.4, 0.8, 0.35), scaled(1 / G)])),
+        "motion 'mistaken'",
+        "given in g",
+    ),
+    "one record in g, measured": (
+        lambda: wd.intensity_measures([*strong(0.3, 0.5, 0.4, 0.8, 0.35), scaled(1 / G)]),
+        "motion 'mistaken'",
+        "given in g",
+    ),
+    "record with an offset": (
+        lambda: run(None, wd.GroundMotion(shaking() + 0.3, 0.01, "raw")),
+        "baseline (a straight line fitted to the record) over the peak of motion 0 ('raw') is 0.1",
+        "warpdyn.records.detrend",
+    ),
+    "record with a trend": (
+        lambda: wd.response_spectra([wd.GroundMotion(shaking() + np.linspace(-0.5, 0.5, 3000), 0.01)], [1.0]),
+        "baseline",
+        "detrend",
+    ),
+    "ground's damping in percent": (
+        lambda: run(None, wd.FilteredNoise(wd.KanaiTajimi(0.01, 15.0, 60.0), 20.0, 0.02)),
+        "damping ratio of the filter (ground_damping_ratio) of the noise is 60",
+        "given in percent, it would be 0.6",
+    ),
+    "filter's damping in percent": (
+        lambda: run(None, wd.FilteredNoise(wd.CloughPenzien(0.01, 15.0, 0.6, 1.5, 60.0), 20.0, 0.02)),
+        "damping ratio of the filter (filter_damping_ratio) of the noise is 60",
+        "percent",
+    ),
+    "harmonic force in kN": (
+        lambda: run(elastic(), wd.HarmonicForce([0.0, 800.0], 6.0, 5.0)),
+        "drift ratio that the largest force leads to at rest",
+        "the force given in kN",
+    ),
+    "force history in kN": (
+        lambda: run(elastic(), wd.ForceHistory(np.full((9, 2), 500.0), 0.1)),
+        "drift ratio that the largest force leads to at rest",
+        "the force given in kN",
     ),
     "step of a record in ms": (lambda: run(None, scaled(1.0, 10.0)), "record step", "10 s", "in ms", "0.01 s"),
     "step of a record as a rate": (lambda: run(None, scaled(1.0, 200.0)), "record step", "200 s", "frequency in Hz"),

@@ -4,6 +4,7 @@ import re
 import warnings
 
 import mistakes
+import numpy as np
 import pytest
 from mistakes import (
     CASES,
@@ -24,6 +25,7 @@ from mistakes import (
     run,
     scaled,
     sequence,
+    strong,
 )
 
 import warpdyn as wd
@@ -102,6 +104,11 @@ MEANT = {
     "stripes": lambda: run(None, wd.Stripes(RECORDS, [0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 6.5], PGA)),
     "weak aftershock": lambda: run(None, sequence(RECORDS[0], scaled(0.05))),
     "noise": lambda: run(None, noise(1.0)),
+    "weak and strong": lambda: run(None, wd.Cloud(strong(0.03, 0.05, 0.08, 0.15, 0.2, 0.35, 0.6))),
+    "a pulse": lambda: run(None, wd.GroundMotion(2 * np.sin(np.linspace(0, np.pi, 100)), 0.01)),
+    "white noise": lambda: run(None, wd.GroundMotion(np.random.default_rng(1).normal(size=500), 0.01)),
+    "a light roof": lambda: run(building(mass=[2e5, 2e5, 2e4])),
+    "a shaker": lambda: run(elastic(), wd.HarmonicForce([0.0, 1e4], 6.0, 5.0)),
     "undamped free vibration": lambda: run(wd.ShearBuilding(2e5, 2e8, 3.2), wd.FreeVibration(2.0, velocity=0.1)),
     "scatter": lambda: run(scatter={"mass": factor(1.0, 0.4), "damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}),
     "portfolio": lambda: run(portfolio(), wd.Cloud(RECORDS)),

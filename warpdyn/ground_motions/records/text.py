@@ -247,11 +247,11 @@ def check_peak(values: np.ndarray, told: float, place: str) -> None:
 
 
 def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None:
-    """Raise a ValueError if the last value of a file is cut; warn if that cannot be decided.
+    """Raise a ValueError if the last value of a file is cut; warn if it may be.
 
     A value that white space follows is complete, but blanks after the last newline are a line that is cut. If no
     newline ends the file, its last value must have as many characters after the decimal point, exponent included, as
-    all others; if the others differ, it cannot be decided.
+    all others; if the others differ, it may be cut where it has fewer characters than each of them.
 
     Args:
         text: The file's text.
@@ -270,4 +270,9 @@ def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None
                 "after the decimal point, and no newline ends the file"
             )
         return
-    warn_caller(f"{path}: no newline ends the file, so its last value, {values[-1]!r}, may be truncated")
+    shortest = min((len(value.lstrip("+-")) for value in values[:-1]), default=0)
+    if len(values[-1].lstrip("+-")) < shortest:
+        warn_caller(
+            f"{path}: no newline ends the file, and its last value, {values[-1]!r}, has fewer characters than any "
+            "other: it may be truncated"
+        )
