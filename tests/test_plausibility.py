@@ -4,14 +4,16 @@ import re
 import warnings
 
 import mistakes
+import mistakes_of_runs
 import numpy as np
 import pytest
 from mistakes import (
-    CASES,
+    BUILDINGS,
     DAMPED,
     ISOLATORS,
     PGA,
     RECORDS,
+    SHAKEN,
     TALL,
     UNIT_LAW,
     building,
@@ -27,6 +29,7 @@ from mistakes import (
     sequence,
     strong,
 )
+from mistakes_of_runs import RUNS
 
 import warpdyn as wd
 from warpdyn.accuracy import pilot
@@ -35,6 +38,9 @@ from warpdyn.kernels import build, queues
 from warpdyn.running import pushover, simulate as door
 
 pytestmark = pytest.mark.fast
+
+
+CASES = BUILDINGS | SHAKEN | RUNS
 
 
 class Reached(Exception):
@@ -86,7 +92,7 @@ def test_no_mistake_is_silent(case):
         assert error is None, error
         (warning,) = warned  # one a run
         assert warning.category is UserWarning
-        assert warning.filename == mistakes.__file__  # the line of the user
+        assert warning.filename in (mistakes.__file__, mistakes_of_runs.__file__)  # the line of the user
         text = str(warning.message)
     for part in parts:
         assert part in text
@@ -149,6 +155,18 @@ def test_what_is_named_is_not_warned_of():
         (warning,) = told(lambda: run(mistaken))[0]
     assert "storey height" not in str(warning.message)
     assert told(lambda: run(mistaken))[0]
+
+
+def test_meant_as_given_needs_its_block():
+    with pytest.warns(UserWarning, match=r"'no_damping'\) does nothing by itself: write `with ") as caught:
+        wd.meant_as_given("no_damping")
+    assert caught[0].filename == __file__
+
+    @wd.meant_as_given("storey_height")
+    def attempt():
+        return told(lambda: run(building(height=3200.0)))[0]
+
+    assert all("storey height at" not in str(attempt()[0].message) for _ in range(2))
 
 
 def test_names_are_checked():

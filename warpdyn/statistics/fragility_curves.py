@@ -87,7 +87,7 @@ def fragility(
     replicate_median, replicate_dispersion = _replicates(counts, bootstrap, seed, (median, dispersion))
     fitted = np.isfinite(replicate_median).mean(axis=0) if len(replicate_median) else np.full(median.shape, np.nan)
     trusted = (outcome == FITTED) & (fitted >= LEAST_FITTED_FRACTION)
-    _warn(names, counts, outcome, fitted, exceeding[-1], valid)
+    _warn(names, counts, outcome, fitted, exceeding[-1], valid, limit)
     replicate_curve = probability(intensity, replicate_median[:, -1, :, None], replicate_dispersion[:, -1, :, None])
     median_bounds = _percentiles(replicate_median, trusted, confidence)
     dispersion_bounds = _percentiles(replicate_dispersion, trusted, confidence)
@@ -201,26 +201,43 @@ def _warn(
     fitted: np.ndarray,
     exceeding: np.ndarray,
     valid: np.ndarray,
+    limit: np.ndarray,
 ) -> None:
-    """Warn of curves without a fit or an interval; the counts are those of the worst storey."""
+    """Give one warning of curves without a fit or an interval; the counts are those of the worst storey."""
+    told = []
+    beyond = [f"{value:g} of {name!r}" for name, value in zip(names, limit, strict=True) if value > counts.least_drift]
+    if beyond:
+        told.append(
+            f"the limit {', '.join(beyond)} lies above the drift at which samples collapsed "
+            f"({counts.least_drift:.3g}): every collapse counts as exceeding it"
+        )
     if len(counts.valid) == 1:
-        warn_caller("the run has one record: a bootstrap over records has no interval to give")
+        told.append("the run has one record: a bootstrap over records has no interval to give")
     for state, name in enumerate(names):
         if outcome[-1, state] != FITTED:
             meaning = FIT_MEANINGS[outcome[-1, state]]
             advice = levels_to_add(counts.levels, exceeding[state], valid)
-            warn_caller(f"damage state {name!r} has no lognormal fit: {meaning}{'; ' if advice else ''}{advice}")
-        for row in np.flatnonzero((outcome[:, state] == FITTED) & (fitted[:, state] < LEAST_FITTED_FRACTION)):
-            where = "worst storey" if row == len(outcome) - 1 else f"storey {counts.storeys[row]}"
-            warn_caller(
-                f"damage state {name!r}, {where}: only {100 * fitted[row, state]:.1f} % of the bootstrap replicates "
-                f"have a lognormal fit, so no interval is given (at least {100 * LEAST_FITTED_FRACTION:g} % must)"
+            told.append(f"damage state {name!r} has no lognormal fit: {meaning}{'; ' if advice else ''}{advice}")
+    for state, name in enumerate(names):
+        rows = np.flatnonzero((outcome[:, state] == FITTED) & (fitted[:, state] < LEAST_FITTED_FRACTION))
+        if rows.size:
+            where = ["worst storey" if row == len(outcome) - 1 else f"storey {counts.storeys[row]}" for row in rows]
+            told.append(
+                f"damage state {name!r}, {', '.join(where)}: only {100 * fitted[rows, state].min():.1f} % of the "
+                "bootstrap replicates have a lognormal fit, so no interval is given (at least "
+                f"{100 * LEAST_FITTED_FRACTION:g} % must)"
             )
+    if told:
+        warn_caller("\n- ".join(["fragility:", *told]) if len(told) > 1 else f"fragility: {told[0]}")
 
 
 def _checked_limits(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
     if not isinstance(limits, Mapping) or not limits:
-        raise ValueError(f"limits must map at least one damage state to a storey drift ratio, got {limits!r}")
+        given = repr(limits) if isinstance(limits, Mapping | list | tuple | int | float) else type(limits).__name__
+        raise ValueError(
+            "limits must map at least one damage state to a storey drift ratio, as the dictionary "
+            f"{{'slight': 0.005, 'complete': 0.04}}, got {given}"
+        )
     names = [str(name) for name in limits]
     values = real_numbers("limits", list(limits.values()))
     if len(set(names)) < len(names):

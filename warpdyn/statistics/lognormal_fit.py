@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import betaincinv, log_ndtr, ndtr, ndtri
@@ -146,8 +148,8 @@ def check_confidence(confidence: float) -> None:
     Raises:
         ValueError: If it is not strictly between 0 and 1.
     """
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence must be between 0 and 1, as 0.95, got {confidence}")
+    if not isinstance(confidence, Real) or not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence must be a number between 0 and 1, as 0.95, got {confidence!r}")
 
 
 def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray) -> str:

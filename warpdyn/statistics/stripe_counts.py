@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STATUS_MEANINGS, STRIPED
 
 LARGEST_EXCLUDED_FRACTION = 0.01  # with a larger fraction of failed samples an error is raised
@@ -29,6 +28,7 @@ class StripeCounts:
         exceeding: Exceeding samples, shape [record, im_level, storey + 1, damage_state]; the worst storey is the last.
         valid: Samples counted, shape [record, im_level].
         excluded: Number of samples kept out, by status.
+        least_drift: Least drift ratio at which a sample collapsed [1]; infinite where none did.
     """
 
     levels: np.ndarray
@@ -36,6 +36,7 @@ class StripeCounts:
     exceeding: np.ndarray
     valid: np.ndarray
     excluded: dict[str, int]
+    least_drift: float
 
 
 def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
@@ -64,14 +65,8 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
     cell = record_index * levels.size + stripe
     valid = np.bincount(cell, minlength=records * levels.size)
 
-    if collapsed.any():
-        # Every collapse counts as exceeding every limit, also a limit that no drift of theirs is known to exceed.
-        least = np.nanmin(drift[collapsed].max(axis=1), initial=np.inf)
-        for value in limit[limit > least]:
-            warn_caller(
-                f"the limit {value:g} lies above the drift at which samples collapsed ({least:.3g}): every collapse "
-                "counts as exceeding it"
-            )
+    # Every collapse counts as exceeding every limit, also a limit that no drift of theirs is known to exceed.
+    least = float(np.nanmin(drift[collapsed].max(axis=1), initial=np.inf))
 
     # A histogram of how many limits each demand exceeds; as limits increase, sums from above give every state.
     shape = (records, levels.size, storeys + 1, states + 1)
@@ -86,7 +81,7 @@ def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
         histogram += np.bincount(bins.ravel(), minlength=histogram.size).reshape(shape)
     exceeding = histogram[..., :0:-1].cumsum(axis=-1)[..., ::-1]
     storey_labels = dataset["storey"].values if "storey" in dataset.coords else np.arange(1, storeys + 1)
-    return StripeCounts(levels, storey_labels, exceeding, valid.reshape(records, levels.size), excluded)
+    return StripeCounts(levels, storey_labels, exceeding, valid.reshape(records, levels.size), excluded, least)
 
 
 def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int) -> str:
@@ -147,6 +142,12 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
     unusable = ~np.isfinite(drift).all(axis=1) | ~(drift >= 0).all(axis=1)
     bad = np.flatnonzero(unusable & (status == OK))
     if bad.size:
+        if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
+            raise ValueError(
+                "this is a run of a portfolio whose buildings differ in storeys: fragility() takes one archetype, "
+                "select_archetype(run, name), and damage_shares(run, limits) counts all, with limits for each of "
+                f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
+            )
         raise ValueError(
             f"sample {bad[0]} (motion_index {record[bad[0]]}, im_level {level[bad[0]]} g) is 'ok' but its "
             f"peak_storey_drift_ratio is {drift[bad[0]].tolist()}; it must be finite and not negative "

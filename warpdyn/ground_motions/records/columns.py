@@ -176,7 +176,7 @@ def _refuse_values_that_run_on(table: _Table, acceleration: int | None) -> None:
     if max(along, to_next_line) < RUNS_ON * down:
         raise ValueError(
             f"{table.numbers.place(0)}: {table.count} values a line that run on from line to line, as one record's do: "
-            f"a column is every {table.count}th value of it. read_at2 reads PEER's files; of others give all values in a "
+            f"a column is every {table.count}th value of it. read_at2 reads PEER files; give all values of others in a "
             f"row to from_array, such as numpy.loadtxt(path, skiprows={table.numbers.line_numbers[0] - 1}).ravel()"
         )
 
