@@ -17,7 +17,7 @@ from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.scene.rebuilding import arguments_of_scene
-from warpdyn.scene.scatter import SAMPLING, Scatter, central, check_scatter, representative
+from warpdyn.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
 from warpdyn.structures.structure import Structure
 
 
@@ -122,6 +122,12 @@ class Scene:
         if self.collapse_drift_ratio is not None or self.structure.is_many:
             return self.collapse_drift_ratio
         return self.structure.default_collapse_drift_ratio
+
+    @property
+    def structures_given(self) -> int:
+        """How many structures the scene lists values or motions of; 0 if any number can be drawn."""
+        listed = [len(spread.values) for spread in self.scatter.values() if isinstance(spread, GivenValues)]
+        return max([*listed, self.excitation.structures_given])
 
     def description(self) -> dict[str, object]:
         """Return what the scene's JSON says."""
