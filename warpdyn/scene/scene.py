@@ -32,7 +32,8 @@ class Scene:
         scatter: How structures differ: parameter name -> RandomFactor, RandomValue, GivenValues, or a number that
             replaces the nominal value.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
-        sampling: "monte_carlo", "latin_hypercube" or "sobol".
+        sampling: "sobol" (scrambled; the default), whose medians vary least from seed to seed, "latin_hypercube" or
+            "monte_carlo", which is the default, and the only one, of a portfolio.
         recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
@@ -52,7 +53,7 @@ class Scene:
     excitation: Excitation
     scatter: Scatter = field(default_factory=dict)
     correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
-    sampling: str = "monte_carlo"
+    sampling: str = None  # type: ignore[assignment]  # a name once it is checked
     recorders: tuple[str, ...] = None  # type: ignore[assignment]  # a tuple once it is checked
     collapse_drift_ratio: float | None = None
     tail: float | None = None
@@ -75,6 +76,8 @@ class Scene:
                 f"the excitation of a portfolio must be Stripes, Cloud or OneMotionPerStructure, got {kind}"
             )
         excitation.check_fits(self.structure)
+        if self.sampling is None:
+            object.__setattr__(self, "sampling", "monte_carlo" if self.structure.is_many else "sobol")
         one_of("sampling", self.sampling, SAMPLING)
         if self.structure.is_many and self.sampling != "monte_carlo":
             raise ValueError(
