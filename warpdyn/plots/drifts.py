@@ -93,9 +93,9 @@ def drift_over_height(
 
 def limits_of(dataset: xr.Dataset) -> list[tuple[str, float]]:
     """Return the damage states and their drift limits, if the dataset has any."""
-    if "drift_ratio_limit" not in dataset:
+    if "damage_limit" not in dataset or dataset["damage_limit"].attrs.get("demand") != "peak_storey_drift_ratio":
         return []
-    return list(zip(dataset["damage_state"].values, dataset["drift_ratio_limit"].values, strict=True))
+    return list(zip(dataset["damage_state"].values, dataset["damage_limit"].values, strict=True))
 
 
 def drift_against_intensity(
