@@ -107,7 +107,7 @@ def leave_out(
     is_crossed = over_structures and counts.is_crossed and counts.valid.shape[1] > 1
     groups = without(counts.of_groups, counts.valid.sum(axis=0)) if is_crossed else np.empty(shape)
     influences, binomial = cell_influences(counts.levels, counts.exceeding, counts.valid, median, dispersion)
-    return LeftOut(whole, records, groups, _interaction(influences) if is_crossed else 0 * whole, binomial), outcome
+    return LeftOut(whole, records, groups, interaction_variance(influences) if is_crossed else 0 * whole, binomial), outcome
 
 
 def spread_of(estimate: np.ndarray, records: np.ndarray, groups: np.ndarray, interaction: np.ndarray) -> Spread:
@@ -147,7 +147,7 @@ def _jackknife(estimate: np.ndarray, left_out: np.ndarray) -> tuple[np.ndarray, 
     return (units - 1) * (estimate - mean), (deviations**2).sum(axis=0), deviations
 
 
-def _interaction(influences: np.ndarray) -> np.ndarray:
+def interaction_variance(influences: np.ndarray) -> np.ndarray:
     """Return the variance of a sum over records and groups from their interaction; influences [record, group, ...]."""
     records, groups = influences.shape[:2]
     of_records, of_groups = influences.mean(axis=1), influences.mean(axis=0)
@@ -182,7 +182,7 @@ def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structur
         if is_crossed:
             expected = np.moveaxis(fraction, -1, 0) * counts.valid[..., None, None]
             residual = (counts.exceeding - expected) / trials[:, None, None]
-            interaction = np.moveaxis(_interaction(residual), 0, -1)
+            interaction = np.moveaxis(interaction_variance(residual), 0, -1)
         spread = spread_of(
             fraction,
             without(counts.of_records, counts.valid.sum(axis=1)) if len(counts.valid) > 1 else none,
