@@ -121,7 +121,7 @@ class Journal:
         with self._unfinished.named_errors():
             with open(part, "wb") as file:
                 counts: dict[str, Any] = {"reruns": json.dumps(reruns.state), "in_float64": in_float64}
-                np.savez(file, **counts, **arrays)
+                np.savez(file, **counts, **arrays)  # type: ignore[arg-type]
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(part, path)
