@@ -12,12 +12,13 @@ from warpdyn.ground_motions.designs import OneMotionPerStructure, Stripes
 from warpdyn.ground_motions.event_sequences import EventSequence
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.ground_motions.filtered_noise import FilteredNoise
+from warpdyn.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.ground_motions.intensity_measures import (
     AverageSpectralAcceleration,
     IntensityMeasure,
     SpectralAcceleration,
 )
-from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
+from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.scene.building_plausibility import add_building, first_periods, sound_rows
 from warpdyn.scene.portfolio import Portfolio
