@@ -21,7 +21,7 @@ from warpdyn.core.thread_pool import result_of
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.run import Run
-from warpdyn.integration.stability_guard import Findings, Reruns, blank_failed, guard
+from warpdyn.integration.stability_guard import Reruns, StabilityFindings, blank_failed, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.blocks import blocks_ahead
 from warpdyn.running.cost import tell_cost
@@ -98,7 +98,7 @@ class Pipeline:
         self,
         run: Run,
         on_unstable: str,
-        findings: list[Findings],
+        findings: list[StabilityFindings],
         table: Table,
         kept: KeptHistories | None,
         estimates: list[ErrorEstimate],
