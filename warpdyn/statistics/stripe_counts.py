@@ -123,7 +123,9 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     )
 
 
-def structure_groups(structure: np.ndarray, record: np.ndarray, records: int, sampling: str) -> tuple[bool, int, np.ndarray]:
+def structure_groups(
+    structure: np.ndarray, record: np.ndarray, records: int, sampling: str
+) -> tuple[bool, int, np.ndarray]:
     """Return whether structures are crossed with records, the number of groups of structures, and each sample's group.
 
     A group is what a jackknife leaves out at once. Independent structures are dealt out to the groups; those of a Sobol
