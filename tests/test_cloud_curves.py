@@ -103,9 +103,9 @@ def test_censoring_finds_the_regression_that_collapses_hide():
     im = np.exp(rng.normal(-0.4, 0.7, 1500))
     edp = np.exp(-3.0 + 1.1 * np.log(im) + rng.normal(0, 0.4, im.size))
     curves = wd.fragility_of_cloud(make_cloud(im, np.minimum(edp, 0.04), edp > 0.04), {"slight": 0.02})
-    # Standard errors of the three are .013, .016 and .009 with 1,500 samples, as the fit has them.
-    assert curves["regression_intercept"].item() == pytest.approx(-3.0, abs=0.06)
-    assert curves["regression_slope"].item() == pytest.approx(1.1, abs=0.07)
+    # Standard errors of the three are .019, .022 and .009 with 1,500 samples, as the fit has them.
+    assert curves["regression_intercept"].item() == pytest.approx(-3.0, abs=0.08)
+    assert curves["regression_slope"].item() == pytest.approx(1.1, abs=0.09)
     assert curves["regression_deviation"].item() == pytest.approx(0.4, abs=0.04)
 
 

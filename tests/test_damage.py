@@ -154,7 +154,7 @@ def test_stripes_are_counted_apart():
 BAD = {
     "no portfolio": (lambda run: run.drop_vars("archetype_index"), LIMITS, {}, "no 'archetype_index'"),
     "no drift": (lambda run: run.drop_vars("peak_storey_drift_ratio"), LIMITS, {}, "leave 'drift' in what is recorded"),
-    "missing": (None, {"light": LIMITS["light"]}, {}, "archetype 'heavy': limits must hold"),
+    "missing": (None, {"light": LIMITS["light"]}, {}, "limits have none for archetype 'heavy'"),
     "unknown": (None, {"lihgt": {}}, {}, "limits name 'lihgt'"),
     "states": (None, LIMITS | {"heavy": {"slight": 1.0}}, {}, "archetype 'heavy': its damage states are slight"),
     "order": (None, LIMITS | {"heavy": {"slight": 3.0, "complete": 2.0}}, {}, "'heavy': limits must increase"),

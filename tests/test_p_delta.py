@@ -282,7 +282,7 @@ def test_what_is_refused():
     with pytest.raises(ValueError, match="gravity_load has 2 values and mass has 3: lists of one value a storey"):
         wd.ShearBuilding([1e4, 1e4, 1e4], 2e7, 3.0, gravity_load=[1, 1])
     with pytest.raises(ValueError, match="gravity_load"):
-        wd.Scene(wd.ShearBuilding(1e4, 2e7, 3.0), SHAKE, scatter={"gravity_load": 3.0})
+        wd.Scene(wd.ShearBuilding(1e4, 2e7, 3.0), SHAKE, scatter={"gravity_load": wd.GivenValues([3.0])})
     weak = wd.Scene(oscillator(), SHAKE, scatter={"stiffness": wd.GivenValues([STIFFNESS, TOPPLING / 2])})
     with pytest.raises(ValueError, match="drawn: gravity_load adds up to 600000 N on structure 1, storey 1"):
         wd.simulate(weak, structures=2, device="cpu")

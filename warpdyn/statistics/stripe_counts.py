@@ -35,7 +35,7 @@ class StripeCounts:
         excluded: Number of samples kept out, by status.
         records: Labels of the records, shape [record].
         is_crossed: Whether the same structures run under every record; else each structure runs under one.
-        least_drift: Least drift ratio at which a sample collapsed [1]; infinite where none did or no limit is of drifts.
+        least_drift: Least drift ratio at which a sample collapsed [1]; infinite where none did, or no limit is a drift
     """
 
     levels: np.ndarray
