@@ -107,9 +107,8 @@ def leave_out(
     is_crossed = over_structures and counts.is_crossed and counts.valid.shape[1] > 1
     groups = without(counts.of_groups, counts.valid.sum(axis=0)) if is_crossed else np.empty(shape)
     influences, binomial = cell_influences(counts.levels, counts.exceeding, counts.valid, median, dispersion)
-    return LeftOut(
-        whole, records, groups, interaction_variance(influences) if is_crossed else 0 * whole, binomial
-    ), outcome
+    interaction = interaction_variance(influences) if is_crossed else 0 * whole
+    return LeftOut(whole, records, groups, interaction, binomial), outcome
 
 
 def spread_of(estimate: np.ndarray, records: np.ndarray, groups: np.ndarray, interaction: np.ndarray) -> Spread:
