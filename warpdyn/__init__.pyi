@@ -50,8 +50,11 @@ from .scene.distributions import Lognormal as Lognormal, Normal as Normal, Unifo
 from .scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .scene.scene import Scene as Scene
+from .statistics.capacity_curves import fragility_from_capacities as fragility_from_capacities
+from .statistics.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .statistics.damage_shares import damage_shares as damage_shares
 from .statistics.fragility_curves import fragility as fragility
+from .statistics.posterior import fragility_posterior as fragility_posterior
 from .structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .structures.modal import modal_table as modal_table
 from .structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding

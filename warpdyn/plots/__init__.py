@@ -5,6 +5,7 @@ given as `ax` and returns these.
 """
 
 from warpdyn.plots.buildings import building, pushover_curve
+from warpdyn.plots.clouds import cloud_regression
 from warpdyn.plots.drifts import drift_against_intensity, drift_distributions, drift_over_height, residual_drifts
 from warpdyn.plots.fragility import fragility_comparison, fragility_curves
 from warpdyn.plots.ground_motions import ground_motions, spectra
@@ -13,6 +14,7 @@ from warpdyn.plots.incremental import ida_curves
 
 __all__ = [
     "building",
+    "cloud_regression",
     "drift_against_intensity",
     "drift_distributions",
     "drift_over_height",
