@@ -85,6 +85,39 @@ class Levels:
             found[3, :, state] = np.where(np.isfinite(upper), demand[place, first], np.nan)
         return found[0], found[1], found[2], found[3]
 
+    def beside_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
+        """Return levels on both sides of a demand that is higher than its neighbours and hardly within a limit.
+
+        Between these neighbours the demand may pass the limit and return. It is taken to rise from the peak that was
+        run by no more than in proportion to the level.
+
+        Args:
+            rows: The pairs, shape [row].
+            limit: The limits, shape [damage_state].
+            upper: The first level that passes each of them, shape [row, damage_state].
+            narrowest: Logarithm of the ratio of two levels that are not told apart any more.
+
+        Returns:
+            Levels halfway to the neighbours, shape [row, any], NaN where none is needed.
+        """
+        order = np.argsort(self.level[rows], axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = np.log(np.take_along_axis(self.level[rows], order, axis=1))
+            y = np.log(np.take_along_axis(self.demand[rows], order, axis=1))
+            reach = np.diff(x, axis=1)
+            rise = np.diff(y, axis=1)
+            left, right, top = reach[:, :-1], reach[:, 1:], y[:, 1:-1]
+            is_peak = (rise[:, :-1] >= 0) & (rise[:, 1:] < 0) & np.isfinite(right)
+            is_near = np.zeros_like(is_peak)
+            for state, value in enumerate(np.log(limit)):
+                within = (top <= value) & (x[:, 2:] < np.log(upper[:, [state]]))
+                is_near |= within & (top + np.maximum(left, right) > value)
+            is_near &= is_peak
+            middle = x[:, 1:-1]
+            below = np.where(is_near & (left > narrowest), middle - left / 2, np.nan)
+            above = np.where(is_near & (right > narrowest), middle + right / 2, np.nan)
+        return np.exp(np.concatenate([below, above], axis=1))
+
 
 @dataclass(eq=False)
 class Search:
@@ -184,8 +217,9 @@ class Search:
                 is_open &= upper / lower > 1 + self.tolerance
                 level = self._between(lower, upper, below, above, by_interpolation=attempt < INTERPOLATIONS)
             level[:, ~is_open] = np.nan
+            beside = self.levels.beside_peaks(active, self.limit, upper, np.log1p(self.tolerance))
             # Levels of a pair's states, each once and in order; what two states share is one run.
-            level = np.sort(level.reshape(2, active.size, -1).transpose(1, 0, 2).reshape(active.size, -1), axis=1)
+            level = np.sort(np.concatenate([level[0], level[1], beside], axis=1), axis=1)
             with np.errstate(invalid="ignore"):
                 level[:, 1:][np.diff(level, axis=1) <= 1e-9 * level[:, 1:]] = np.nan
             row, column = np.nonzero(np.isfinite(level))
