@@ -21,7 +21,7 @@ from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.integration.stability_guard import Findings
 from warpdyn.kernels.output_table import RECORDERS
-from warpdyn.kernels.queues import open_queues
+from warpdyn.kernels.queues import open_queues, seconds_in_kernels
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
@@ -119,6 +119,7 @@ def capacities(
     if demand == DRIFT_RATIO:
         finite = {f" of {name!r}": float(value) for name, value in zip(names, limit, strict=True) if value < np.inf}
         warn_of_implausible_limits(finite)
+        _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step)
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), structures, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
@@ -149,6 +150,7 @@ def capacities(
     findings.warn(on_unstable)
     _refuse_failed(found, run)
     result = labelled_capacities(found, run, integration, float(highest or np.nan))
+    result.attrs["seconds_in_kernels"] = seconds_in_kernels([queue])
     _warn_of_resurrections(result)
     return result
 
@@ -192,6 +194,17 @@ def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
                 f"and {names[i + 1]!r} after it {values[i + 1]}"
             )
     return names, values
+
+
+def _warn_of_limits_beyond_collapse(scene: Scene, limits: Mapping[str, float]) -> None:
+    """Warn of drift limits that lie above the drift at which every sample ends."""
+    collapse = scene.collapse_limit
+    for where, limit in limits.items():
+        if collapse is not None and limit > collapse:
+            warn_caller(
+                f"the limit{where}, {limit:g}, lies above the drift ratio of collapse, {collapse:g}: every collapse "
+                "passes it, and nothing else does"
+            )
 
 
 def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:

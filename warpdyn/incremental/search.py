@@ -11,7 +11,7 @@ from warpdyn.incremental.pairs import Pairs
 # The ladder of a pair begins at this share of the level at which its elastic response would reach the first limit.
 START = 0.3
 # Levels that a pair climbs at a time; more where few pairs are left, so that a launch has so many histories.
-LEAST_RUNGS, FULL_LAUNCH = 4, {"cpu": 2**12, "cuda": 2**16}
+LEAST_RUNGS, FULL_LAUNCH = 4, {"cpu": 2**6, "cuda": 2**16}
 # Attempts to close a bracket by interpolation, before its thirds are tried: a demand may jump.
 INTERPOLATIONS = 2
 ROUNDING = 0.98  # share of the tolerance that a new bracket takes
