@@ -104,7 +104,8 @@ def test_a_passage_between_two_rungs_is_found_beside_the_peak():
 
 def test_a_limit_that_is_never_passed_is_censored_at_the_highest_level():
     curves, _, lower, upper = searched(lambda x: 0.02 * (1 - np.exp(-x)), limit=[0.01, 0.03])
-    assert upper[0, 1] == np.inf and lower[0, 1] == HIGHEST
+    assert upper[0, 1] == np.inf
+    assert lower[0, 1] == HIGHEST
     assert lower[0, 0] <= np.log(2) <= upper[0, 0]
     assert max(curves.asked[0]) == HIGHEST
 
@@ -112,7 +113,8 @@ def test_a_limit_that_is_never_passed_is_censored_at_the_highest_level():
 def test_a_demand_far_above_the_elastic_one_is_searched_below_the_first_rung():
     # Ten times the elastic demand from 0.02 on: the first rung, by the elastic response at 0.1, is beyond the passage.
     _, _, lower, upper = searched(lambda x: 0.03 * x * (1 if x <= 0.02 else 20), limit=[0.01, 0.3])
-    assert lower[0, 0] <= 0.02 <= upper[0, 0] and upper[0, 0] / lower[0, 0] - 1 <= TOLERANCE
+    assert lower[0, 0] <= 0.02 <= upper[0, 0]
+    assert upper[0, 0] / lower[0, 0] - 1 <= TOLERANCE
 
 
 def test_a_failed_history_fails_its_pair_alone():
@@ -129,5 +131,7 @@ def test_elastic_levels_are_scaled_and_not_counted_as_run():
     assert levels.used.tolist() == [2, 2]
     assert levels.is_run.tolist() == [[False, True], [True, True]]
     lower, upper, below, above = levels.brackets(np.arange(2), np.array([1.5]))
-    assert lower[:, 0].tolist() == [0.1, 0.1] and upper[:, 0].tolist() == [0.2, 0.3]
-    assert below[:, 0].tolist() == [1.0, 1.0] and above[:, 0].tolist() == [2.0, 3.0]
+    assert lower[:, 0].tolist() == [0.1, 0.1]
+    assert upper[:, 0].tolist() == [0.2, 0.3]
+    assert below[:, 0].tolist() == [1.0, 1.0]
+    assert above[:, 0].tolist() == [2.0, 3.0]

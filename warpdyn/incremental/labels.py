@@ -67,7 +67,12 @@ class Found:
         with np.errstate(invalid="ignore"):
             is_counted = levels.level <= np.minimum(upper[:, -1], search.highest)[:, None]
             counts = [
-                (is_counted & (levels.level > upper[:, [state]]) & (levels.demand <= value) & (levels.demand < np.inf)).sum(1)
+                (
+                    is_counted
+                    & (levels.level > upper[:, [state]])
+                    & (levels.demand <= value)
+                    & (levels.demand < np.inf)
+                ).sum(1)
                 for state, value in enumerate(self.limit)
             ]
         self.resurrections.append(np.stack(counts, axis=-1).reshape(*shape, self.limit.size))
@@ -112,7 +117,10 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
         capacity = np.where(np.isinf(upper), np.inf, np.sqrt(lower * upper))
         status = np.where(np.isinf(upper), ABOVE_HIGHEST, np.where(lower > 0, FOUND, BELOW_LOWEST))
     status = np.where(np.isnan(upper), FAILED, status).astype(np.int8)
-    flags = {"flag_values": np.arange(len(CAPACITY_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(CAPACITY_MEANINGS)}
+    flags = {
+        "flag_values": np.arange(len(CAPACITY_MEANINGS), dtype=np.int8),
+        "flag_meanings": " ".join(CAPACITY_MEANINGS),
+    }
     dims = ("structure", "motion", "damage_state")
     text = f"{design.measure.name} at which the limit is first passed"
     of_limit = {"units": _demand_units(found.demand, run), "long_name": f"limit of {found.demand}"}

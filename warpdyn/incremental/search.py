@@ -171,8 +171,7 @@ class Search:
         finite = self.limit[np.isfinite(self.limit)]
         with np.errstate(invalid="ignore"):
             first, last = (
-                pairs.elastic_level_of(finite[end]) if finite.size else pairs.collapse_level
-                for end in (0, -1)
+                pairs.elastic_level_of(finite[end]) if finite.size else pairs.collapse_level for end in (0, -1)
             )
         lowest = self._steps_below(np.clip(np.nan_to_num(START * first), pairs.first_level, self.highest))
         # In the first launch each pair climbs as far as it would if displacements were those of the elastic response.
