@@ -178,6 +178,22 @@ def test_a_cloud_without_a_highest_level_is_searched_as_far_as_it_takes(found):
 
 
 @pytest.mark.thorough
+@pytest.mark.meant_as_given("intensity_level", "lowest_intensity_level")
+def test_a_fine_ladder_passes_each_limit_first_within_the_bracket(found):
+    levels = np.geomspace(0.02, 1.05 * found["capacity"].max().item(), 200)
+    stripes = wd.Stripes(motions(), levels, wd.PeakGroundAcceleration())
+    run = wd.simulate(scene(excitation=stripes, recorders=("drift",)), structures=4, seed=3, device="cpu")
+    worst = np.where(run["status"] == 1, np.inf, run["peak_storey_drift_ratio"].max("storey")).reshape(4, 3, 200)
+    for state, limit in enumerate(LIMITS.values()):
+        passes = np.isinf(worst) if np.isinf(limit) else worst > limit
+        assert passes.any(axis=2).all()
+        first = passes.argmax(axis=2)
+        of_state = found.isel(damage_state=state)
+        assert (of_state["capacity_upper"].values >= levels[first - 1]).all()
+        assert (of_state["capacity_lower"].values <= levels[first]).all()
+
+
+@pytest.mark.thorough
 @pytest.mark.meant_as_given("strongest_motion")
 @pytest.mark.parametrize(
     ("demand", "limits"), [("peak_floor_acceleration", {"a": 1.0, "b": 4.0}), ("input_energy", {"a": 1e3, "b": 1e5})]
