@@ -71,7 +71,8 @@ def simulate(
             it, and method and dtype if they are not given. None for no such choice.
         on_unstable: What is done where the step is beyond a structure's stability limit: "substep" (these samples take
             the fewest stable steps in each interval of the record), "raise" (an error before any sample runs), or
-            "flag" (status unstable_step).
+            "flag" (status unstable_step). Where a step proves too long only during the run, "substep" runs the sample
+            again at shorter ones, as far as that costs no more than twice the run; the others never do.
 
         histories: Samples whose whole histories are kept; None for none. An EventSequence and a portfolio have
             none.

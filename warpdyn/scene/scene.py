@@ -16,6 +16,7 @@ from warpdyn.ground_motions.designs import excitation_of
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.kernels.output_table import RECORDERS
+from warpdyn.scene.correlation import check_correlation
 from warpdyn.scene.rebuilding import arguments_of_scene
 from warpdyn.scene.scatter import SAMPLING, Scatter, central, check_scatter, representative
 from warpdyn.structures.structure import Structure
@@ -29,8 +30,7 @@ class Scene:
         structure: A ShearBuilding or a LinearSystem; or a Portfolio of many buildings, each with a scatter of its own.
         excitation: Stripes, Cloud or OneMotionPerStructure ground motions, or an EventSequence of them; FilteredNoise;
             HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
-        scatter: How structures differ: parameter name -> RandomFactor, RandomValue, GivenValues, or a number that
-            replaces the nominal value.
+        scatter: How structures differ: parameter name -> RandomFactor, RandomValue or GivenValues.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
         sampling: "monte_carlo", "latin_hypercube" or "sobol".
         recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
@@ -102,7 +102,8 @@ class Scene:
                 warn_caller(
                     f"the tail of {self.tail:g} s is left out: nothing follows a {kind}, which has its own duration"
                 )
-        check_scatter(self.structure, self.scatter, self.correlation)
+        check_scatter(self.structure, self.scatter)
+        check_correlation(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))
         object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))
 
