@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from plotted_runs import CAPACITY, LEVELS, MOTIONS, striped_run
+from plotted_runs import CAPACITY, LEVELS, MOTIONS, found_capacities, striped_run
 
 import warpdyn as wd
 from warpdyn import plots
@@ -32,6 +32,7 @@ SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], devi
 # Every plot, with how many axes it takes.
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
+    "capacities": (lambda **how: plots.capacities(found_capacities(), **how), 1),
     "drift_against_intensity": (lambda **how: plots.drift_against_intensity(MERGED, **how), 1),
     "drift_distributions": (lambda **how: plots.drift_distributions({"a": RUN}, level=0.8, **how), 1),
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
@@ -143,6 +144,21 @@ def test_runs_without_a_drift_to_draw_are_drawn(run):
         plot(run).draw_without_rendering()
     plots.ida_curves(run, scale="log").draw_without_rendering()
     plots.drift_distributions({"a": run}, level=0.8).draw_without_rendering()
+
+
+def test_fractiles_of_capacities_end_where_too_many_are_infinite():
+    axes = plots.capacities(found_capacities()).axes[0]
+    median, high = (line_named(axes, f"{share} % of capacities") for share in (50, 84))
+    np.testing.assert_allclose(median.get_ydata(), [1.0, 1.9, 2.5])  # of 0.5, 1, 1.5; 1, 2, 1.9; inf, 2.5, 1.9
+    np.testing.assert_allclose(median.get_xdata()[:2], [1.0, 2.0])
+    assert np.isnan(high.get_ydata()[2])
+    (curves,) = (each.get_segments() for each in axes.collections if each.get_label() == "3 curves")
+    np.testing.assert_allclose(curves[0], [[0.5, 0.25], [1, 0.5], [2, 1], [6, 4]])
+    np.testing.assert_allclose(curves[2][:, 1], [0.75, 1.5, 1.8, 2.0, 2.0])  # flat from its collapse on
+    with pytest.raises(ValueError, match="no capacity is finite"):
+        plots.capacities(found_capacities() * np.inf)
+    with pytest.raises(ValueError, match=r"no capacity.*draw what capacities\(scene, limits\) returned"):
+        plots.capacities(RUN)
 
 
 def test_ida_curves_end_at_collapse():

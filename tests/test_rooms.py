@@ -28,6 +28,7 @@ ROOMS = (
     "integration",
     "accuracy",
     "portfolio",
+    "incremental",
     "running",
     "statistics",
     "plots",

@@ -10,10 +10,11 @@ from warpdyn.plots.drifts import drift_against_intensity, drift_distributions, d
 from warpdyn.plots.fragility import fragility_comparison, fragility_curves
 from warpdyn.plots.ground_motions import ground_motions, spectra
 from warpdyn.plots.histories import histories, hysteresis
-from warpdyn.plots.incremental import ida_curves
+from warpdyn.plots.incremental import capacities, ida_curves
 
 __all__ = [
     "building",
+    "capacities",
     "cloud_regression",
     "drift_against_intensity",
     "drift_distributions",
