@@ -19,7 +19,7 @@ from warpdyn.incremental.pairs import DRIFT_RATIO, Pairs
 from warpdyn.incremental.search import Search
 from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
-from warpdyn.integration.stability_guard import Findings
+from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.queues import open_queues, seconds_in_kernels
 from warpdyn.scene.plausibility import warn_of_implausible
@@ -132,7 +132,7 @@ def capacities(
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
         highest = float(design.levels_in_g[-1])
-    findings = Findings(run.structures * len(design.motions), integration.method)
+    findings = StabilityFindings(run.structures * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
