@@ -23,6 +23,7 @@ LIMITS = {"slight": 0.004, "extensive": 0.02}
 with warnings.catch_warnings():
     warnings.filterwarnings("ignore", "(?s).*no interval is given")  # of these few records
     CURVES = wd.fragility(RUN, LIMITS)
+    CLOUD = wd.fragility_of_cloud(RUN, LIMITS, estimator="collapse")
 MERGED = RUN.merge(CURVES, combine_attrs="no_conflicts")
 PULSE = wd.GroundMotion(9.81 * np.sin(np.arange(200) / 10) * np.exp(-np.arange(200) / 80), 0.01, "pulse")
 WEAK = wd.GroundMotion(0.5 * PULSE.acceleration[:150], 0.01, "weak")
@@ -33,6 +34,7 @@ SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], devi
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
     "capacities": (lambda **how: plots.capacities(found_capacities(), **how), 1),
+    "cloud_regression": (lambda **how: plots.cloud_regression(RUN, CLOUD, **how), 1),
     "drift_against_intensity": (lambda **how: plots.drift_against_intensity(MERGED, **how), 1),
     "drift_distributions": (lambda **how: plots.drift_distributions({"a": RUN}, level=0.8, **how), 1),
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
@@ -230,6 +232,28 @@ def test_ground_motions_are_measured():
         plots.ground_motions([])
 
 
+def test_a_cloud_has_its_line_its_collapses_and_a_median_for_each_limit():
+    (axes,) = plots.cloud_regression(RUN, CLOUD).axes
+    line = axes.get_lines()[0]
+    level, drift = line.get_data()
+    expected = np.exp(float(CLOUD["regression_intercept"])) * level ** float(CLOUD["regression_slope"])
+    np.testing.assert_allclose(drift, 100 * expected, rtol=1e-9)
+    said = [text.get_text() for text in axes.texts] + [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "collapsed: 12 of 40" in said
+    median = float(CLOUD["fragility_median"][0])
+    assert f"slight: median {median:.3g}" in said
+    assert any(each.startswith("median of collapse") for each in said)
+    with pytest.raises(ValueError, match="no regression_intercept.*: give what fragility_of_cloud"):
+        plots.cloud_regression(RUN, CURVES)
+
+
+def test_curves_without_stripes_are_drawn():
+    (axes,) = plots.fragility_curves(CLOUD).axes
+    assert len(axes.get_lines()) == 2
+    assert axes.get_xlim()[1] < 1.2 * CLOUD["intensity"].max()
+    plots.fragility_comparison({"stripes": CURVES, "cloud": CLOUD}).draw_without_rendering()
+
+
 def test_colours_are_the_users():
     axes = plots.fragility_curves(CURVES, colours={"slight": "gold", "extensive": "tab:red"}).axes[0]
     assert [line.get_color() for line in axes.lines if "drift" in str(line.get_label())] == ["gold", "tab:red"]
@@ -257,6 +281,7 @@ def test_selections_of_curves_that_leave_nothing_are_refused():
 
 
 OF_RUNS = {
+    "cloud_regression": lambda run: plots.cloud_regression(run, CLOUD),
     "drift_against_intensity": plots.drift_against_intensity,
     "drift_over_height": plots.drift_over_height,
     "ida_curves": plots.ida_curves,
