@@ -36,6 +36,9 @@ from .ground_motions.pair_measures import (
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
 )
 from .ground_motions.response_spectra import response_spectra as response_spectra
+from .risk.annual_rates import annual_rates as annual_rates
+from .risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
+from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
