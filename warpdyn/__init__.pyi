@@ -37,8 +37,16 @@ from .ground_motions.pair_measures import (
 )
 from .ground_motions.response_spectra import response_spectra as response_spectra
 from .risk.annual_rates import annual_rates as annual_rates
+from .risk.collapse_margin import (
+    collapse_margin as collapse_margin,
+    spectral_shape_factor as spectral_shape_factor,
+)
 from .risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
 from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
+from .risk.risk_targets import (
+    check_risk_target as check_risk_target,
+    risk_targeted_intensity as risk_targeted_intensity,
+)
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
