@@ -45,6 +45,7 @@ from .risk.disaggregation import disaggregate as disaggregate, rates_by_record a
 from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
 from .risk.loss_ratios import hazus_loss_ratios as hazus_loss_ratios
 from .risk.losses import annual_losses as annual_losses, vulnerability as vulnerability
+from .risk.portfolio_losses import portfolio_losses as portfolio_losses
 from .risk.risk_targets import (
     check_risk_target as check_risk_target,
     risk_targeted_intensity as risk_targeted_intensity,
