@@ -50,6 +50,7 @@ from .risk.risk_targets import (
     check_risk_target as check_risk_target,
     risk_targeted_intensity as risk_targeted_intensity,
 )
+from .risk.storey_losses import storey_losses as storey_losses
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
