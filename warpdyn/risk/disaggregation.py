@@ -125,11 +125,12 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     def rates(variable: str) -> np.ndarray:
         values = capacities[variable].transpose(*dims).values.astype(np.float64)
         known = np.where(np.isnan(values), np.inf, values)
-        # A bracket that reaches down to no motion at all is exceeded as often as the hazard's least intensity.
-        least = min(each.intensity[0] for each in tree.curves)
         if variable == "capacity_lower":
-            known = np.maximum(known, least)
-        elif np.any(known <= 0):
+            # A bracket that reaches down to no motion at all is exceeded as often as the hazard's least intensity; where
+            # the lower end is unknown, so is the bound.
+            known = np.maximum(known, min(each.intensity[0] for each in tree.curves))
+            return np.where(np.isnan(values), np.nan, tree.rate_of(known))
+        if np.any(known <= 0):
             raise ValueError(f"{name}: every {variable} must be above 0")
         return tree.rate_of(known)
 

@@ -54,7 +54,10 @@ def rates_by_bin(
     below = np.cumsum(pieces, axis=-1)[..., np.searchsorted(merged, np.log(edges))]
     probability = ndtr((np.log(edges) - np.log(median)[..., None]) / dispersion[..., None])
     by_parts = below - probability * hazard.rate_of(edges)
-    return np.diff(by_parts, axis=-1), by_parts[..., 0], pieces.sum(axis=-1) - by_parts[..., -1]
+    parts = np.diff(by_parts, axis=-1), by_parts[..., 0], pieces.sum(axis=-1) - by_parts[..., -1]
+    # Where next to nothing comes from, the difference of two rates is their rounding.
+    within, under, over = (np.maximum(part, 0.0) for part in parts)
+    return within, under, over
 
 
 def _rates_of_pieces(
