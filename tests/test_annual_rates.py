@@ -137,7 +137,7 @@ def test_replicates_and_branches_are_carried_to_intervals():
     quantiles = np.quantile(np.log(medians), [0.025, 0.975])
     assert spread == pytest.approx(2 * np.diff(quantiles)[0], rel=0.01)  # two definitions of a quantile of 2000
     assert float(found["return_period_lower"][0]) == pytest.approx(1 / float(found["annual_rate_upper"][0]))
-    assert "2000 bootstrap replicates" in found.attrs["interval_method"]
+    assert "2000 replicates" in found.attrs["interval_method"]
 
     double = wd.HazardCurve([1e-2, 10.0], [0.9, 0.9 * 1e-3**2])
     tree = wd.HazardLogicTree([hazard, double], [0.75, 0.25])
@@ -154,14 +154,27 @@ def test_replicates_and_branches_are_carried_to_intervals():
 
 
 def test_replicates_without_a_fit_give_no_interval_when_they_are_many():
-    medians, dispersions = np.full((100, 1), 0.5), np.full((100, 1), 0.4)
-    medians[:4] = np.nan
-    kept = wd.annual_rates(curves({"complete": (0.5, 0.4)}, (medians, dispersions)), BENT)
-    assert kept.sizes["replicate"] == 96
-    medians[:6] = np.nan
-    dropped = wd.annual_rates(curves({"complete": (0.5, 0.4)}, (medians, dispersions)), BENT)
-    assert "replicate_annual_rate" not in dropped
-    assert np.isnan(dropped["annual_rate_upper"]).all()
+    generator = np.random.default_rng(1)
+    medians = np.exp(0.1 * generator.standard_normal((100, 2))) * [0.2, 0.5]
+    dispersions = np.full((100, 2), 0.4)
+    states = {"slight": (0.2, 0.4), "complete": (0.5, 0.4)}
+    medians[:4, 1] = np.nan
+    kept = wd.annual_rates(curves(states, (medians, dispersions)), BENT)
+    without = wd.annual_rates(curves(states, (medians[4:], dispersions[4:])), BENT)
+    for side in ("lower", "upper"):
+        # Dropped replicates weigh nothing.
+        assert float(kept[f"annual_rate_{side}"][1]) == pytest.approx(
+            float(without[f"annual_rate_{side}"][1]), rel=1e-12
+        )
+    medians[:6, 1] = np.nan
+    dropped = wd.annual_rates(curves(states, (medians, dispersions)), BENT)["annual_rate_upper"]
+    assert np.isfinite(dropped[0])
+    assert np.isnan(dropped[1])
+    losses = wd.annual_losses(curves(states, (medians, dispersions)), BENT, {"slight": 0.1, "complete": 1.0})
+    assert np.isnan(losses["expected_annual_loss_upper"])
+    assert np.isfinite(losses["expected_annual_loss"])
+    none = wd.annual_rates(curves(states, (np.full((100, 2), np.nan), dispersions)), BENT)
+    assert "replicate_annual_rate" not in none
 
 
 def test_weighted_bounds_are_quantiles():

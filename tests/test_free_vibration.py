@@ -85,7 +85,7 @@ def test_energy_out_of_balance_is_told():
 
 def test_default_step_follows_what_replaces_the_nominal_value():
     building = wd.ShearBuilding(1.0, 40.0, 1.0)
-    stiff = wd.simulate(wd.Scene(building, SHAKE, scatter={"stiffness": 4e5}))
+    stiff = wd.simulate(wd.Scene(building, SHAKE, scatter={"stiffness": wd.GivenValues([4e5])}))
     assert stiff.attrs["step"] == pytest.approx(2 * np.pi / np.sqrt(4e5) / 100, rel=0.1)
 
 

@@ -223,3 +223,27 @@ def test_other_input_that_is_refused():
         wd.annual_losses(curves(STATES), HAZARD, RATIOS, return_periods=[0])
     with pytest.raises(ValueError, match="'complete' has no fragility curve"):
         wd.vulnerability(curves(STATES | {"complete": (np.nan, np.nan)}), RATIOS)
+
+
+NO_DATASET = {
+    "annual_rates": (lambda given: wd.annual_rates(given, HAZARD), "give what fragility(run, limits) returned"),
+    "disaggregate": (lambda given: wd.disaggregate(given, HAZARD), "give what fragility(run, limits) returned"),
+    "rates_by_record": (lambda given: wd.rates_by_record(given, HAZARD), "give what capacities(scene, limits)"),
+    "check_risk_target": (lambda given: wd.check_risk_target(given, HAZARD), "give what fragility(run, limits)"),
+    "vulnerability": (lambda given: wd.vulnerability(given, RATIOS), "give what fragility(run, limits) returned"),
+    "annual_losses": (lambda given: wd.annual_losses(given, HAZARD, RATIOS), "give what fragility(run, limits)"),
+    "portfolio_losses": (lambda given: wd.portfolio_losses(given, RATIOS, {}), "give what damage_shares(run, limits)"),
+    "storey_losses": (lambda given: wd.storey_losses(given, ([0, 1], [0, 1])), "give what simulate() returned"),
+    "plots.disaggregation": (wd.plots.disaggregation, "draw what disaggregate("),
+    "plots.vulnerability": (wd.plots.vulnerability, "draw what vulnerability("),
+    "plots.loss_exceedance": (wd.plots.loss_exceedance, "draw what annual_losses("),
+}
+
+
+@pytest.mark.parametrize("name", NO_DATASET)
+def test_what_is_no_dataset_is_refused(name):
+    call, advice = NO_DATASET[name]
+    for given in (None, [0.1]):
+        with pytest.raises(TypeError) as error:
+            call(given)
+        assert f"{name}() takes a Dataset, got {type(given).__name__}; {advice}" in str(error.value)

@@ -23,7 +23,6 @@ from warpdyn.kernels.plan import values_held
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.methods.table import check_fits, fitting_methods
 from warpdyn.scene.plausibility import warn_of_implausible
-from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 
 # The methods that the accuracy study found cheapest, within the scatter of its timings, for some scene and error, and
@@ -200,7 +199,7 @@ class _Pilot:
         self.known: dict[str, Drawn] = {}
         self.seed, self.device, self.threads = seed, device, threads
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
-        self.structures = _fixed_structures(scene)
+        self.structures = scene.structures_given
         if self.structures == 0:
             samples_per_structure = scene.excitation.samples_per_structure
             most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # enough structures to sample the scatter
@@ -281,12 +280,6 @@ class _Pilot:
         return (time.perf_counter() - started) / self.chosen.size
 
 
-def _fixed_structures(scene: Scene) -> int:
-    """Return the number of structures that a scene gives values or motions for; 0 if any number can be drawn."""
-    listed = [len(spread.values) for spread in scene.scatter.values() if isinstance(spread, GivenValues)]
-    return max([*listed, scene.excitation.structures_given])
-
-
 def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
     """Return the registers, the memory traffic, the steps and the time that a scene costs, by name.
 
@@ -299,7 +292,7 @@ def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample:
     width = np.dtype(run.plan.dtype).itemsize
     held = values_held(replace(run.plan, recorders=scene.recorders))
     steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
-    total = (_fixed_structures(scene) or structures) * scene.excitation.samples_per_structure
+    total = (scene.structures_given or structures) * scene.excitation.samples_per_structure
     read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
     return {
         **{f"{name} per sample [values]": count for name, count in held.items()},

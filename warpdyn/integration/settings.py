@@ -44,6 +44,9 @@ class Integration:
         one_of("dtype", self.dtype, DTYPES)
         if not isinstance(self.resample, bool):
             raise TypeError(f"resample must be True or False, got {self.resample!r}")
+        for name in ("step", "longest_step"):
+            if getattr(self, name) is not None:
+                real_number(f"{name} [s]", getattr(self, name), above=0)
         if self.tolerance is not None:
             self._check_tolerance(self.tolerance)
 

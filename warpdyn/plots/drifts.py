@@ -93,9 +93,9 @@ def drift_over_height(
 
 def limits_of(dataset: xr.Dataset) -> list[tuple[str, float]]:
     """Return the damage states and their drift limits, if the dataset has any."""
-    if "drift_ratio_limit" not in dataset:
+    if "damage_limit" not in dataset or dataset["damage_limit"].attrs.get("demand") != "peak_storey_drift_ratio":
         return []
-    return list(zip(dataset["damage_state"].values, dataset["drift_ratio_limit"].values, strict=True))
+    return list(zip(dataset["damage_state"].values, dataset["damage_limit"].values, strict=True))
 
 
 def drift_against_intensity(
@@ -259,8 +259,16 @@ def drift_distributions(
 
 def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.Dataset]:
     """Return datasets by the names of their designs; raise a TypeError or ValueError unless they are at least one."""
-    if not isinstance(designs, Mapping):
-        raise TypeError(f"plots.{function}() takes a {what} for each name of a design, got {type(designs).__name__}")
+    if not isinstance(designs, Mapping) or isinstance(designs, xr.Dataset):  # a Dataset maps names to variables
+        raise TypeError(
+            f"plots.{function}() takes a {what} for each name of a design, such as {{'as it is': ..., 'with dampers': "
+            f"...}}, got {type(designs).__name__}"
+        )
+    for name, dataset in designs.items():
+        if not isinstance(dataset, xr.Dataset):
+            raise TypeError(
+                f"plots.{function}(): the {what} of design {name!r} must be a Dataset, got {type(dataset).__name__}"
+            )
     if not designs:
         raise ValueError(f"plots.{function}() needs at least one {what}, got none")
     return {str(name): dataset for name, dataset in designs.items()}

@@ -12,6 +12,7 @@ from warpdyn.risk.hazard_curves import Hazard, HazardCurve, branches_of
 from warpdyn.risk.integrals import rates_by_bin, rates_by_segment
 from warpdyn.statistics.lognormal_fit import check_confidence
 
+LEAST_KNOWN_SHARE = 0.95  # of the replicates; with fewer no interval is given
 EXTRAPOLATED_SHARE = 0.01  # of an answer from beyond the points of the hazard curve: with more a warning is given
 SOURCE = "Cornell and others (2002), J. Struct. Eng. 128(4); in closed form for each power-law segment of the hazard"
 
@@ -19,7 +20,7 @@ SOURCE = "Cornell and others (2002), J. Struct. Eng. 128(4); in closed form for 
 def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, confidence: float = 0.95) -> xr.Dataset:
     """Return the annual rate at which a building reaches each damage state, and the probability in a period.
 
-    The integral of the lognormal curves over the hazard curve, a power law between its points, is exact. The bootstrap
+    The integral of the lognormal curves over the hazard curve, a power law between its points, is exact. The
     replicates of the curves and the branches of a logic tree, each replicate with each branch, give the interval;
     the estimate is that of the fitted curves with the mean over the branches.
 
@@ -104,7 +105,7 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
         variables["replicate_annual_rate"] = (
             ("replicate", state),
             np.einsum("rbs,b->rs", sampled, tree.weights),
-            per_year | {"long_name": f"annual rate {reaching}, by bootstrap replicate of the fragility curves"},
+            per_year | {"long_name": f"annual rate {reaching}, by replicate of the fragility curves"},
         )
     return xr.Dataset(
         variables,
@@ -122,7 +123,7 @@ def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float)
     """Return the interval of values over replicates and weighted branches, shape [2, ...]; NaN of a single value.
 
     Args:
-        sampled: Values, shape [replicate, branch, ...].
+        sampled: Values, shape [replicate, branch, ...]; NaN where a replicate has none.
         weights: Weights of the branches, of sum 1, shape [branch].
         confidence: Probability that the interval covers.
     """
@@ -130,14 +131,19 @@ def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float)
     if replicates * branches < 2:
         return np.full((2, *rest), np.nan)
     values = sampled.reshape(replicates * branches, -1)
-    each = np.tile(weights, replicates) / replicates
-    order = np.argsort(values, axis=0)
+    order = np.argsort(values, axis=0)  # NaN stand last
     ordered = np.take_along_axis(values, order, axis=0)
+    known = np.isfinite(ordered)
+    each = np.where(known, (np.tile(weights, replicates) / replicates)[order], 0.0)
+    whole = each.sum(axis=0)
     # Each value stands in the middle of its own weight; between two of them the quantile is interpolated.
-    upto = np.cumsum(each[order], axis=0) - 0.5 * each[order]
-    shares = 0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence
-    bounds = [[np.interp(share, upto[:, i], ordered[:, i]) for i in range(values.shape[1])] for share in shares]
-    return np.array(bounds).reshape(2, *rest)
+    upto = (np.cumsum(each, axis=0) - 0.5 * each) / np.where(whole > 0, whole, 1.0)
+    bounds = np.full((2, values.shape[1]), np.nan)
+    # With fewer replicates that are known, these would give too narrow an interval.
+    for i in np.flatnonzero(whole >= LEAST_KNOWN_SHARE):
+        shares = 0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence
+        bounds[:, i] = np.interp(shares, upto[known[:, i], i], ordered[known[:, i], i])
+    return bounds.reshape(2, *rest)
 
 
 def warn_of_extrapolation(

@@ -1,4 +1,4 @@
-"""Fragility curves as hazard and losses take them: medians, dispersions and bootstrap replicates, checked."""
+"""Fragility curves as hazard and losses take them: medians, dispersions and replicates of them, checked."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.risk.hazard_curves import Hazard, same_measure
-from warpdyn.statistics.fragility_curves import LEAST_FITTED_FRACTION
 
 ADVICE = "give what fragility(run, limits) returned"
 
@@ -23,9 +22,9 @@ class Curves:
         names: Damage states, from the lightest on.
         median: Median capacity [units], shape [damage_state].
         dispersion: Dispersion [1], shape [damage_state].
-        replicate_median: Bootstrap replicates in which every state has a fit, shape [replicate, damage_state]; None
-            where there are none, or too few of them have a fit.
-        replicate_dispersion: Their dispersions.
+        replicate_median: Draws from the sampling distribution of the medians, shape [replicate, damage_state], NaN
+            where a state has none; None if there are none at all.
+        replicate_dispersion: Those of the dispersions.
         units: Units of the medians.
         measure: Name of the intensity measure.
     """
@@ -97,7 +96,7 @@ def interval_attributes(curves: Curves, branches: int, confidence: float) -> dic
     """Return attributes that say what an interval is of."""
     parts = []
     if curves.replicate_median is not None:
-        parts.append(f"{len(curves.replicate_median)} bootstrap replicates of the fragility curves")
+        parts.append(f"{len(curves.replicate_median)} replicates of the fragility curves")
     if branches > 1:
         parts.append(f"{branches} weighted branches of the hazard's logic tree")
     said = f"percentiles over {' and '.join(parts)}" if parts else "none: neither replicates nor branches"
@@ -111,8 +110,7 @@ def _replicates(curves: xr.Dataset, states: int) -> tuple[np.ndarray | None, np.
         curves[name].transpose("replicate", "damage_state").values.astype(np.float64).reshape(-1, states)
         for name in ("replicate_median", "replicate_dispersion")
     )
-    good = (np.isfinite(median) & np.isfinite(dispersion) & (dispersion > 0)).all(axis=1)
-    # With more replicates without a fit the others would give too narrow an interval.
-    if good.size < 2 or good.mean() < LEAST_FITTED_FRACTION:
+    good = np.isfinite(median) & np.isfinite(dispersion) & (median > 0) & (dispersion > 0)
+    if len(good) < 2 or not good.any():
         return None, None
-    return median[good], dispersion[good]
+    return np.where(good, median, np.nan), np.where(good, dispersion, np.nan)

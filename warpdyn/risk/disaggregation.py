@@ -126,8 +126,8 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
         values = capacities[variable].transpose(*dims).values.astype(np.float64)
         known = np.where(np.isnan(values), np.inf, values)
         if variable == "capacity_lower":
-            # A bracket that reaches down to no motion at all is exceeded as often as the hazard's least intensity; where
-            # the lower end is unknown, so is the bound.
+            # A bracket that reaches down to no motion at all is exceeded as often as the hazard's least intensity;
+            # where the lower end is unknown, so is the bound.
             known = np.maximum(known, min(each.intensity[0] for each in tree.curves))
             return np.where(np.isnan(values), np.nan, tree.rate_of(known))
         if np.any(known <= 0):

@@ -38,7 +38,7 @@ def vulnerability(
     fitted curves cross, the lower probability holds for both.
 
     Args:
-        curves: What `fragility` returned, with bootstrap replicates for an interval.
+        curves: What `fragility` returned, with replicates for an interval.
         loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, as in
             `hazus_loss_ratios("COM4")` or `{"slight": (0.02, 0.5), "complete": (1.0, 0.0)}`.
         intensity: Intensities [units of the curves], increasing; by default from three dispersions below the lowest

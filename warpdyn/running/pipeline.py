@@ -176,7 +176,11 @@ class Pipeline:
         """Start the present event of a block, from the final states of the previous event."""
         began = time.perf_counter()
         whole, block.standing = block.whole, np.arange(block.whole.sample.size)
-        block.own = self._rows_of_event(whole) if self.several else block.rows
+        if self.several:
+            block.own = self._rows_of_event(whole)
+        else:
+            beside = whole.model.shapes.keys() - block.rows.keys()  # of the dataset
+            block.own = block.rows | whole.model.blank_outputs(block.samples, beside)
         block.started, block.found = whole, block.own
         if whole.before is not None:
             whole.resume(block.outputs)

@@ -34,6 +34,9 @@ def add_building(findings: Findings, building: ShearBuilding, values: Values, wh
     weight = STANDARD_GRAVITY * np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]  # above each storey
     findings.add("storey_height", np.where(own, height, np.nan), where, along="storey")
     findings.add("displacement_capacity", np.where(own, np.nan, height * CAPACITY_RATIO), where, along="storey")
+    for name in ("mass", "stiffness", "gravity_load"):
+        if name in values:
+            findings.add(f"{name}_of_neighbours", _ratio_to_neighbour(np.where(own, values[name], np.nan)), where)
     for name, length in (("drift_capacity", height), ("drift_ratio_capacity", np.ones_like(height))):
         if name in values:
             findings.add("collapse_drift_ratio", np.where(own, values[name] / length, np.nan), where, along="storey")
@@ -80,6 +83,12 @@ def _add_damping(findings: Findings, building: ShearBuilding, values: Values, wh
         findings.add("damping_ratio", ratio, where)
     elif is_shaken and not building.devices and building.own_storeys.all():
         findings.add("no_damping", ratio, where)
+
+
+def _ratio_to_neighbour(values: np.ndarray) -> np.ndarray:
+    """Return the larger of each two neighbouring values over the smaller, NaN beside none or nothing."""
+    lower, upper = np.where(values > 0, values, np.nan)[:, :-1], np.where(values > 0, values, np.nan)[:, 1:]
+    return np.fmax(lower / upper, upper / lower)
 
 
 def sound_rows(values: Values) -> np.ndarray:

@@ -18,7 +18,7 @@ from warpdyn.ground_motions.intensity_measures import (
     SpectralAcceleration,
 )
 from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
-from warpdyn.ground_motions.plausibility import add_motions
+from warpdyn.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.scene.building_plausibility import add_building, first_periods, sound_rows
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scatter import GivenValues, RandomFactor, RandomValue, Scatter, central, combined
@@ -131,9 +131,12 @@ def _add_start_and_forces(findings: Findings, excitation: Excitation, building: 
         leads_to = np.abs(velocity).max() * building.fundamental_period / (2 * np.pi)
         findings.add("initial_velocity", leads_to / height.sum())
     elif isinstance(excitation, HarmonicForce | ForceHistory):
-        force = np.abs(excitation.amplitude if isinstance(excitation, HarmonicForce) else excitation.values).max()
-        if force > 0:
-            findings.add("force_over_weight", force / (STANDARD_GRAVITY * mass.sum()))
+        at_each = np.abs(excitation.amplitude if isinstance(excitation, HarmonicForce) else excitation.values)
+        at_each = np.atleast_2d(at_each).max(axis=0)
+        if at_each.any():
+            findings.add("force_over_weight", at_each.max() / (STANDARD_GRAVITY * mass.sum()))
+            shear = np.cumsum(at_each[::-1])[::-1]  # in each storey, of forces that act one way
+            findings.add("drift_ratio_of_force", (shear / building.parameters["stiffness"] / height).max())
 
 
 def _add_excitation(findings: Findings, excitation: Excitation) -> None:
@@ -142,6 +145,9 @@ def _add_excitation(findings: Findings, excitation: Excitation) -> None:
         findings.add("record_step", excitation.step, " of the force history", high=LONGEST_FORCE_STEP)
     if isinstance(excitation, FilteredNoise):
         process = excitation.spectrum.recursion(excitation.interval)
+        for name in ("ground_damping_ratio", "filter_damping_ratio"):
+            if hasattr(excitation.spectrum, name):
+                findings.add("ground_damping_ratio", getattr(excitation.spectrum, name), f" ({name}) of the noise")
         peak = PEAK_FACTOR * np.linalg.norm(process.output @ process.start) * excitation.envelope_at_nodes().max()
         findings.add("record_step", excitation.interval, " of the noise")
         findings.add("peak_ground_acceleration", peak, " of the noise")
@@ -154,6 +160,8 @@ def _add_excitation(findings: Findings, excitation: Excitation) -> None:
         where = f" of event {event!r}" if event else ""
         motions = [motion for motion in design.motions if isinstance(motion, GroundMotion)]
         add_motions(findings, motions, where)
+        if not isinstance(design, Stripes):  # which are scaled to their levels, whatever their unit
+            add_weakest_motions(findings, motions, where)
         if isinstance(measure := getattr(design, "measure", None), IntensityMeasure):
             _add_measure(findings, measure, where)
         if isinstance(design, Stripes):
