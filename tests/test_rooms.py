@@ -31,6 +31,7 @@ ROOMS = (
     "incremental",
     "running",
     "statistics",
+    "risk",
     "plots",
 )
 MOST_FILES = 13  # a dozen or so, and `__init__.py`
