@@ -30,6 +30,7 @@ ROOMS = (
     "portfolio",
     "running",
     "statistics",
+    "exchange",
     "plots",
 )
 MOST_FILES = 13  # a dozen or so, and `__init__.py`

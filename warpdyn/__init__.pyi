@@ -3,6 +3,8 @@
 from . import kernels as kernels, laws as laws, plots as plots, truth as truth
 from .accuracy.pilot import MethodChoice as MethodChoice, plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
+from .exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
+from .exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
 from .files.netcdf import write as write
 from .ground_motions import records as records
 from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
