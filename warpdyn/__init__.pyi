@@ -5,6 +5,8 @@ from .accuracy.pilot import MethodChoice as MethodChoice, plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
 from .exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
 from .exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
+from .exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
 from .files.netcdf import write as write
 from .ground_motions import records as records
 from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
