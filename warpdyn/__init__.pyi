@@ -17,6 +17,7 @@ from .exchange.openquake_tables import (
 )
 from .exchange.pelicun import write_pelicun_demands as write_pelicun_demands
 from .exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
+from .exchange.tables import write_table as write_table
 from .files.netcdf import write as write
 from .ground_motions import records as records
 from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
