@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from plotted_runs import CAPACITY, COLLAPSES, LEVELS, MOTIONS, striped_run
 
 import warpdyn as wd
@@ -110,6 +111,20 @@ def test_a_collapse_below_the_limit_is_raised_to_it_in_its_storey(tmp_path):
     del run["storey_of_collapse"]
     table, _ = pandas_table(wd.write_pelicun_demands(run, path, level=0.8, collapse_drift_ratio=0.1))
     assert table.iloc[9]["1-PID-2-1"] == 0.1  # the storey of the largest drift
+
+
+def test_the_scene_s_own_limit_holds_where_the_drift_ended_just_below(tmp_path, caplog):
+    # A sample is stopped within its last step, in float32, and its largest drift may lie a rounding below the limit.
+    run, path = complete_run(), tmp_path / "demands.csv"
+    collapsed = run["status"] == 1
+    run["peak_storey_drift_ratio"] = run["peak_storey_drift_ratio"] * xr.where(collapsed, 0.9999, 1.0)
+    run.attrs["scene"] = '{"collapse_drift_ratio": 0.1}'
+    table, _ = pandas_table(wd.write_pelicun_demands(run, path, level=0.8))
+    assert (table["1-PID-1-1"] >= 0.1).sum() == COLLAPSES[2]
+    assert "a storey drift ratio, of 0.1" in caplog.text
+    run.attrs["scene"] = '{"collapse_drift_ratio": 0.03}'  # storeys with larger capacities of their own stand beyond it
+    table, _ = pandas_table(wd.write_pelicun_demands(run, path, level=0.8))
+    assert table["1-PID-1-1"].max() == pytest.approx(0.09999, rel=1e-12)
 
 
 def test_failed_samples_are_marked(tmp_path):

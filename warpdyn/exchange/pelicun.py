@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -49,9 +50,10 @@ def write_pelicun_demands(
             "acceleration" and "residual".
         path: The file, whose name ends in ".csv"; an older one is replaced.
         level: The stripe, or stripes, that are written [the unit of `im_level`]; needed where the run has several.
-        collapse_drift_ratio: The limit [1]; a collapsed sample that ended below it, because a storey of its own has a
-            smaller drift capacity, is written with it. None takes the drifts as they are, if they tell the collapsed
-            samples from the others.
+        collapse_drift_ratio: The limit [1]; a collapsed sample that ended below it, by rounding or because a storey of
+            its own has a smaller drift capacity, is written with it. None takes the scene's `collapse_drift_ratio`;
+            without one, or where standing samples reach it, the drifts are written as they are, if they tell the
+            collapsed samples from the others.
 
     Returns:
         The path.
@@ -143,6 +145,9 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
         )
     if not collapsed.size:
         return drift
+    if limit is None:
+        of_scene = _limit_of_scene(run)
+        limit = of_scene if of_scene is not None and of_scene > highest else None
     at_end = np.nan_to_num(drift[collapsed]).max(axis=1)
     if limit is None:
         if at_end.min() <= highest:
@@ -169,6 +174,15 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
         f"collapse a storey drift ratio, of {allowed}"
     )
     return drift
+
+
+def _limit_of_scene(run: xr.Dataset) -> float | None:
+    """Return the drift ratio at which samples of a run's scene collapse, if the run says it."""
+    try:
+        told = json.loads(run.attrs.get("scene", "{}")).get("collapse_drift_ratio")
+    except (json.JSONDecodeError, AttributeError, TypeError):
+        return None
+    return told if isinstance(told, float) and told > 0 else None
 
 
 def _peak_ground_acceleration(run: xr.Dataset) -> np.ndarray:
