@@ -63,8 +63,8 @@ def print_table(result: xr.Dataset) -> None:
             f"{float(row[name]):6.3f} [{float(row[f'{name}_lower']):6.3f}, {float(row[f'{name}_upper']):6.3f}]"
             for name in ("fragility_median", "fragility_dispersion")
         )
-        print(f"{state:<12} {float(row['drift_ratio_limit']):>11.4f}   {median}   {dispersion}")
-    print(f"brackets: {confidence:.0f} % intervals, bootstrap over records")
+        print(f"{state:<12} {float(row['damage_limit']):>11.4f}   {median}   {dispersion}")
+    print(f"brackets: {confidence:.0f} % intervals over records and structures")
 
 
 def main() -> None:

@@ -254,8 +254,8 @@ def fragile() -> dict[str, xr.Dataset]:
     scene = make_scene(chain(2), design, ("drift",), scatter=scatter, collapse_drift_ratio=0.02, tail=0.2)
     found = run(scene, 6, seed=9)
     limits = {"slight": 0.0012, "moderate": 0.003, "complete": 0.006}
-    curves = wd.fragility(found, limits, bootstrap=60, seed=3)
-    upper = wd.fragility(part_of_storeys(found, 2, 2), limits, bootstrap=20, confidence=0.9)
+    curves = wd.fragility(found, limits, seed=3)
+    upper = wd.fragility(part_of_storeys(found, 2, 2), limits, confidence=0.9)
     return {"run": found, "curves": curves, "upper storey": upper}
 
 
@@ -267,5 +267,5 @@ def fragile_after() -> dict[str, xr.Dataset]:
     found = run(scene, 3, seed=9, dtype="float32")
     parts = {name: part_of_event(found, name) for name in ("first", "second")}
     limits = {"slight": 0.005, "extensive": 0.012}
-    curves = {f"{name} curves": wd.fragility(part, limits, bootstrap=30) for name, part in parts.items()}
+    curves = {f"{name} curves": wd.fragility(part, limits) for name, part in parts.items()}
     return parts | curves

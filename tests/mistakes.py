@@ -1,4 +1,4 @@
-"""Mistakes of units and inputs, each with the quantity that is told and what its warning or error says of it."""
+"""Mistakes of units of buildings and of what shakes them, each with what its warning or error tells."""
 
 import numpy as np
 import xarray as xr
@@ -28,6 +28,20 @@ def run(structure=None, excitation=RECORDS[0], settings=None, **scene):
 
 def scaled(factor, step=0.01):
     return wd.GroundMotion(factor * RECORDS[0].acceleration, step, "mistaken")
+
+
+def shaking():
+    """Return 30 s of an acceleration that leaves nearly no velocity behind [m/s2]."""
+    time = 0.01 * np.arange(3000)
+    return 2.7 * np.sin(9 * time) * (time / 3) ** 2 * np.exp(2 - time / 1.5)
+
+
+def strong(*peaks):
+    """Return motions of these peak accelerations [g]."""
+    return [
+        wd.GroundMotion(peak * G / 3 * np.roll(RECORDS[0].acceleration, i), 0.01, f"strong {i}")
+        for i, peak in enumerate(peaks)
+    ]
 
 
 def capacity(displacement=(0.03, 0.30), shear=(2.0e6, 3.0e6), **changes):
@@ -106,6 +120,26 @@ BUILDINGS = {
         lambda: run(building(law="bouc_wen", yield_force=1600.0)),
         "yield drift ratio",
         "in kN",
+    ),
+    "one floor in tonnes": (
+        lambda: run(building(mass=[2e5, 200.0, 2e5])),
+        "mass of a floor over that of a neighbouring one is 1000",
+        "with one given in tonnes",
+    ),
+    "roof as a weight in kN": (
+        lambda: run(building(mass=[2e5, 2e5, 1961.0])),
+        "mass of a floor over that of a neighbouring one is 101.9",
+        "with one given in kN of weight",
+    ),
+    "one storey in kN/m": (
+        lambda: run(elastic(**TALL | {"stiffness": [3e8] * 9 + [2e5]})),
+        "stiffness of a storey over that of a neighbouring one is 1500",
+        "with one given in kN/m",
+    ),
+    "one gravity load in kN": (
+        lambda: run(building(gravity_load=[2e6, 2e3, 2e6])),
+        "gravity load on a storey over that on a neighbouring one is 1000",
+        "with one given in kN",
     ),
     "gravity in kN": (lambda: run(building(gravity_load=1961.0)), "gravity load over mass", "gravity_load given in kN"),
     "gravity in MN": (lambda: run(building(gravity_load=1.961)), "gravity load over mass", "gravity_load given in MN"),
@@ -203,6 +237,51 @@ SHAKEN = {
         "scale factor",
         "motions given in g",
     ),
+    "one record in g": (
+        lambda: run(None, wd.Cloud([*strong(0.3, 0.5, 0.4, 0.8, 0.35), scaled(1 / G)])),
+        "over that of the next stronger motion of the set of motion 'mistaken' is",
+        "given in g among motions in m/s2",
+    ),
+    "one record in g, scaled": (
+        lambda: run(None, wd.OneMotionPerStructure([*strong(0.3, 0.5, 0.4, 0.8, 0.35), scaled(1 / G)])),
+        "motion 'mistaken'",
+        "given in g",
+    ),
+    "one record in g, measured": (
+        lambda: wd.intensity_measures([*strong(0.3, 0.5, 0.4, 0.8, 0.35), scaled(1 / G)]),
+        "motion 'mistaken'",
+        "given in g",
+    ),
+    "record with an offset": (
+        lambda: run(None, wd.GroundMotion(shaking() + 0.3, 0.01, "raw")),
+        "baseline (a straight line fitted to the record) over the peak of motion 0 ('raw') is 0.1",
+        "warpdyn.records.detrend",
+    ),
+    "record with a trend": (
+        lambda: wd.response_spectra([wd.GroundMotion(shaking() + np.linspace(-0.5, 0.5, 3000), 0.01)], [1.0]),
+        "baseline",
+        "detrend",
+    ),
+    "ground's damping in percent": (
+        lambda: run(None, wd.FilteredNoise(wd.KanaiTajimi(0.01, 15.0, 60.0), 20.0, 0.02)),
+        "damping ratio of the filter (ground_damping_ratio) of the noise is 60",
+        "given in percent, it would be 0.6",
+    ),
+    "filter's damping in percent": (
+        lambda: run(None, wd.FilteredNoise(wd.CloughPenzien(0.01, 15.0, 0.6, 1.5, 60.0), 20.0, 0.02)),
+        "damping ratio of the filter (filter_damping_ratio) of the noise is 60",
+        "percent",
+    ),
+    "harmonic force in kN": (
+        lambda: run(elastic(), wd.HarmonicForce([0.0, 800.0], 6.0, 5.0)),
+        "drift ratio that the largest force leads to at rest",
+        "the force given in kN",
+    ),
+    "force history in kN": (
+        lambda: run(elastic(), wd.ForceHistory(np.full((9, 2), 500.0), 0.1)),
+        "drift ratio that the largest force leads to at rest",
+        "the force given in kN",
+    ),
     "step of a record in ms": (lambda: run(None, scaled(1.0, 10.0)), "record step", "10 s", "in ms", "0.01 s"),
     "step of a record as a rate": (lambda: run(None, scaled(1.0, 200.0)), "record step", "200 s", "frequency in Hz"),
     "step of a record in us": (lambda: run(None, scaled(1.0, 1e-5)), "record step", "1e-05 s"),
@@ -263,110 +342,3 @@ class Measured(wd.SpectralAcceleration):
 
 def noise(times, interval=0.02):
     return wd.FilteredNoise(wd.KanaiTajimi(0.01 * times**2, 15.0, 0.6), 20.0, interval)
-
-
-CITY = wd.Portfolio({"a": wd.Archetype(building())})
-RUNS = {
-    "step in ms": (lambda: run(settings={"step": 10.0}), "integration step", "is 10 s", "in ms", "0.01 s"),
-    "step as a rate": (lambda: run(settings={"step": 100.0}), "integration step", "frequency in Hz"),
-    "longest step in ms": (lambda: run(settings={"longest_step": 5.0}), "integration step", "is 5 s", "in ms"),
-    "tail in ms": (lambda: run(tail=20000.0), "tail is 20000 s", "in ms", "20 s"),
-    "drift ratio capacity in percent": (
-        lambda: run(building(drift_ratio_capacity=2.0)),
-        "collapse drift ratio at storey",
-        "percent",
-        "0.02",
-    ),
-    "drift capacity in mm": (lambda: run(building(drift_capacity=60.0)), "collapse drift ratio at storey"),
-    "spectrum at periods in ms": (
-        lambda: wd.response_spectra(RECORDS, [0.5, 440.0], device="cpu"),
-        "period of the intensity measure or spectrum is 440 s",
-        "ms",
-    ),
-    "collapse in percent": (lambda: run(collapse_drift_ratio=10.0), "collapse drift ratio is 10", "percent", "0.1"),
-    "factor of a value": (
-        lambda: run(scatter={"stiffness": factor(2e8, 0.2)}),
-        "random factor of stiffness is",
-        "RandomValue takes it",
-    ),
-    "factor in percent": (lambda: run(scatter={"mass": factor(100.0, 0.1)}), "random factor of mass", "in percent"),
-    "dispersion in percent": (lambda: run(scatter={"mass": factor(1.0, 20.0)}), "random factor", "dispersion"),
-    "coefficient of variation in percent": (
-        lambda: run(scatter={"mass": wd.RandomFactor(wd.Lognormal.from_mean(1.0, 30.0))}),
-        "random factor of mass",
-        "dispersion or deviation given in percent",
-    ),
-    "uniform factor in percent": (
-        lambda: run(scatter={"mass": wd.RandomFactor(wd.Uniform(80.0, 120.0))}),
-        "random factor of mass",
-        "in percent",
-    ),
-    "value of a factor": (
-        lambda: run(scatter={"stiffness": wd.RandomValue(wd.Lognormal(1.0, 0.2))}),
-        "random value over the nominal one of stiffness",
-        "RandomFactor takes it",
-    ),
-    "value in tonnes": (
-        lambda: run(scatter={"mass": wd.RandomValue(wd.Lognormal(200.0, 0.1))}),
-        "random value over the nominal one of mass",
-    ),
-    "fixed value in tonnes": (lambda: run(scatter={"mass": 200.0}), "first period", "mass given in tonnes"),
-    "table in tonnes": (
-        lambda: run(scatter={"mass": wd.GivenValues([2e5, 200.0])}, settings={"structures": 2}),
-        "first period",
-        "mass given in tonnes",
-    ),
-    "a portfolio's height in mm": (
-        lambda: run(portfolio(height=3200.0), wd.Cloud(RECORDS)),
-        "storey height of archetype 'mistaken'",
-        "in mm",
-    ),
-    "a portfolio's factor": (
-        lambda: run(wd.Portfolio({"b": wd.Archetype(building(), 3, {"mass": factor(2e5, 0.1)})}), wd.Cloud(RECORDS)),
-        "random factor of mass of archetype 'b'",
-    ),
-    "a sequence's levels": (
-        lambda: run(None, sequence(RECORDS[0], wd.Stripes(RECORDS, [10, 20], PGA))),
-        "intensity level of event 'aftershock' is 20 g",
-    ),
-    "plan": (lambda: wd.plan(wd.Scene(building(mass=200.0), RECORDS[0])), "first period", "tonnes"),
-    "limits in percent": (
-        lambda: wd.fragility(demands(), {"slight": 0.3}),
-        "drift limit of 'slight'",
-        "is 0.3",
-        "percent",
-    ),
-    "a limit in mm": (lambda: wd.fragility(demands(), {"slight": 0.003, "severe": 30.0}), "'severe'", "drift in mm"),
-    "limits of a portfolio in percent": (
-        lambda: wd.damage_shares(city_run(), {"a": {"slight": 0.3}}),
-        "drift limit of 'slight' of 'a'",
-        "percent",
-    ),
-    "pushed in mm": (lambda: wd.pushover(building(), [0.0, 100.0]), "largest drift over height", "given in mm"),
-    "sheared in mm": (lambda: wd.storey_hysteresis(building(), [0.0, 30.0]), "largest drift over height", "in mm"),
-    "spectra of gal": (lambda: wd.response_spectra([scaled(100.0)], [1.0]), "peak ground acceleration", "gal"),
-    "measures of ms": (lambda: wd.intensity_measures([scaled(1.0, 10.0)]), "record step", "in ms"),
-    "measure's damping in percent": (
-        lambda: wd.SpectralAcceleration(1.0, 5.0),
-        ValueError,
-        "damping_ratio",
-        "not including 1, got 5",
-    ),
-    "error in percent": (lambda: run(settings={"target_error": 1.0}), ValueError, "target_error", "below 1"),
-    "share in percent": (lambda: run(settings={"checked_share": 5.0}), ValueError, "checked_share", "at most 1"),
-    "memory in GB": (lambda: run(settings={"memory": 0.5}), ValueError, "memory [bytes]"),
-    "hardening in percent": (lambda: building(hardening_ratio=5.0), ValueError, "hardening_ratio is 5", "below 1"),
-}
-
-
-def city_run():
-    archetypes = {
-        "archetype": ("archetype", np.array(["a"])),
-        "archetype_index": ("sample", np.zeros(8, np.int32)),
-        "building": ("sample", np.arange(8) % 4),
-        "motion": ("motion", [0, 1]),
-    }
-    return demands().assign_coords(archetypes)
-
-
-CASES = BUILDINGS | SHAKEN | RUNS

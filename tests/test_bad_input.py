@@ -60,7 +60,7 @@ def changed(matrix, at, value):
 
 def with_correlation(pair, value, **more):
     factor = wd.RandomFactor(wd.Lognormal(1, 0.1))
-    return scene(scatter={"mass": factor, "stiffness": factor, "height": 3.0} | more, correlation={pair: value})
+    return scene(scatter={"mass": factor, "stiffness": factor} | more, correlation={pair: value})
 
 
 # What is given, the error, and what its message must tell.
@@ -197,10 +197,6 @@ SCENES = {
         "scatter names unknown parameter 'strength'",
         "yield_force",
     ),
-    "fixed out of bounds": (
-        lambda: scene(scatter={"mass": -2.0}),
-        "scatter['mass'] is -2; it must be finite and above 0",
-    ),
     "storeys of one value": (
         lambda: scene(scatter={"damping_ratio": wd.RandomFactor(wd.Normal(1, 0.1), per="storey")}),
         "scatter['damping_ratio']: damping_ratio has no values by storey; use per='building'",
@@ -238,7 +234,7 @@ SCENES = {
         "('mass', 'stiffness') must be from -1 to 1, got 1.1",
     ),
     "correlation with oneself": (lambda: with_correlation(("mass", "mass"), 0.5), "two different parameters"),
-    "correlation with a number": (
+    "correlation with what is not random": (
         lambda: with_correlation(("mass", "height"), 0.5),
         "('mass', 'height')",
         "random scatter",
@@ -280,7 +276,7 @@ RUNS = {
     ),
     "history of every nothing": (lambda: run(histories=wd.Histories((0,), 0)), "histories.every", "at least 1, got 0"),
     "gamma above beta": (
-        lambda: run({"structure": building(law="bouc_wen"), "scatter": {"beta": 0.25}}),
+        lambda: run({"structure": building(law="bouc_wen"), "scatter": {"beta": wd.GivenValues([0.25])}}),
         "gamma is 0.5 where beta is 0.25 (structure 0, storey 1)",
     ),
     "velocity not finite": (lambda: wd.FreeVibration(1.0, velocity=NAN), "velocity is nan"),
@@ -319,7 +315,7 @@ WRONG_TYPES = {
     "scatter": (
         lambda: scene(scatter={"mass": "much"}),
         "scatter['mass'] must be a RandomFactor",
-        "or a number",
+        "one for each structure is GivenValues",
         "much",
     ),
     "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),

@@ -53,6 +53,7 @@ def test_forces_of_the_last_state_are_seen(kind):
         np.testing.assert_allclose(run.peak_base_shear, 10.0, rtol=1e-8)
 
 
+@pytest.mark.meant_as_given("drift_ratio_of_force")
 def test_force_history_without_a_tail_ends_under_its_last_force():
     """A force that grows until the end holds the mass back there: M u'' = F - k u, and not -k u."""
     scene = wd.Scene(
@@ -85,7 +86,7 @@ def test_energy_out_of_balance_is_told():
 
 def test_default_step_follows_what_replaces_the_nominal_value():
     building = wd.ShearBuilding(1.0, 40.0, 1.0)
-    stiff = wd.simulate(wd.Scene(building, SHAKE, scatter={"stiffness": 4e5}))
+    stiff = wd.simulate(wd.Scene(building, SHAKE, scatter={"stiffness": wd.GivenValues([4e5])}))
     assert stiff.attrs["step"] == pytest.approx(2 * np.pi / np.sqrt(4e5) / 100, rel=0.1)
 
 

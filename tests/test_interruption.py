@@ -64,6 +64,54 @@ def test_handlers_of_the_program_are_called():
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def _ask(numbers, seen, *, looks):
+    """Raise signals within `interruptible`, and look for them or not."""
+    with interruptible():
+        for number in numbers:
+            signal.raise_signal(number)
+        seen.append("asked")
+        if looks:
+            stop_if_asked()
+
+
+def test_a_signal_while_handlers_are_put_back_leaves_nothing_stuck(monkeypatch):
+    seen = []
+    own = signal.signal(signal.SIGTERM, lambda number, frame: seen.append(number))
+    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    original = signal.signal
+
+    def put_back(number, handler):
+        original(number, handler)
+        if handler is handlers[0]:  # Ctrl-C works again, and comes at once
+            signal.raise_signal(signal.SIGINT)
+
+    try:
+        with pytest.raises(KeyboardInterrupt), interruptible():
+            monkeypatch.setattr(signal, "signal", put_back)
+        monkeypatch.undo()
+        signal.raise_signal(signal.SIGTERM)
+        assert seen == [signal.SIGTERM]  # at once, and not noted for ever
+        with pytest.raises(KeyboardInterrupt):
+            _ask([signal.SIGINT], seen, looks=True)
+        assert seen[1:] == ["asked"]  # Ctrl-C waits again
+        assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == handlers
+    finally:
+        signal.signal(signal.SIGTERM, own)
+
+
+@pytest.mark.parametrize("looks", [True, False])
+def test_of_several_signals_none_is_lost(looks):
+    seen = []
+    own = signal.signal(signal.SIGTERM, lambda number, frame: seen.append(number))
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            _ask([signal.SIGINT, signal.SIGTERM, signal.SIGINT], seen, looks=looks)
+        assert seen == ["asked", signal.SIGTERM]
+    finally:
+        signal.signal(signal.SIGTERM, own)
+    stop_if_asked()  # nothing is left to act
+
+
 def test_other_threads_write_too(tmp_path):
     thread = threading.Thread(target=wd.write, args=(dataset(10), tmp_path / "run.nc"))
     thread.start()

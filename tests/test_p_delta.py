@@ -9,7 +9,7 @@ from method_sources import thorough_unless
 from scipy.integrate import quad, solve_ivp
 
 import warpdyn as wd
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK
+from warpdyn.core.output_variables import COLLAPSED, OK, UNSTABLE_STEP
 from warpdyn.integration.run import prepare
 from warpdyn.methods.table import fitting_methods
 from warpdyn.truth import piecewise_linear_response
@@ -135,9 +135,15 @@ def test_what_falls_over_is_a_collapse_and_its_energy_closes(method):
     # drift, over 8 at most.
     corner = STIFFNESS * (1.2 * velocity * 0.005) ** 2 / 8 if method == "newmark_average" else 0.0
     end = np.nanmax(fallen.displacement.values)
-    assert 0.5 * HEIGHT < end < 0.5 * HEIGHT * (1 + 0.005 * 4)  # a step at a rate of 4 a second later
+    step_later = 0.5 * HEIGHT * (1 + 0.005 * 4)  # at a rate of 4 a second
     plastic = end - YIELD_FORCE / STIFFNESS
-    assert fallen.hysteretic_energy.item() == pytest.approx(YIELD_FORCE * plastic, rel=1e-4, abs=corner)
+    if method == "dormand_prince54":  # which ends within the step, after the last state of the history
+        assert end < 0.5 * HEIGHT
+        most = step_later - YIELD_FORCE / STIFFNESS
+        assert YIELD_FORCE * plastic < fallen.hysteretic_energy.item() < YIELD_FORCE * most
+    else:
+        assert 0.5 * HEIGHT < end < step_later
+        assert fallen.hysteretic_energy.item() == pytest.approx(YIELD_FORCE * plastic, rel=1e-4, abs=corner)
     assert np.isnan(fallen.residual_drift_ratio.item())
     assert abs(fallen.energy_balance_error.item()) < 1e-4
 
@@ -148,12 +154,17 @@ def test_what_still_falls_when_the_run_ends_is_a_collapse(method):
     velocity, _ = threshold(0.0)
     for factor, status in ((0.95, OK), (1.2, COLLAPSED)):
         load = wd.FreeVibration(0.6, velocity=factor * velocity)
-        scene = wd.Scene(building, load, recorders=("drift",))
-        found = wd.simulate(scene, method=method, step=0.005, dtype="float64", device="cpu")
-        assert found.status.item() == status
-        assert found.peak_storey_drift_ratio.max() < 0.4  # before the limit at which a fall is known to be one
-        assert np.isnan(found.time_of_collapse.item())
-        assert found.storey_of_collapse.item() == (1 if status == COLLAPSED else -1)
+        for recorders in (("drift",), ("base_shear",)):
+            scene = wd.Scene(building, load, recorders=recorders)
+            found = wd.simulate(scene, method=method, step=0.005, dtype="float64", device="cpu")
+            assert found.status.item() == status
+            if "drift" in recorders:
+                assert found.peak_storey_drift_ratio.max() < 0.4  # before the limit at which a fall is known to be one
+            # It is told when the run ends.
+            np.testing.assert_allclose(
+                found.time_of_collapse.item(), 0.6 if status == COLLAPSED else np.nan, rtol=1e-12
+            )
+            assert found.storey_of_collapse.item() == (1 if status == COLLAPSED else -1)
 
 
 @pytest.mark.parametrize("method", ["central_difference", "rk4"])
@@ -161,7 +172,7 @@ def test_a_blow_up_is_no_collapse(method):
     # A step of 3.5 rad, beyond any explicit method's limit, past what holds such runs back.
     scene = wd.Scene(oscillator(), wd.FreeVibration(70.0, velocity=0.1))
     ensemble, _ = prepare(scene, structures=1, method=method, dtype="float64", step=0.35)
-    assert ensemble.integrate(np.arange(1))["status"][0] == DIVERGED
+    assert ensemble.integrate(np.arange(1))["status"][0] == UNSTABLE_STEP
 
 
 DAMPERS = np.array([9e4, 6e4, 4e4])
@@ -271,7 +282,7 @@ def test_what_is_refused():
     with pytest.raises(ValueError, match="gravity_load has 2 values and mass has 3: lists of one value a storey"):
         wd.ShearBuilding([1e4, 1e4, 1e4], 2e7, 3.0, gravity_load=[1, 1])
     with pytest.raises(ValueError, match="gravity_load"):
-        wd.Scene(wd.ShearBuilding(1e4, 2e7, 3.0), SHAKE, scatter={"gravity_load": 3.0})
+        wd.Scene(wd.ShearBuilding(1e4, 2e7, 3.0), SHAKE, scatter={"gravity_load": wd.GivenValues([3.0])})
     weak = wd.Scene(oscillator(), SHAKE, scatter={"stiffness": wd.GivenValues([STIFFNESS, TOPPLING / 2])})
     with pytest.raises(ValueError, match="drawn: gravity_load adds up to 600000 N on structure 1, storey 1"):
         wd.simulate(weak, structures=2, device="cpu")

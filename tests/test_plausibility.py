@@ -4,13 +4,16 @@ import re
 import warnings
 
 import mistakes
+import mistakes_of_runs
+import numpy as np
 import pytest
 from mistakes import (
-    CASES,
+    BUILDINGS,
     DAMPED,
     ISOLATORS,
     PGA,
     RECORDS,
+    SHAKEN,
     TALL,
     UNIT_LAW,
     building,
@@ -24,7 +27,9 @@ from mistakes import (
     run,
     scaled,
     sequence,
+    strong,
 )
+from mistakes_of_runs import RUNS
 
 import warpdyn as wd
 from warpdyn.accuracy import pilot
@@ -33,6 +38,9 @@ from warpdyn.kernels import build, queues
 from warpdyn.running import pushover, simulate as door
 
 pytestmark = pytest.mark.fast
+
+
+CASES = BUILDINGS | SHAKEN | RUNS
 
 
 class Reached(Exception):
@@ -84,7 +92,7 @@ def test_no_mistake_is_silent(case):
         assert error is None, error
         (warning,) = warned  # one a run
         assert warning.category is UserWarning
-        assert warning.filename == mistakes.__file__  # the line of the user
+        assert warning.filename in (mistakes.__file__, mistakes_of_runs.__file__)  # the line of the user
         text = str(warning.message)
     for part in parts:
         assert part in text
@@ -102,6 +110,11 @@ MEANT = {
     "stripes": lambda: run(None, wd.Stripes(RECORDS, [0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 6.5], PGA)),
     "weak aftershock": lambda: run(None, sequence(RECORDS[0], scaled(0.05))),
     "noise": lambda: run(None, noise(1.0)),
+    "weak and strong": lambda: run(None, wd.Cloud(strong(0.03, 0.05, 0.08, 0.15, 0.2, 0.35, 0.6))),
+    "a pulse": lambda: run(None, wd.GroundMotion(2 * np.sin(np.linspace(0, np.pi, 100)), 0.01)),
+    "white noise": lambda: run(None, wd.GroundMotion(np.random.default_rng(1).normal(size=500), 0.01)),
+    "a light roof": lambda: run(building(mass=[2e5, 2e5, 2e4])),
+    "a shaker": lambda: run(elastic(), wd.HarmonicForce([0.0, 1e4], 6.0, 5.0)),
     "undamped free vibration": lambda: run(wd.ShearBuilding(2e5, 2e8, 3.2), wd.FreeVibration(2.0, velocity=0.1)),
     "scatter": lambda: run(scatter={"mass": factor(1.0, 0.4), "damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}),
     "portfolio": lambda: run(portfolio(), wd.Cloud(RECORDS)),
@@ -142,6 +155,18 @@ def test_what_is_named_is_not_warned_of():
         (warning,) = told(lambda: run(mistaken))[0]
     assert "storey height" not in str(warning.message)
     assert told(lambda: run(mistaken))[0]
+
+
+def test_meant_as_given_needs_its_block():
+    with pytest.warns(UserWarning, match=r"'no_damping'\) does nothing by itself: write `with ") as caught:
+        wd.meant_as_given("no_damping")
+    assert caught[0].filename == __file__
+
+    @wd.meant_as_given("storey_height")
+    def attempt():
+        return told(lambda: run(building(height=3200.0)))[0]
+
+    assert all("storey height at" not in str(attempt()[0].message) for _ in range(2))
 
 
 def test_names_are_checked():

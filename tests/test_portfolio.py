@@ -47,7 +47,7 @@ ARCHETYPES = {
     "high": wd.Archetype(chain(3, 5e5, hardening_ratio=0.1), 3, SCATTER, {("mass", "stiffness"): 0.5}),
     "smooth": wd.Archetype(smooth(2), 4, {"yield_force": wd.RandomFactor(wd.Lognormal(1, 0.3))}),
     "linear": wd.Archetype(wd.ShearBuilding(2e3, [6e5, 4e5], 3.0, **DAMPED), 2, {"mass": wd.GivenValues([1e3, 2e3])}),
-    "again": wd.Archetype(chain(2, 7e5), 6, {"yield_force": 5e3, "mass": wd.GivenValues(np.linspace(1.5e3, 3e3, 6))}),
+    "again": wd.Archetype(chain(2, 7e5, yield_force=5e3), 6, {"mass": wd.GivenValues(np.linspace(1.5e3, 3e3, 6))}),
 }
 SETTINGS = {"tail": 1.0, "collapse_drift_ratio": 0.05}
 CITY = wd.Portfolio(ARCHETYPES)
@@ -55,7 +55,7 @@ CITY = wd.Portfolio(ARCHETYPES)
 
 def simulate(portfolio, excitation, **settings):
     """Run a portfolio, given what its scene and what its run takes together."""
-    names = ("recorders", "tail", "collapse_drift_ratio", "scatter", "sampling")
+    names = ("recorders", "tail", "collapse_drift_ratio", "scatter", "correlation", "sampling")
     of_scene = {key: settings.pop(key) for key in names if key in settings}
     return wd.simulate(wd.Scene(portfolio, excitation, **of_scene), **settings)
 

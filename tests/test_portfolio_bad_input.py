@@ -53,7 +53,8 @@ def refuse(*arguments, **named):
 WILD = {"mass": wd.RandomValue(wd.Normal(0.0, 1.0))}
 BAD_DRAW = wd.Portfolio({"bad": wd.Archetype(chain(1), 9, WILD)})
 RUNS = {
-    "scatter": ({"scatter": {"mass": 1.0}}, "names unknown parameter 'mass'"),
+    "scatter": ({"scatter": SCATTER}, r"scatter of .*mass.* takes none.*Archetype\(building, count, scatter\)"),
+    "correlation": ({"correlation": {("mass", "stiffness"): 0.5}}, "correlation of .* takes none"),
     "excitation": ({"excitation": wd.FreeVibration(1.0)}, "Stripes, Cloud or OneMotionPerStructure, got FreeVibration"),
     "structures": ({"structures": 3}, "structures= does not apply to a portfolio: leave it out"),
     "histories": ({"histories": wd.Histories([0])}, "histories of a portfolio are not kept"),

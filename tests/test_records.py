@@ -92,10 +92,10 @@ def test_at2_cut_within_its_last_value(tmp_path, lost):
         wd.records.read_at2(write(tmp_path, content))
 
 
-@pytest.mark.parametrize("values", ["0.1 -0.25 0.", "1 2 3"])
+@pytest.mark.parametrize("values", ["0.1 -0.25 0.", "10 -25 3"])
 def test_at2_that_may_be_cut(tmp_path, values):
     content = NEW + "NPTS= 3, DT= .01 SEC\n" + values
-    with pytest.warns(UserWarning, match=r"record\.AT2: no newline ends the file, so its last value, '.*', may be"):
+    with pytest.warns(UserWarning, match=r"record\.AT2: no newline ends the file, and its last value, '.*', has fewer"):
         wd.records.read_at2(write(tmp_path, content))
     with warnings.catch_warnings(action="error"):
         wd.records.read_at2(write(tmp_path, content + "\n"))

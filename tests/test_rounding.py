@@ -1,9 +1,13 @@
 """Storeys for which the rounding of float32 decides when they turn back, against float64."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import warpdyn as wd
+from warpdyn.core.output_variables import NOT_CONVERGED
+from warpdyn.integration.ensemble import Ensemble
 
 STRUCTURES, STOREYS, PERIOD = 128, 3, 0.03
 
@@ -59,3 +63,27 @@ def test_what_float32_cannot_tell_runs_in_float64():
     assert np.count_nonzero(far > 1000) > STRUCTURES / 2  # of so many yield drifts
     assert error[far > 310].max() < 1e-6  # they come out of the same kernel, and are rounded once
     assert np.quantile(error, 0.99) < 1e-3
+
+
+@pytest.mark.meant_as_given("first_period_over_height", "yield_drift_ratio", "plastic_drift_ratio")
+def test_what_fails_in_float64_has_failed_whatever_is_recorded(monkeypatch):
+    scene = replace(stiff_deteriorating_scene(), recorders=("acceleration",))
+    original = Ensemble.integrate
+    again = []
+
+    def fail(self, chosen):
+        if self.plan.dtype == "float32":
+            return original(self, chosen)
+        again.extend(chosen)
+        outputs = {name: values.T for name, values in self.model.blank_outputs(chosen.size).items()}
+        outputs["status"][:] = NOT_CONVERGED
+        return outputs
+
+    monkeypatch.setattr(Ensemble, "integrate", fail)
+    with pytest.warns(UserWarning, match="moved by so many yield drifts|flagged not_converged") as caught:
+        failed = wd.simulate(scene, structures=STRUCTURES, longest_step=PERIOD / 100, device="cpu")
+    assert len(caught) == 2
+    assert len(again) > STRUCTURES / 2  # that many move by more than 1,000 yield drifts, as above
+    assert "peak_storey_drift" not in failed
+    assert np.flatnonzero(failed.status == NOT_CONVERGED).tolist() == sorted(again)
+    assert np.isnan(failed.peak_floor_acceleration.values[again]).all()

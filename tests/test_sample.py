@@ -14,7 +14,8 @@ import warpdyn as wd
 from warpdyn.core import random_numbers as philox
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.integration.sampler import Sampler
-from warpdyn.scene.scatter import SAMPLING, check_scatter, correlation_factor
+from warpdyn.scene.correlation import check_correlation, correlation_factor
+from warpdyn.scene.scatter import SAMPLING
 
 pytestmark = pytest.mark.fast
 
@@ -80,7 +81,7 @@ def test_factor_multiplies_and_value_replaces():
         {
             "mass": wd.RandomFactor(wd.Uniform(0.9, 1.1)),
             "yield_force": wd.RandomValue(wd.Uniform(500, 600)),
-            "height": 3.5,
+            "height": wd.GivenValues(np.full(N, 3.5)),
         }
     )
     factor = result["mass"] / [3e3, 2e3, 1e3]
@@ -185,7 +186,7 @@ def test_factor_of_any_correlation_matrix(correlation, of_stiffness, of_strength
     least = np.linalg.eigvalsh(matrix)[0]
     if least < -1e-9:
         with pytest.raises(ValueError, match="contradict each other"):
-            check_scatter(BUILDING, scatter, pair)
+            check_correlation(BUILDING, scatter, pair)
     elif least > -1e-11:
         _, factor = correlation_factor(BUILDING, scatter, pair)
         assert np.all(np.triu(factor, 1) == 0)

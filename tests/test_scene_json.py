@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ EXCITATIONS = {
 RANDOM = wd.RandomFactor(wd.Lognormal(1.0, 0.25), per="storey", storey_correlation=0.8)
 SCATTERS = {
     "drawn": (
-        {"mass": wd.RandomFactor(wd.Normal(1.0, 0.1)), "stiffness": RANDOM, "height": 3.3},
+        {"mass": wd.RandomFactor(wd.Normal(1.0, 0.1)), "stiffness": RANDOM},
         {("stiffness", "mass"): 0.6},
     ),
     "given": ({"stiffness": wd.GivenValues([[2e8, 1.9e8], [2.1e8, 1.8e8], [1 / 3 * 1e9, 2e8]])}, {}),
@@ -169,3 +170,36 @@ def test_texts_are_short_and_notebooks_have_tables():
     assert "storey yield force" in law
     assert "0.05" in law
     assert wd.modal_table(PLAIN.modal())._repr_html_().startswith("<pre>mode")
+
+
+# Where a key of the JSON stands, what replaces it (None: nothing), and what the error must tell.
+EDITED = {
+    "renamed": (
+        ("recorders",),
+        "recorder",
+        "the scene has unknown 'recorder' (did you mean 'recorders'?); allowed are",
+    ),
+    "parameter left out": (("structure", "height"), None, "structure has no 'height'; it has 'law', 'damping'"),
+    "kind left out": (("structure", "type"), None, "structure has no 'type'"),
+    "of a distribution": (
+        ("scatter", "mass", "distribution", "dispersion"),
+        "sigma",
+        "scatter.mass.distribution has no 'dispersion'; it has 'median', 'sigma'",
+    ),
+    "of a scatter": (("scatter", "mass", "per"), "by", "scatter.mass has unknown 'by'; allowed are distribution, per"),
+}
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("case", EDITED)
+def test_an_edited_key_is_named(case):
+    *path, key = EDITED[case][0]
+    edited = json.loads(wd.Scene(PLAIN, MOTIONS[0], {"mass": RANDOM}).to_json())
+    part = edited
+    for each in path:
+        part = part[each]
+    value = part.pop(key)
+    if EDITED[case][1]:
+        part[EDITED[case][1]] = value
+    with pytest.raises(ValueError, match=re.escape(EDITED[case][2])):
+        wd.Scene.from_json(json.dumps(edited), MOTIONS)

@@ -91,7 +91,7 @@ def test_aftershocks_make_no_samples_of_the_mainshock(striped):
         wd.Scene(make_building(), STRIPED.events["mainshock"], DRAWN), structures=3, seed=4, device="cpu"
     )
     limits = {"slight": float(alone["peak_storey_drift_ratio"].max("storey").median())}
-    found = [wd.fragility(run, limits, bootstrap=20) for run in (alone, wd.select_event(striped, "mainshock"))]
+    found = [wd.fragility(run, limits) for run in (alone, wd.select_event(striped, "mainshock"))]
     for name in ("valid_samples", "exceedance_fraction", "exceedance_fraction_lower", "exceedance_fraction_upper"):
         np.testing.assert_array_equal(found[0][name], found[1][name], err_msg=name)
     assert wd.summary(striped).startswith("mainshock\n12 samples: 12 ok")
@@ -207,7 +207,7 @@ def test_fragility_of_the_damaged_building():
     worst = main["peak_storey_drift_ratio"].max("storey")
     damaged = (worst > 0.003) & (worst <= 0.01)
     assert 24 < damaged.sum() < 24 * 24
-    curves = wd.fragility(after.isel(sample=damaged), {"extensive": 0.01}, bootstrap=20)
+    curves = wd.fragility(after.isel(sample=damaged), {"extensive": 0.01})
     level, drift = after["im_level"].values, after["peak_storey_drift_ratio"].max("storey").values
     counted = [np.mean(drift[damaged.values & (level == value)] > 0.01) for value in stripes.levels_in_g]
     np.testing.assert_allclose(curves["exceedance_fraction"][0], counted)

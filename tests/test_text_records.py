@@ -236,6 +236,55 @@ def test_sound_files_warn_of_nothing(tmp_path, format_of):
         wd.records.read_text(write(tmp_path, shaken(format_of, 1010)), unit="g")
 
 
+def running(count: int) -> np.ndarray:
+    """Return a record of .01 s with vibrations of up to 8 Hz."""
+    time, random = 0.01 * np.arange(count), np.random.default_rng(2)
+    return sum(
+        np.sin(2 * np.pi * f * time + p)
+        for f, p in zip(random.uniform(0.5, 8, 20), random.uniform(0, 2 * np.pi, 20), strict=True)
+    )
+
+
+@pytest.mark.parametrize("options", [{}, {"acceleration_column": 0}, {"acceleration_column": 0, "header_lines": 4}])
+@pytest.mark.parametrize("width", [2, 5, 8])
+def test_values_that_run_on_are_no_columns(tmp_path, width, options):
+    rows = running(50 * width).reshape(-1, width)
+    body = "".join("".join(f"{value:14.6e}" for value in row) + "\n" for row in rows)
+    # The last line of the header has as many words as some files have values a line.
+    file = write(tmp_path, "PEER\nA quake\nACCELERATION IN UNITS OF G\nNPTS= N, DT= s SEC,\n" + body)
+    if width == 2 and not options:  # two columns are times and accelerations
+        with pytest.raises(ValueError, match="times must increase"):
+            wd.records.read_text(file, unit="g")
+        return
+    with pytest.raises(ValueError, match=rf"AT2:5: {width} values a line that run on .*every {width}th .*skiprows=4"):
+        wd.records.read_text(file, unit="g", step=0.01, **options)
+
+
+def test_a_short_last_line_is_no_lost_column(tmp_path):
+    with pytest.raises(ValueError, match=r"AT2:2: 1 columns, .* 3: if a record runs on .* to from_array"):
+        wd.records.read_text(write(tmp_path, "1 2 3\n4\n"), unit="g", step=0.01, acceleration_column=0)
+
+
+def test_columns_side_by_side_do_not_run_on(tmp_path):
+    """Three components, and the floors of a building that nearly move together."""
+    component, floors = running(1000), np.linspace(0.3, 1.0, 6)
+    for table in (np.stack([component, np.roll(component, 300), np.roll(component, 600)]), np.outer(floors, component)):
+        np.savetxt(tmp_path / "table.txt", table.T)
+        motion = wd.records.read_text(tmp_path / "table.txt", unit="m/s2", step=0.01, acceleration_column=1)
+        np.testing.assert_array_equal(motion.acceleration, table[1])
+
+
+def test_a_last_line_without_a_newline(tmp_path):
+    for ends_with, warns in (("0.5", False), ("-0.125", False), ("0", True)):
+        file = write(tmp_path, "0.25\n-0.5\n0.125\n" + ends_with)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            motion = wd.records.read_text(file, unit="m/s2", step=0.01)
+        assert motion.acceleration[-1] == float(ends_with)
+        assert bool(caught) == warns
+        assert all("fewer characters than any other" in str(each.message) for each in caught)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("columns", [2, 3])
 def test_speed(tmp_path, columns):

@@ -1,7 +1,8 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
 from . import kernels as kernels, laws as laws, plots as plots, truth as truth
-from .accuracy.pilot import MethodChoice as MethodChoice, plan as plan
+from .accuracy.method_choice import MethodChoice as MethodChoice
+from .accuracy.pilot import plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
 from .exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
 from .exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
@@ -29,6 +30,11 @@ from .ground_motions.filtered_noise import (
     KanaiTajimi as KanaiTajimi,
     WhiteNoise as WhiteNoise,
 )
+from .ground_motions.forces import (
+    ForceHistory as ForceHistory,
+    FreeVibration as FreeVibration,
+    HarmonicForce as HarmonicForce,
+)
 from .ground_motions.intensity_measures import (
     AriasIntensity as AriasIntensity,
     AverageSpectralAcceleration as AverageSpectralAcceleration,
@@ -40,12 +46,7 @@ from .ground_motions.intensity_measures import (
     SpectralAcceleration as SpectralAcceleration,
     intensity_measures as intensity_measures,
 )
-from .ground_motions.motions import (
-    ForceHistory as ForceHistory,
-    FreeVibration as FreeVibration,
-    GroundMotion as GroundMotion,
-    HarmonicForce as HarmonicForce,
-)
+from .ground_motions.motions import GroundMotion as GroundMotion
 from .ground_motions.pair_measures import (
     GeometricMean as GeometricMean,
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,

@@ -7,23 +7,22 @@ import numpy as np
 from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.model import COUNTING_TURNS
 
-# Storeys of these laws lose stiffness, or all strength, at each turn, also at those that rounding makes. A floor
-# that has moved by so many yield drifts is rounded to parts of them that a storey above it moves by in a step: peak
-# drifts were up to 13 % off there, and the more so the shorter the step; below, in one of some thousand samples.
-COUNTING_TURNS = "ibarra_medina_krawinkler"
+# A floor that has moved by so many yield drifts is rounded to parts of them that a storey above it moves by in a step:
+# peak drifts were up to 13 % off there, and the more so the shorter the step; below, in one of some thousand samples.
 MOST_YIELD_DRIFTS = 300.0
 
 
 def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
-    """Return which of some samples float32 cannot tell, from their recorded peak drifts, shape [sample].
+    """Return which of some samples float32 cannot tell, from their peak drifts, shape [sample].
 
     Args:
         run: The run.
         samples: The samples.
         outputs: Their outputs, sample last.
     """
-    if run.plan.dtype != "float32" or COUNTING_TURNS not in run.plan.law or "peak_storey_drift" not in outputs:
+    if run.plan.dtype != "float32" or COUNTING_TURNS not in run.plan.law:
         return np.zeros(samples.size, dtype=bool)
     rows = np.unique(run.row[samples], return_inverse=True)
     parameters = run.model.dynamics.parameters_of(run.drawn, rows[0])
@@ -35,6 +34,8 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
 def rerun_in_float64(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> int:
     """Run those of some samples again that float32 cannot tell; return their number.
 
+    What fails in float64 has failed: float32 cannot tell it, and so does not tell it better.
+
     Args:
         run: The run.
         samples: The samples.
@@ -45,7 +46,6 @@ def rerun_in_float64(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> int
         double = run.with_model(run.model.in_float64(run.tolerance, run.queue.device), run.schedule)
         double.state = run.state
         found = double.integrate(samples[again])
-        failed = found["status"] >= DIVERGED  # what float32 has made of them is no worse
         for name, values in outputs.items():
-            values[..., again[~failed]] = found[name][..., ~failed]
+            values[..., again] = found[name]
     return again.size

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Mapping
+from contextlib import ContextDecorator
+from contextvars import ContextVar, Token
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +16,13 @@ from warpdyn.core.plausible_bands import BANDS
 
 MOST_TOLD = 5  # findings in one warning; the first ones are what the others follow from
 
+F = TypeVar("F", bound=Callable[..., Any])
+
 _meant: ContextVar[frozenset[str]] = ContextVar("meant_as_given", default=frozenset())
 
 
-@contextmanager
-def meant_as_given(*quantities: str) -> Iterator[None]:
-    """Give no warning of implausible values of these quantities within a `with` block.
+class meant_as_given(ContextDecorator):  # it reads as a word of the language: `with meant_as_given(...):`
+    """Give no warning of implausible values of these quantities within a `with` block, or a function that it decorates.
 
     Args:
         quantities: Names of the quantities, as the warning tells them.
@@ -32,18 +34,39 @@ def meant_as_given(*quantities: str) -> Iterator[None]:
         >>> with meant_as_given("storey_height", "no_damping"):
         ...     pass
     """
-    if not quantities:
-        raise ValueError(f"meant_as_given() takes the names of quantities, of {', '.join(map(repr, BANDS))}")
-    for name in quantities:
-        one_of("quantity", name, BANDS)
-    token = _meant.set(_meant.get() | set(quantities))
-    try:
-        yield
-    finally:
-        _meant.reset(token)
+
+    _is_idle = False  # until the names are checked
+
+    def __init__(self, *quantities: str) -> None:
+        if not quantities:
+            raise ValueError(f"meant_as_given() takes the names of quantities, of {', '.join(map(repr, BANDS))}")
+        for name in quantities:
+            one_of("quantity", name, BANDS)
+        self._quantities = quantities
+        self._before: list[Token[frozenset[str]]] = []
+        self._is_idle = True
+
+    def __enter__(self) -> None:
+        self._is_idle = False
+        self._before.append(_meant.set(_meant.get() | set(self._quantities)))
+
+    def __exit__(self, *raised: object) -> None:
+        _meant.reset(self._before.pop())
+
+    def __call__(self, function: F) -> F:
+        """Return a function that runs within the block."""
+        self._is_idle = False
+        return super().__call__(function)
+
+    def __del__(self) -> None:
+        if self._is_idle:
+            names = ", ".join(map(repr, self._quantities))
+            warn_caller(
+                f"meant_as_given({names}) does nothing by itself: write `with warpdyn.meant_as_given({names}):`"
+            )
 
 
-class Findings:
+class PlausibilityFindings:
     """What is implausible in one input, one sentence a quantity."""
 
     def __init__(self) -> None:
@@ -97,7 +120,7 @@ class Findings:
 
 def warn_of_implausible_limits(limits: Mapping[str, float]) -> None:
     """Give one warning of implausible drift limits, each by the words for whose it is, such as " of 'slight'"."""
-    findings = Findings()
+    findings = PlausibilityFindings()
     for where, limit in limits.items():
         findings.add("drift_limit", limit, where)
     findings.warn()

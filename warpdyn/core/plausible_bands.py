@@ -76,6 +76,11 @@ def _given(units: Mapping[str, float]) -> Mistakes:
     return {f"given in {unit}": factor for unit, factor in units.items()}
 
 
+def _given_one(units: Mapping[str, float]) -> Mistakes:
+    """Return the mistakes of giving one value of several in other units, of the ratio of the larger to the smaller."""
+    return {f"with one given in {unit}": 1 / factor for unit, factor in units.items() if factor > 10}
+
+
 _PERIOD = _with("stiffness", STIFFNESS, -0.5) | _with("mass", MASS, 0.5)
 _FACTOR: Mistakes = _with("motions", ACCELERATION, -1) | {
     f"with levels given in {unit}": ours / STANDARD_GRAVITY for unit, ours in ACCELERATION.items() if unit != "g"
@@ -87,6 +92,7 @@ _RATIO = _given(IN_PERCENT) | {"given as a drift in mm of a storey of 3 m": 1 / 
 _SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
 _AS_FREQUENCY: Mistakes = {"given as a frequency in Hz": None}
 _DAMPED: Mistakes = {"damping='none' is the default; 5 % of critical is damping='rayleigh', damping_ratio=0.05": None}
+_WITH_ONE: Mistakes = {"with one of them in another unit than the others": None}
 G = STANDARD_GRAVITY
 
 # By name: words, unit, least and largest usual value, likely mistakes with the factor that undoes each. Inputs stand
@@ -107,6 +113,15 @@ BANDS: Mapping[str, Band] = {
         {"as a factor rather than a value: RandomFactor takes it": None, "given in another unit": None} | _SPREAD,
     ),
     "storey_height": Band("storey height", "m", 1.5, 30.0, _given(LENGTH)),
+    "mass_of_neighbours": Band(
+        "mass of a floor over that of a neighbouring one", "1", 0.0, 50.0, _given_one(MASS) | _WITH_ONE
+    ),
+    "stiffness_of_neighbours": Band(
+        "stiffness of a storey over that of a neighbouring one", "1", 0.0, 200.0, _given_one(STIFFNESS) | _WITH_ONE
+    ),
+    "gravity_load_of_neighbours": Band(
+        "gravity load on a storey over that on a neighbouring one", "1", 0.0, 100.0, _given_one(FORCE) | _WITH_ONE
+    ),
     "displacement_capacity": Band("displacement capacity", "m", 0.02, 20.0, _given(LENGTH)),
     "capacity_period": Band(
         "first period of the chain with this capacity curve",
@@ -180,6 +195,21 @@ BANDS: Mapping[str, Band] = {
     "strongest_motion": Band(
         "peak ground acceleration of the strongest motion", "m/s2", 0.1 * G, 5 * G, _given(ACCELERATION)
     ),
+    "weakest_motions": Band(
+        "peak ground acceleration over that of the next stronger motion of the set",
+        "1",
+        1 / 3,
+        1.0,
+        {"given in g among motions in m/s2": G},
+    ),
+    "record_baseline": Band(
+        "baseline (a straight line fitted to the record) over the peak",
+        "1",
+        0.0,
+        0.02,
+        {"an offset is left in the record, which warpdyn.records.detrend takes out": None},
+    ),
+    "ground_damping_ratio": Band("damping ratio of the filter", "1", 0.02, 2.0, _given(IN_PERCENT)),
     "scale_factor": Band("median scale factor", "1", 0.0, 10.0, _FACTOR | _with("scale", IN_PERCENT)),
     "intensity_level": Band("intensity level", "g", 0.0, 8.0, _LEVEL),
     "lowest_intensity_level": Band("lowest intensity level", "g", 0.0, 1.5, _LEVEL),
@@ -195,6 +225,13 @@ BANDS: Mapping[str, Band] = {
         "1",
         1e-5,
         20.0,
+        _with("the force", {"kN": 1e3, "MN": 1e6}),
+    ),
+    "drift_ratio_of_force": Band(
+        "drift ratio that the largest force leads to at rest",
+        "1",
+        5e-6,
+        0.5,
         _with("the force", {"kN": 1e3, "MN": 1e6}),
     ),
     "integration_step": Band("integration step", "s", 0.0, 1.0, _given(TIME) | _AS_FREQUENCY),

@@ -178,8 +178,9 @@ class Ensemble:
             own_part._launch(history_plan(self.plan), own_part._pack(rows), output, history, every=int(own))
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         if self.plan.collapses:
-            # The last state is that of the step in which it collapses.
-            steps = np.ceil(self.queue.read(output.time_of_collapse) / part.schedule.step - 1e-6)
+            # The last state is that of the step in which it collapses; an adaptive method stops within that step.
+            steps = self.queue.read(output.time_of_collapse) / part.schedule.step
+            steps = np.floor(steps + 1e-3) if self.model.method.is_adaptive else np.ceil(steps - 1e-6)
             last = np.where(np.isfinite(steps), steps // every_own, last).astype(np.int64)
         for row, end in enumerate(last):
             for array in values.values():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -23,6 +24,9 @@ from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS, Method, check_fits
 from warpdyn.scene.scene import Scene
 
+# Storeys of these laws lose stiffness, or all strength, at each turn, also at those that rounding makes in float32.
+# Their drifts tell whether it did (accuracy/precision.py), and are recorded whether or not the scene asks for them.
+COUNTING_TURNS = "ibarra_medina_krawinkler"
 FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
 
 
@@ -40,13 +44,14 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
     """Return the plan of the kernel that integrates a scene."""
     is_exact = METHODS[method].kind == "exact"
     of_modes = "general" if dynamics.couples_modes else "classical"
+    judging = {"drift"} if dtype == "float32" and COUNTING_TURNS in dynamics.law else set()
     plan = Plan(
         family=scene.structure.family,
         dofs=scene.structure.dofs,
         law=dynamics.law,
         damping=of_modes if is_exact else dynamics.damping,
         load=scene.excitation.kernel_load,
-        recorders=scene.recorders,
+        recorders=tuple(sorted({*scene.recorders, *judging})),
         method=method,
         dtype=dtype,
         viscous_dampers=dynamics.viscous_dampers,
@@ -111,8 +116,12 @@ class Model:
     @cached_property
     def variables(self) -> dict[str, Variable]:
         """The variables that are recorded of each sample, by name."""
+        return self._recorded(self.scene.recorders)
+
+    def _recorded(self, recorders: tuple[str, ...]) -> dict[str, Variable]:
+        """Return the variables that some recorders and the method fill."""
         plan, is_adaptive = self.plan, self.method.is_adaptive
-        return recorded(plan.family, plan.recorders, is_adaptive=is_adaptive, collapses=plan.collapses)
+        return recorded(plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses)
 
     @cached_property
     def demands(self) -> dict[str, Variable]:
@@ -122,8 +131,12 @@ class Model:
 
     @cached_property
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """The shapes of one sample's outputs: every dimension besides `sample` has the number of dofs as its length."""
-        shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in self.variables.items()} | {"status": ()}
+        """The shapes of one sample's outputs: every dimension besides `sample` has the number of dofs as its length.
+
+        Among them are some that are not in the dataset: peak drifts that judge a sample, and its final state.
+        """
+        outputs = self._recorded(self.plan.recorders)
+        shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in outputs.items()} | {"status": ()}
         if STATE in self.plan.recorders:
             values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
             shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}
@@ -164,9 +177,10 @@ class Model:
             self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
         return self._loads[place]
 
-    def blank_outputs(self, samples: int) -> Arrays:
-        """Return memory for the outputs of some samples, sample first."""
-        return {name: np.empty((samples, *shape), self.output_dtype(name)) for name, shape in self.shapes.items()}
+    def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:
+        """Return memory for the outputs of some samples, or for those of some names, sample first."""
+        names = self.shapes if names is None else names
+        return {name: np.empty((samples, *self.shapes[name]), self.output_dtype(name)) for name in names}
 
     def output_dtype(self, name: str) -> np.dtype:
         """Return the number type of an output."""

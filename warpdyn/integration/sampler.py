@@ -13,13 +13,12 @@ from warpdyn.core.thread_pool import in_parts
 from warpdyn.kernels.arguments import lane_rows
 from warpdyn.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
 from warpdyn.kernels.build import CPU_LANES
+from warpdyn.scene.correlation import correlation_factor
 from warpdyn.scene.scatter import (
     GivenValues,
     Scatter,
     combined,
-    correlation_factor,
     storeys_with,
-    variables_of,
 )
 from warpdyn.structures.physics import physics_problem
 from warpdyn.structures.structure import Structure
@@ -90,7 +89,7 @@ class Sampler:
             normals = self._normals(structures[part], None if points is None else points[part])
             row = 0
             for name, spread in self.scatter.items():
-                count = variables_of(self.structure, spread)
+                count = spread.variables(self.structure.dofs)
                 values = combined(nominal[name], spread, normals[row : row + count], structures[part])
                 drawn[name][part] = values.T
                 row += count

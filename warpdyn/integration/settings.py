@@ -44,6 +44,9 @@ class Integration:
         one_of("dtype", self.dtype, DTYPES)
         if not isinstance(self.resample, bool):
             raise TypeError(f"resample must be True or False, got {self.resample!r}")
+        for name in ("step", "longest_step"):
+            if getattr(self, name) is not None:
+                real_number(f"{name} [s]", getattr(self, name), above=0)
         if self.tolerance is not None:
             self._check_tolerance(self.tolerance)
 
@@ -67,7 +70,8 @@ class Integration:
                 raise ValueError(
                     "target_error chooses the step: give simulate() no step, longest_step or tolerance beside it"
                 )
-        left_open = tuple(name for name, value in given.items() if value is None)
+        # Without a target error there is no choice: what is left open is the default, as if it were given.
+        left_open = tuple(name for name, value in given.items() if value is None and target_error is not None)
         settled: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | rest
         found = cls(target_error=target_error, left_open=left_open, **settled)
         return replace(found, divides_steps=found.on_unstable == "substep" and not found.is_stepped)

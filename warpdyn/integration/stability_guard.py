@@ -20,8 +20,8 @@ MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
 
 
-class Findings:
-    """Findings on the stability of a run, collected block by block and reported once.
+class StabilityFindings:
+    """StabilityFindings on the stability of a run, collected block by block and reported once.
 
     Args:
         samples: Number of samples of the run.
@@ -34,6 +34,7 @@ class Findings:
         self.beyond = self.unsure = self.in_float64 = self.blank = 0
         self.too_long, self.longest_accurate = 0, np.inf  # samples whose step is inaccurate; a step [s] that is not
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
+        self.leaping = 0  # samples that passed a drift capacity by too long a move in one step to be a collapse
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
         self.error, self.off, self.sensitive = 0.0, 0, 0  # asked for; samples whose error is larger; sensitive ones
         self.first = ""  # description of the first sample beyond the limit
@@ -87,14 +88,19 @@ class Findings:
                 f"{beyond}: each of them takes the fewest steps that hold instead, up to {self.most:.3g} times as many"
             )
         reasons = {
-            DIVERGED: "diverged: their state is not finite at the end",
+            DIVERGED: "diverged: their state is not finite, or a storey drifts by a thousand times its height",
             UNSTABLE_STEP: "are flagged unstable_step: the step is too long for the memory of their storey law",
             NOT_CONVERGED: "are flagged not_converged: the method's equations of a step could not be solved",
         }
+        leaping = (
+            "are flagged unstable_step: a storey passed its drift capacity by a move of more than half of it in one "
+            "step, which does not tell a collapse from a numerical blow-up"
+        )
+        counts = [(self.failed[code], reason) for code, reason in reasons.items()] + [(self.leaping, leaping)]
         messages += [
-            f"{self.failed[code]} of {self.samples} samples {reason}; their demands are NaN. A shorter step may hold"
-            for code, reason in reasons.items()
-            if self.failed[code]
+            f"{count} of {self.samples} samples {reason}; their demands are NaN. A shorter step may hold"
+            for count, reason in counts
+            if count
         ]
         if self.too_long:
             messages.append(
@@ -134,8 +140,12 @@ class Findings:
         """Count the outcomes of a block's samples whose step was stable."""
         status = outputs["status"]
         if status.max() >= DIVERGED:
+            leaping = np.zeros(status.shape, dtype=bool)
+            if "time_of_collapse" in outputs:
+                leaping = (status == UNSTABLE_STEP) & np.isfinite(outputs["time_of_collapse"])
+            self.leaping += int(np.count_nonzero(leaping & stable))
             for code in self.failed:
-                self.failed[code] += int(np.count_nonzero((status == code) & stable))
+                self.failed[code] += int(np.count_nonzero((status == code) & stable & ~leaping))
         if "energy_balance_error" in outputs:
             error = outputs["energy_balance_error"]
             off = np.abs(error) > LARGEST_ENERGY_ERROR
@@ -146,7 +156,9 @@ class Findings:
                 self.unsure += int(np.count_nonzero(stable & (status < DIVERGED) & off))
 
 
-def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findings | None = None) -> np.ndarray:
+def guard(
+    run: Ensemble, vibration: Vibration, on_unstable: str, findings: StabilityFindings | None = None
+) -> np.ndarray:
     """Reduce each sample's step to the stability limit of its own structure, or return which steps are beyond it.
 
     Args:
@@ -161,7 +173,7 @@ def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findi
     Raises:
         ValueError: If a sample has no stable step; with "raise", if a sample's step is not stable.
     """
-    findings = Findings(run.sample.size, run.plan.method) if findings is None else findings
+    findings = StabilityFindings(run.sample.size, run.plan.method) if findings is None else findings
     unstable = findings.add_limits(run, vibration)
     if on_unstable != "flag":
         findings.refuse(any_step=on_unstable == "raise")
@@ -198,7 +210,8 @@ class Reruns:
         """Run the failed ones of some samples again, at shorter and shorter steps.
 
         A sample that fails at a step that is stable for the linear structure fails because of its law: a Bouc-Wen
-        memory that settles too fast, an iteration that does not converge, a yielding motion that grows.
+        memory that settles too fast, an iteration that does not converge, a yielding motion that grows. So does one
+        that passes its drift capacity in too long a move to tell a collapse from such growth.
 
         Args:
             run: The samples' structures.

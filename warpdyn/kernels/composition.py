@@ -57,6 +57,7 @@ Every step, with `index` from the first one on and `substep` from the interval's
 
     begin_step, end_step   with the accepted state
     begin_attempt, end_attempt   of an explicit method's stages, through which an adaptive method goes until lanes agree
+    end_part               of a chain, after an attempt: with the accepted state
     save, restore_saved    of lane j: what an attempt that fails must not leave behind
     miss_turns             of storey i and lane j: what an error estimate does not see
     position_of_stage      sets `at`, the stage's time from the start of the interval, over its length
@@ -92,6 +93,13 @@ Every walk through the storeys, from the top down:
     add_to_stiffness, add_to_storey, add_to_imbalance, eliminate, follow_slope   of an implicit method's system
     judge_walk, substitute, choose_change   whether the state is found, and the next one to try
     settle_storey          of storey i and lane j: the step is accepted, the memory is still that of before
+
+Collapses, in the part that tells them:
+
+    watch_drifts           of an accepted state: whether a storey passes its capacity
+    find_first_to_pass     of lane j: which storey is the first to pass, and after which share of the step;
+                           compare_sections the same among threads that share a sample
+    see_drifts_at_collapse   of lane j: adds the drifts at that instant to the peaks
 
 Energies, in parts of the recorder that sums them up:
 

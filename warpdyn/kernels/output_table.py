@@ -14,7 +14,9 @@ from warpdyn.kernels.registry import recorders
 RECORDERS = recorders()
 # What `parts/collapse.py` fills; that module imports Warp, which a scene that is only made does not need.
 COLLAPSE = {
-    "time_of_collapse": Variable((), "s", "time at which a storey drift passed its capacity", is_demand=False),
+    "time_of_collapse": Variable(
+        (), "s", "time at which a storey drift passed its capacity, or end of a run in which it falls", is_demand=False
+    ),
     "storey_of_collapse": Variable(
         (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
     ),

@@ -36,7 +36,7 @@ LINE_STYLES = ("-", "--", "-.", ":")
 def fragility_curves(
     dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw the fitted curves with their bootstrap bands, and the stripe fractions with their intervals.
+    """Draw the fitted curves and the stripe fractions with their intervals.
 
     Args:
         dataset: What `fragility` returned, or a run merged with it.
@@ -56,16 +56,15 @@ def fragility_curves(
     states = dataset["damage_state"].values
     for colour, state in zip(colours_of(states, colours), states, strict=True):
         row = dataset.sel(damage_state=state)
-        limit = f"drift > {100 * float(row['drift_ratio_limit']):.2g} %"
-        _draw_curve(axes, row, colour, f"{state} ({limit}{_without_fit(row)})")
+        limit = _limit(row)
+        _draw_curve(axes, row, colour, f"{state}{f' ({limit})' if limit else ''}{_without_fit(row)}")
     _finish(axes, dataset["stripe"].values, scale)
     axes.set(xlabel=label_of_measure(dataset), ylabel="Probability of exceedance")
     legend(axes, loc="upper left" if scale == "log" else "lower right")
     confidence = 100 * dataset.attrs["confidence"]
     title(
         axes,
-        f"Fragility, worst storey; bands: {confidence:.0f} % bootstrap over records, "
-        f"bars: {confidence:.0f} % Clopper-Pearson",
+        f"Fragility; bands and bars: {confidence:.0f} % intervals",
     )
     return result
 
@@ -113,16 +112,16 @@ def fragility_comparison(
     size = (3.6 * columns + 0.4, 2.6 * -(-len(common) // columns) + 0.4)
     result, all_axes = panels(function, ax, len(common), columns=columns, size=size, sharex=True, sharey=True)
     for axes, state in zip(all_axes, common, strict=True):
-        limits = set()
+        limits: set[str] = set()
         chosen = zip(colours_of(named, colours), named.items(), strict=True)
         for number, (colour, (name, dataset)) in enumerate(chosen):
             row = dataset.sel(damage_state=state)
-            limits.add(float(row["drift_ratio_limit"]))
+            limits.add(_limit(row))
             style = LINE_STYLES[number % len(LINE_STYLES)]
             _draw_curve(axes, row, colour, f"{name}{_without_fit(row)}", style=style)
         _finish(axes, np.concatenate([dataset["stripe"].values for dataset in named.values()]), scale)
-        said = f": drift over {100 * limits.pop():.2g} %" if len(limits) == 1 else ""
-        title(axes, f"{state}{said}")
+        said = limits.pop() if len(limits) == 1 else ""
+        title(axes, f"{state}{f': {said}' if said else ''}")
     for axes in all_axes[-columns:]:
         axes.set_xlabel(label_of_measure(first))
     for axes in all_axes[::columns]:
@@ -141,6 +140,20 @@ def _check_curves(function: str, dataset: xr.Dataset) -> None:
     for dim in ("damage_state", "stripe", "intensity"):
         if not dataset.sizes.get(dim):
             raise ValueError(f"plots.{function}: the curves have no {dim} left: select some by isel({dim}=[...])")
+
+
+def _limit(row: xr.Dataset) -> str:
+    """Return the limit of a damage state in words; "" where it has several."""
+    limit = row.get("damage_limit")
+    if limit is None or limit.ndim:
+        return ""
+    demand, units = limit.attrs.get("demand", "demand"), limit.attrs.get("units", "1")
+    if demand.endswith("drift_ratio"):
+        name = "residual drift" if "residual" in demand else "drift"
+        return f"{name} > {100 * float(limit):.2g} %"
+    words = demand.removeprefix("peak_").replace("_", " ")
+    in_units = "" if units == "1" else " " + units.replace("m s-2", "m/s²")
+    return f"{words} > {float(limit):.3g}{in_units}"
 
 
 def _without_fit(row: xr.Dataset) -> str:

@@ -71,7 +71,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
     coordinates: dict[str, tuple[np.dtype, Mapping[str, object]]] = {
         "sample": (integer, sample),
-        "structure": (integer, {"long_name": "index of the drawn structure", "units": "1"}),
+        "structure": (integer, {"long_name": "index of the drawn structure", "units": "1", "sampling": scene.sampling}),
     }
     if excitation.motions:
         coordinates["motion_index"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
@@ -150,7 +150,7 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     """Write the values that follow from a block's outputs into rows, by name."""
     rows["integration_step"][...] = run.schedule.step
-    if "peak_storey_drift" not in rows:
+    if "peak_storey_drift_ratio" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
     height = run.heights if "height" in run.drawn else run.heights[:1]
@@ -295,6 +295,6 @@ def _collapses(run: xr.Dataset) -> list[str]:
         return []
     storeys, counts = np.unique(storey[storey > 0], return_counts=True)
     where = ", ".join(f"storey {number} ({count:,})" for number, count in zip(storeys, counts, strict=True))
-    times = time[np.isfinite(time)]  # a sample that gravity outweighs at its end has none
+    times = time[np.isfinite(time)]
     when = f", at {times.min():.4g} to {times.max():.4g} s" if times.size else ""
     return [f"collapsed in {where}{when}"]

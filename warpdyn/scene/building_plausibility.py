@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warpdyn.core.plausibility import Findings
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.structures.modal import chain_stiffness_matrix
 from warpdyn.structures.physics import effective_stiffness, storey_weight_over_height
@@ -16,7 +16,9 @@ from warpdyn.structures.shear_building import ShearBuilding
 Values = Mapping[str, np.ndarray]
 
 
-def add_building(findings: Findings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool) -> None:
+def add_building(
+    findings: PlausibilityFindings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool
+) -> None:
     """Add what is implausible in a building.
 
     Args:
@@ -34,6 +36,9 @@ def add_building(findings: Findings, building: ShearBuilding, values: Values, wh
     weight = STANDARD_GRAVITY * np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]  # above each storey
     findings.add("storey_height", np.where(own, height, np.nan), where, along="storey")
     findings.add("displacement_capacity", np.where(own, np.nan, height * CAPACITY_RATIO), where, along="storey")
+    for name in ("mass", "stiffness", "gravity_load"):
+        if name in values:
+            findings.add(f"{name}_of_neighbours", _ratio_to_neighbour(np.where(own, values[name], np.nan)), where)
     for name, length in (("drift_capacity", height), ("drift_ratio_capacity", np.ones_like(height))):
         if name in values:
             findings.add("collapse_drift_ratio", np.where(own, values[name] / length, np.nan), where, along="storey")
@@ -64,7 +69,9 @@ def add_building(findings: Findings, building: ShearBuilding, values: Values, wh
     _add_damping(findings, building, values, where, is_shaken=is_shaken)
 
 
-def _add_damping(findings: Findings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool) -> None:
+def _add_damping(
+    findings: PlausibilityFindings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool
+) -> None:
     """Add a damping ratio that is implausible; that of dashpots is theirs in the first mode."""
     if "damping_ratio" in values:
         ratio = values["damping_ratio"]
@@ -80,6 +87,12 @@ def _add_damping(findings: Findings, building: ShearBuilding, values: Values, wh
         findings.add("damping_ratio", ratio, where)
     elif is_shaken and not building.devices and building.own_storeys.all():
         findings.add("no_damping", ratio, where)
+
+
+def _ratio_to_neighbour(values: np.ndarray) -> np.ndarray:
+    """Return the larger of each two neighbouring values over the smaller, NaN beside none or nothing."""
+    lower, upper = np.where(values > 0, values, np.nan)[:, :-1], np.where(values > 0, values, np.nan)[:, 1:]
+    return np.fmax(lower / upper, upper / lower)
 
 
 def sound_rows(values: Values) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 
 from warpdyn.core.checks import whole_number
 from warpdyn.core.description import html_table
+from warpdyn.scene.correlation import check_correlation
 from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.structures.shear_building import ShearBuilding, numbered_storeys
 from warpdyn.structures.structure import Structure
@@ -24,7 +25,7 @@ class Archetype:
     Args:
         building: The nominal building.
         count: How many buildings there are of it; None for as many as `scatter` lists, or one.
-        scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue, a number, or
+        scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue or
             GivenValues, one for each building, which hold a table of single buildings.
         correlation: Correlation of pairs of scattered parameters, as a Scene takes it.
     """
@@ -142,7 +143,8 @@ def _checked_count(archetype: Archetype) -> int:
         raise TypeError(f"it must be an Archetype, got {type(archetype).__name__}")
     if not isinstance(archetype.building, ShearBuilding):
         raise TypeError(f"building must be a ShearBuilding, got {type(archetype.building).__name__}")
-    check_scatter(archetype.building, archetype.scatter, archetype.correlation)
+    check_scatter(archetype.building, archetype.scatter)
+    check_correlation(archetype.building, archetype.scatter, archetype.correlation)
     lengths = {key: len(spread.values) for key, spread in archetype.scatter.items() if isinstance(spread, GivenValues)}
     count = next(iter(lengths.values()), 1) if archetype.count is None else whole_number("count", archetype.count, 1)
     for key, length in lengths.items():

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from inspect import Parameter, signature
 from typing import Any
 
 import numpy as np
 
 from warpdyn.core.description import NAMED_BY_SHAPE
+from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
-from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce, checked_motions
+from warpdyn.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.scene import distributions, scatter
 from warpdyn.scene.portfolio import Archetype, Portfolio
 from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
@@ -31,6 +34,12 @@ OWN: dict[str, Any] = {
         *(distributions.Normal, distributions.Lognormal, distributions.Uniform),
     )
 }
+SCENE_KEYS = (
+    *("structure", "excitation", "scatter", "correlation", "sampling", "recorders", "collapse_drift_ratio"),
+    *("tail", "title"),
+)
+ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
+BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
 def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]) -> dict[str, Any]:
@@ -43,6 +52,7 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
         raise ValueError(f"from_json(): this is no JSON ({error}); give a dataset's attribute 'scene'") from None
     if not isinstance(told, dict) or not {"structure", "excitation"} <= told.keys():
         raise ValueError("from_json(): this describes no scene; give a dataset's attribute 'scene'")
+    _check_keys(told, "the scene", SCENE_KEYS, ("structure", "excitation"))
     is_given = isinstance(motions, GroundMotion) or len(motions) > 0
     found = Rebuilding(checked_motions(motions) if is_given else ())
     return {
@@ -54,7 +64,30 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
     }
 
 
+def _check_keys(told: object, where: str, allowed: Collection[str], needed: Collection[str]) -> None:
+    """Raise a ValueError that names the key that a part of the JSON lacks, or has and should not."""
+    if not isinstance(told, Mapping):
+        keys = f" with {', '.join(needed)}" if needed else ""
+        raise ValueError(f"from_json(): {where} must be a JSON object{keys}, got {told!r}")
+    for key in needed:
+        if key not in told:
+            raise ValueError(f"from_json(): {where} has no {key!r}; it has {', '.join(map(repr, told))}")
+    for key in told if allowed else ():
+        if key not in allowed:
+            hint = did_you_mean(key, list(allowed))
+            raise ValueError(f"from_json(): {where} has unknown {key!r}{hint}; allowed are {', '.join(allowed)}")
+
+
+def _made(kind: Any, inner: dict[str, Any], where: str) -> Any:
+    """Return an object of a class from what the JSON says of its arguments."""
+    taken = signature(kind).parameters
+    needed = [name for name, each in taken.items() if each.default is Parameter.empty]
+    _check_keys(inner, where, list(taken), needed)
+    return kind(**inner)
+
+
 def _pairs(correlation: Mapping[str, float]) -> dict[tuple[str, ...], float]:
+    _check_keys(correlation, "correlation", (), ())
     return {tuple(names.split(" ")): value for names, value in correlation.items()}
 
 
@@ -89,7 +122,7 @@ class Rebuilding:
                 f"from_json(): {where} was a {told['type']!r}, which is not warpdyn's own: build this scene from its "
                 "own parts"
             )
-        return OWN[told["type"]](**inner)
+        return _made(OWN[told["type"]], inner, where)
 
     def motion(self, told: dict[str, Any]) -> GroundMotion:
         """Return the ground motion of a description, which tells its samples by their digest."""
@@ -103,17 +136,21 @@ class Rebuilding:
 
     def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LinearSystem | Portfolio:
         """Return a structure."""
+        _check_keys(told, where, (), ("type",))
         rest = dict(told)
         kind = rest.pop("type")
         if kind == "Portfolio":
+            _check_keys(rest, where, (), ("archetypes",))
+            _check_keys(rest["archetypes"], f"{where}.archetypes", (), ())
             return Portfolio({name: self.archetype(each, name) for name, each in rest["archetypes"].items()})
         if kind == "LinearSystem":
-            del rest["law"]
-            return LinearSystem(**rest)
+            rest.pop("law", None)
+            return _made(LinearSystem, rest, where)
         if kind != "ShearBuilding":
             raise ValueError(
                 f"from_json(): {where} was a {kind!r}, which is not warpdyn's own: build this scene from its own parts"
             )
+        _check_keys(rest, where, (), BUILDING_KEYS)
         law, own_laws = rest.pop("law"), rest.pop("storey_laws", None)
         devices, added = tuple(rest.pop("devices", ())), rest.pop("added_storeys", ())
         chosen: dict[str, Any] = {
@@ -121,14 +158,22 @@ class Rebuilding:
         }
         chosen |= {"damping": rest.pop("damping"), "devices": devices, "law": own_laws or law.split("+")[0]}
         # JSON has no NaN, which stands where a storey's law does not take a parameter.
-        chosen |= {name: np.array(value, dtype=float) for name, value in rest.items()}
+        chosen |= {name: self._numbers(value, f"{where}.{name}") for name, value in rest.items()}
         building = ShearBuilding(**chosen)
         building.own_storeys[[storey - 1 for storey in added]] = False
         return building
 
+    def _numbers(self, told: object, where: str) -> np.ndarray:
+        """Return the values of a building's parameter."""
+        try:
+            return np.array(told, dtype=float)
+        except (TypeError, ValueError):
+            raise ValueError(f"from_json(): {where} must be numbers, got {told!r}") from None
+
     def archetype(self, told: dict[str, Any], name: str) -> Archetype:
         """Return an archetype of a portfolio."""
         where = f"archetype {name!r}"
+        _check_keys(told, where, ARCHETYPE_KEYS, ARCHETYPE_KEYS)
         building = self.structure(told["structure"], where)
         if not isinstance(building, ShearBuilding):
             raise ValueError(f"from_json(): {where} is no ShearBuilding")

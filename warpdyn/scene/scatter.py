@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -43,26 +42,6 @@ class ParameterScatter(ABC):
         Returns:
             Values of shape [storey, structure] or [structure].
         """
-
-
-@dataclass(frozen=True)
-class FixedValue(ParameterScatter):
-    """A number that replaces the nominal value in every structure.
-
-    Args:
-        value: The number.
-    """
-
-    value: float
-
-    def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why the number does not fit a parameter of a structure; None if it does."""
-        found = structure.parameter_table[name].first_violation(f"scatter[{name!r}]", np.array(float(self.value)), ())
-        return found or _unscaled(name, structure)
-
-    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
-        """Return the number for every structure."""
-        return np.full((*nominal.shape, structures.size), float(self.value))
 
 
 @dataclass(frozen=True)
@@ -215,72 +194,33 @@ def _unscaled(name: str, structure: Structure) -> str | None:
     return None
 
 
-Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues | float]
+Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues]
 SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
 
-def check_scatter(structure: Structure, scatter: Scatter, correlation: Mapping[tuple[str, str], float]) -> None:
-    """Raise an error that names the entry of a scatter or correlation that does not fit the structure."""
-    for what, given in (("scatter", scatter), ("correlation", correlation)):
-        if not isinstance(given, Mapping):
-            raise TypeError(f"{what} must map names to values, got {given!r}")
+def check_scatter(structure: Structure, scatter: Scatter) -> None:
+    """Raise an error that names the entry of a scatter that does not fit the structure."""
+    if not isinstance(scatter, Mapping):
+        raise TypeError(f"scatter must map names to values, got {scatter!r}")
+    if scatter and structure.is_many:
+        raise ValueError(
+            f"scatter of {', '.join(scatter)}: a scene with a Portfolio takes none: each archetype has its own, "
+            "Archetype(building, count, scatter)"
+        )
     allowed = ", ".join(structure.parameter_table)
     for name, spread in scatter.items():
         if name not in structure.parameter_table:
             hint = did_you_mean(name, list(structure.parameter_table))
             raise ValueError(f"scatter names unknown parameter {name!r}{hint}; {structure!r} has {allowed}")
-        if not isinstance(spread, ParameterScatter | Real) or isinstance(spread, bool):
+        if not isinstance(spread, ParameterScatter):
             raise TypeError(
-                f"scatter[{name!r}] must be a RandomFactor, a RandomValue, GivenValues or a number, got {spread!r}"
+                f"scatter[{name!r}] must be a RandomFactor, a RandomValue or GivenValues, got {spread!r}: a value that "
+                f"all structures have is the structure's own {name}, one for each structure is GivenValues([...]), and "
+                f"a dispersion is RandomFactor(Lognormal(1.0, dispersion))"
             )
-        problem = _as_scatter(spread).problem(name, structure)
+        problem = spread.problem(name, structure)
         if problem:
             raise ValueError(problem)
-    for pair, value in correlation.items():
-        if (
-            not isinstance(pair, tuple)
-            or len(pair) != 2
-            or pair[0] == pair[1]
-            or any(not isinstance(scatter.get(name), RandomScatter) for name in pair)
-        ):
-            raise ValueError(f"correlation names {pair}: it must be two different parameters with random scatter")
-        if not abs(real_number(f"correlation of {pair}", value)) <= 1:
-            raise ValueError(f"correlation of {pair} must be from -1 to 1, got {value}")
-        if (pair[1], pair[0]) in correlation:
-            raise ValueError(f"correlation of {pair} is given twice")
-    correlation_factor(structure, scatter, correlation)
-
-
-def correlation_factor(
-    structure: Structure, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
-) -> tuple[list[tuple[str, int]], np.ndarray]:
-    """Return the random variables as (parameter, storey) and the lower factor L of their correlation matrix L L^T.
-
-    Two parameters have their correlation at the same storey; at different storeys it is multiplied by the geometric
-    mean of their storey correlations. A parameter drawn once for the building has its correlation with every storey.
-    """
-    random = {name: spread for name, spread in scatter.items() if isinstance(spread, RandomScatter)}
-    variables = [(name, i) for name, spread in random.items() for i in range(spread.variables(structure.dofs))]
-    matrix = np.eye(len(variables))
-    for row, (p, i) in enumerate(variables):
-        for column, (q, j) in enumerate(variables[:row]):
-            value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))
-            if i != j and random[p].per == random[q].per == "storey":
-                value *= np.sqrt(random[p].storey_correlation * random[q].storey_correlation)
-            matrix[row, column] = matrix[column, row] = value
-    if not variables:
-        return variables, matrix
-    eigenvalues, vectors = np.linalg.eigh(matrix)
-    if eigenvalues[0] < -1e-10:
-        raise ValueError(
-            f"the correlations contradict each other: their matrix has eigenvalue {eigenvalues[0]:.3g}; "
-            "lower a correlation between parameters, or raise a storey_correlation"
-        )
-    # QR of the symmetric root gives a triangular factor also for correlations of exactly 1, where Cholesky fails.
-    factor = np.asarray(np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r")).T
-    factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
-    factor[np.abs(factor) < 1e-14] = 0.0
-    return variables, factor
 
 
 def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
@@ -300,26 +240,14 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
     """Return the scattered parameters at some standard normal values of their distributions, or all given values."""
     values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
-        normals = np.broadcast_to(z, (variables_of(structure, spread), z.size))
-        values[name] = combined(nominal[name], spread, normals, _as_scatter(spread).rows(z.size)).T
+        normals = np.broadcast_to(z, (spread.variables(structure.dofs), z.size))
+        values[name] = combined(nominal[name], spread, normals, spread.rows(z.size)).T
     return values
 
 
-def _as_scatter(spread: ParameterScatter | float) -> ParameterScatter:
-    """Return an entry of a Scene's scatter as an object, also if it is a number."""
-    return spread if isinstance(spread, ParameterScatter) else FixedValue(spread)
-
-
-def variables_of(structure: Structure, spread: ParameterScatter | float) -> int:
-    """Return how many random variables a parameter's scatter has."""
-    return _as_scatter(spread).variables(structure.dofs)
-
-
-def combined(
-    nominal: np.ndarray, spread: ParameterScatter | float, normals: np.ndarray, structures: np.ndarray
-) -> np.ndarray:
+def combined(nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
     """Return a parameter's values as `ParameterScatter.draw` does, NaN at storeys whose law does not take it."""
-    values = _as_scatter(spread).draw(nominal, normals, structures)
+    values = spread.draw(nominal, normals, structures)
     taken = storeys_with(nominal)
     return values if taken is None else np.where(taken[:, None], values, np.nan)
 

@@ -138,12 +138,18 @@ def damage_shares(
 def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]) -> tuple[list[str], np.ndarray]:
     """Return the damage states, with no damage first, and the limits, shape [archetype, damage_state - 1]."""
     if not isinstance(limits, Mapping):
-        raise TypeError(f"limits must map each archetype to its limits, got {limits!r}")
+        raise TypeError(f"limits must map each archetype to its limits, got {type(limits).__name__}")
     unknown = [name for name in limits if name not in names]
     if unknown:
         raise ValueError(f"limits name {unknown[0]!r}, which is no archetype of the run; it has {', '.join(names)}")
     states: list[str] = []
     rows: list[list[float]] = []
+    missing = [name for name in names.tolist() if name not in limits]
+    if missing:
+        raise ValueError(
+            f"limits have none for archetype {', '.join(map(repr, missing))}: they must map each archetype of the run "
+            f"({', '.join(map(repr, names.tolist()))}) to its limits"
+        )
     for name in names:
         own = limits.get(str(name))
         if not isinstance(own, Mapping) or not own:

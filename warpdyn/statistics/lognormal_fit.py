@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from numbers import Real
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import betaincinv, log_ndtr, ndtr, ndtri
@@ -14,6 +17,19 @@ _ITERATIONS = 60  # Newton's method needs 5 to 10; more occur only where the lik
 _HALVINGS = 40
 _TOLERANCE = 1e-9  # on the Newton step; convergence is quadratic, so the error left is far below 1e-10
 _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
+
+
+class Fit(Protocol):
+    """What fits rows of counts: `fit_stripes`, or another estimator with the same arguments."""
+
+    def __call__(
+        self,
+        levels: ArrayLike,
+        exceeding: ArrayLike,
+        total: ArrayLike,
+        start: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return median, dispersion and outcome of each row."""
 
 
 def clopper_pearson(exceeding: ArrayLike, total: ArrayLike, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
@@ -146,8 +162,8 @@ def check_confidence(confidence: float) -> None:
     Raises:
         ValueError: If it is not strictly between 0 and 1.
     """
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence must be between 0 and 1, as 0.95, got {confidence}")
+    if not isinstance(confidence, Real) or not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence must be a number between 0 and 1, as 0.95, got {confidence!r}")
 
 
 def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray) -> str:

@@ -1,18 +1,20 @@
-"""Samples of a run on stripes, counted by record, stripe, storey and damage state."""
+"""Samples of a run on stripes, counted by record, group of structures, stripe, place and damage state."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
-from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STATUS_MEANINGS, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, STATUS_MEANINGS, STRIPED
+from warpdyn.statistics.demands import DRIFT, DamageLimits, damage_of
 
 LARGEST_EXCLUDED_FRACTION = 0.01  # with a larger fraction of failed samples an error is raised
+MOST_GROUPS = 64  # of structures; more would not make the variance among them better known than that among records
 
-_CHUNK = 1 << 16  # samples counted at a time
 _NEEDS_STRIPES = (
     "curves are fitted to stripes, where each record is scaled to each of a list of levels; "
     "a cloud of unscaled records and a motion for each sample have none"
@@ -21,75 +23,145 @@ _NEEDS_STRIPES = (
 
 @dataclass(frozen=True, eq=False)
 class StripeCounts:
-    """Samples counted by record and stripe.
+    """Samples counted by record, group of structures and stripe.
 
     Args:
-        levels: Intensity of each stripe [g], shape [im_level], increasing.
-        storeys: Storey labels, shape [storey].
-        exceeding: Exceeding samples, shape [record, im_level, storey + 1, damage_state]; the worst storey is the last.
-        valid: Samples counted, shape [record, im_level].
+        levels: Intensity of each stripe, shape [im_level], increasing.
+        units: Its units.
+        dim: Dimension of the places where a demand is known, such as "storey"; "" where only the worst is.
+        places: Their labels, shape [place].
+        exceeding: Exceeding samples, shape [record, group, im_level, place + 1, damage_state]; the worst place is last.
+        valid: Samples counted, shape [record, group, im_level].
         excluded: Number of samples kept out, by status.
+        records: Labels of the records, shape [record].
+        is_crossed: Whether the same structures run under every record; else each structure runs under one.
+        least_drift: Least drift ratio at which a sample collapsed [1]; infinite where none did, or no limit is a drift
     """
 
     levels: np.ndarray
-    storeys: np.ndarray
+    units: str
+    dim: str
+    places: np.ndarray
     exceeding: np.ndarray
     valid: np.ndarray
     excluded: dict[str, int]
+    records: np.ndarray
+    is_crossed: bool
+    least_drift: float
+
+    @cached_property
+    def of_records(self) -> np.ndarray:
+        """Exceeding samples by record, shape [record, im_level, place + 1, damage_state]."""
+        return self.exceeding.sum(axis=1)
+
+    @cached_property
+    def of_groups(self) -> np.ndarray:
+        """Exceeding samples by group of structures, shape [group, im_level, place + 1, damage_state]."""
+        return self.exceeding.sum(axis=0)
+
+    @cached_property
+    def total(self) -> np.ndarray:
+        """Exceeding samples, shape [place + 1, damage_state, im_level]."""
+        return np.moveaxis(self.of_records.sum(axis=0), 0, -1)
+
+    @cached_property
+    def trials(self) -> np.ndarray:
+        """Samples counted, shape [im_level]."""
+        return self.valid.sum(axis=(0, 1))
 
 
-def count_stripes(dataset: xr.Dataset, limit: np.ndarray) -> StripeCounts:
-    """Count the samples of each record and stripe whose drift ratio is above each limit, at each storey and the worst.
+def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
+    """Count the samples of each record and stripe that exceed each limit, at each place and the worst.
 
     Args:
         dataset: A run on stripes, as `warpdyn.statistics.fragility_curves.fragility` takes it.
-        limit: Storey drift ratio limits [1], shape [damage_state], increasing.
+        limits: Limits of the damage states.
 
     Raises:
         ValueError: If the dataset is not such a run, or more than 1 % of its samples failed (diverged and the like).
     """
-    drift, status, record, level, labels, record_index, levels, stripe = _checked_inputs(dataset)
+    status, record, level, units = _checked_inputs(dataset)
+    (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
+    _check_stripes(record_index, records.size, stripe, levels, units)
     excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
     kept = status <= COLLAPSED
     if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
-        raise ValueError(_refusal(excluded, record[~kept], level[~kept], status.size))
-
+        raise ValueError(_refusal(excluded, record[~kept], level[~kept], status.size, units))
+    damage = damage_of(dataset, limits, status)
+    passed = damage.passed
+    own = structure_label(dataset)
+    structure = np.arange(status.size) if own is None else own.values
+    sampling = "" if own is None else str(own.attrs.get("sampling", ""))
     if not kept.all():
-        drift, stripe, record_index, status = drift[kept], stripe[kept], record_index[kept], status[kept]
+        passed, structure = passed[:, kept], structure[kept]
+        # Records whose samples are all excluded are left out.
+        (records, record_index), (levels, stripe) = _indexed(record[kept]), _indexed(level[kept])
+    is_crossed, groups, group = structure_groups(structure, record_index, records.size, sampling)
+    cell = (record_index * groups + group) * levels.size + stripe
+    cells, states = records.size * groups * levels.size, len(limits.states)
+    valid = np.bincount(cell, minlength=cells)
+    cell *= states + 1
+    shape = (records.size, groups, levels.size)
+    exceeding = np.empty((*shape, len(passed), states), dtype=np.int64)
+    for column, row in enumerate(passed):
+        histogram = np.bincount(cell + row, minlength=cells * (states + 1)).reshape(*shape, states + 1)
+        reached = np.zeros(shape, dtype=np.int64)
+        for state in range(states)[::-1]:  # a sample that has reached a state has reached those before it
+            reached += histogram[..., state + 1]
+            exceeding[..., column, state] = reached
+    return StripeCounts(
+        levels,
+        units,
+        damage.dim,
+        damage.places,
+        exceeding,
+        valid.reshape(shape),
+        excluded,
+        records,
+        is_crossed,
+        _least_drift(dataset, limits, status),
+    )
+
+
+def structure_groups(
+    structure: np.ndarray, record: np.ndarray, records: int, sampling: str
+) -> tuple[bool, int, np.ndarray]:
+    """Return whether structures are crossed with records, the number of groups of structures, and each sample's group.
+
+    A group is what a jackknife leaves out at once. Independent structures are dealt out to the groups; those of a Sobol
+    sequence stay in runs of 2^k, each of which is spread evenly over the parameters, as they all are together.
+    """
+    distinct, index = _indexed(structure)
+    if records == 1:
+        return False, 1, np.zeros(structure.size, dtype=np.int64)
+    first = np.full(distinct.size, -1)
+    first[index] = record
+    if (first[index] == record).all():  # no structure under two records
+        return False, 1, np.zeros(structure.size, dtype=np.int64)
+    if sampling == "sobol":
+        run = 2 ** int(np.log2(distinct.size) / 2)
+        run = max(run, -(-distinct.size // MOST_GROUPS))
+        group = index // run
+    else:
+        group = index % min(distinct.size, MOST_GROUPS)
+    return True, int(group.max()) + 1, group
+
+
+def structure_label(dataset: xr.Dataset) -> xr.DataArray | None:
+    """Return which structure each sample is of: a drawn one, or a building of a portfolio; None if that is unknown."""
+    return next((dataset[name] for name in ("structure", "building") if name in dataset.coords), None)
+
+
+def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> float:
+    """Return the least drift ratio at which a sample collapsed: every collapse exceeds every limit."""
     collapsed = status == COLLAPSED
-    # Records whose samples are all excluded are left out.
-    has_samples = np.bincount(record_index, minlength=labels.size) > 0
-    record_index = (np.cumsum(has_samples) - 1)[record_index]
-    records, storeys, states = int(has_samples.sum()), drift.shape[1], limit.size
-    cell = record_index * levels.size + stripe
-    valid = np.bincount(cell, minlength=records * levels.size)
-
-    if collapsed.any():
-        # Every collapse counts as exceeding every limit, also a limit that no drift of theirs is known to exceed.
-        least = np.nanmin(drift[collapsed].max(axis=1), initial=np.inf)
-        for value in limit[limit > least]:
-            warn_caller(
-                f"the limit {value:g} lies above the drift at which samples collapsed ({least:.3g}): every collapse "
-                "counts as exceeding it"
-            )
-
-    # A histogram of how many limits each demand exceeds; as limits increase, sums from above give every state.
-    shape = (records, levels.size, storeys + 1, states + 1)
-    histogram = np.zeros(shape, dtype=np.int64)
-    for start in range(0, cell.size, _CHUNK):
-        part = slice(start, start + _CHUNK)
-        demand = drift[part].astype(np.float64)
-        demand = np.concatenate([demand, demand.max(axis=1, keepdims=True)], axis=1)
-        passed = np.searchsorted(limit, demand, side="left")  # left: a demand equal to a limit does not pass it
-        passed[collapsed[part]] = states
-        bins = (cell[part][:, None] * (storeys + 1) + np.arange(storeys + 1)) * (states + 1) + passed
-        histogram += np.bincount(bins.ravel(), minlength=histogram.size).reshape(shape)
-    exceeding = histogram[..., :0:-1].cumsum(axis=-1)[..., ::-1]
-    storey_labels = dataset["storey"].values if "storey" in dataset.coords else np.arange(1, storeys + 1)
-    return StripeCounts(levels, storey_labels, exceeding, valid.reshape(records, levels.size), excluded)
+    if DRIFT not in limits.demands or not collapsed.any():
+        return np.inf
+    drift = dataset[DRIFT].transpose("sample", ...).values[collapsed]
+    return float(np.nanmin(drift.reshape(len(drift), -1).max(axis=1), initial=np.inf))
 
 
-def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int) -> str:
+def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int, units: str) -> str:
     """Return an error message with the number of excluded samples and where they are."""
     places = []
     for what, values in (("motion_index", record), ("im_level", level)):
@@ -100,65 +172,52 @@ def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, sa
     return (
         f"{total} of {samples} samples ({100 * total / samples:.2f} %) are kept out "
         f"({', '.join(f'{number} {status}' for status, number in excluded.items())}); at most "
-        f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may be. Most are in {'; and in '.join(places)} g. "
+        f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may be. Most are in {'; and in '.join(places)} {units}. "
         "Take a smaller step or another method"
     )
 
 
-def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
-    """Return drift ratio, status as an index into `STATUS_MEANINGS`, motion and level of every sample.
-
-    Then follow the distinct motions and every sample's index into them, and the same for the levels.
-    """
+def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, str]:
+    """Return status as an index into `STATUS_MEANINGS`, motion and level of every sample, and the level's units."""
     if "im_level" not in dataset:
         raise ValueError(f"the dataset has no 'im_level': {_NEEDS_STRIPES}")
-    needed = {
-        "peak_storey_drift_ratio": ("sample", "storey"),
-        "status": ("sample",),
-        "motion_index": ("sample",),
-        "im_level": ("sample",),
-    }
-    for name, dimensions in needed.items():
+    for name in ("status", "motion_index", "im_level"):
         if name not in dataset:
-            raise ValueError(f"the dataset has no {name!r}; needed are {', '.join(needed)}")
-        if set(dataset[name].dims) != set(dimensions):
+            raise ValueError(f"the dataset has no {name!r}; needed are a demand, status, motion_index, im_level")
+        if dataset[name].dims != ("sample",):
             of_one = "; take one event by `select_event`" if "event" in dataset[name].dims else ""
-            raise ValueError(f"{name!r} has dimensions {dataset[name].dims}; they must be {dimensions}{of_one}")
-    if dataset.sizes["sample"] == 0 or dataset.sizes["storey"] == 0:
+            raise ValueError(f"{name!r} has dimensions {dataset[name].dims}; they must be ('sample',){of_one}")
+    if dataset.sizes["sample"] == 0:
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
-    drift = dataset["peak_storey_drift_ratio"].transpose("sample", "storey").values
     record, level = dataset["motion_index"].values, dataset["im_level"].values.astype(np.float64)
     if dataset["im_level"].attrs.get("design", STRIPED) != STRIPED:
         raise ValueError(f"'im_level' is {dataset['im_level'].attrs['design']}: {_NEEDS_STRIPES}")
-    units = dataset["im_level"].attrs.get("units", "g")
-    if units != "g":
-        raise ValueError(f"'im_level' is in {units!r}; it must be in 'g'")
+    units = str(dataset["im_level"].attrs.get("units", "g"))
     bad = np.flatnonzero(~(np.isfinite(level) & (level > 0)))
     if bad.size:
-        raise ValueError(f"'im_level' of sample {bad[0]} is {level[bad[0]]}; every level must be finite and above 0 g")
-    (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
-    if levels.size < 2:
-        raise ValueError(f"all samples are on the stripe of {level[0]} g; a curve needs at least 2 stripes")
-    # Motions that share no level are no stripes, although every sample has a level.
-    pairs = np.count_nonzero(np.bincount(record_index * levels.size + stripe, minlength=1))
-    if pairs < 2 * levels.size and records.size > 1:
-        raise ValueError(f"'im_level' has {levels.size} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
-    status = decoded_status(dataset["status"])
-    unusable = ~np.isfinite(drift).all(axis=1) | ~(drift >= 0).all(axis=1)
-    bad = np.flatnonzero(unusable & (status == OK))
-    if bad.size:
         raise ValueError(
-            f"sample {bad[0]} (motion_index {record[bad[0]]}, im_level {level[bad[0]]} g) is 'ok' but its "
-            f"peak_storey_drift_ratio is {drift[bad[0]].tolist()}; it must be finite and not negative "
-            f"({bad.size} of {level.size} samples)"
+            f"'im_level' of sample {bad[0]} is {level[bad[0]]}; every level must be finite and above 0 {units}"
         )
-    return drift, status, record, level, records, record_index, levels, stripe
+    return decoded_status(dataset["status"]), record, level, units
+
+
+def _check_stripes(record: np.ndarray, records: int, stripe: np.ndarray, levels: np.ndarray, units: str) -> None:
+    """Raise a ValueError unless records, given by their indices, share stripes."""
+    if levels.size < 2:
+        raise ValueError(f"all samples are on the stripe of {levels[0]} {units}; a curve needs at least 2 stripes")
+    # Motions that share no level are no stripes, although every sample has a level.
+    pairs = np.count_nonzero(np.bincount(record * levels.size + stripe, minlength=1))
+    if pairs < 2 * levels.size and records > 1:
+        raise ValueError(f"'im_level' has {levels.size} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
 
 
 def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the distinct values, sorted, and the index of each value among them."""
-    distinct = np.unique(values)
-    return distinct, np.searchsorted(distinct, values)
+    index, distinct = pd.factorize(values)  # hashes, where numpy would sort
+    order = np.argsort(distinct, kind="stable")
+    rank = np.empty(order.size, dtype=np.int64)
+    rank[order] = np.arange(order.size)
+    return distinct[order], rank[index]
 
 
 def decoded_status(status: xr.DataArray) -> np.ndarray:

@@ -151,6 +151,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             arrays[name] = real_numbers(name, value)
             if arrays[name].ndim > 1:
                 raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
+            if not arrays[name].size:
+                raise ValueError(f"{name} is empty: it must be one value or one a storey")
         several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
         lengths = {"law": several} | {n: array.size for n, array in arrays.items() if n not in BUILDING_PARAMETERS}
         longest = max(lengths, key=lambda name: lengths[name])

@@ -12,10 +12,11 @@ from warpdyn.core.checks import one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.text import NumberLines, check_last_value, text_of, warn_of_layout
+from warpdyn.ground_motions.records.text import FEWEST_ALIKE, NumberLines, check_last_value, text_of, warn_of_layout
 from warpdyn.ground_motions.records.units import checked_step, step_of_times, unit_factor
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3}
+RUNS_ON = 0.7  # of the step from line to line, of that from value to value; of columns of their own it is 1 or more
 SLOWEST_STEP = 0.5  # s; records are sampled at .001 to .05 s, and times in milliseconds differ by 1 to 50
 _HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}")  # a letter, or two in a row: not "1.5E-3", nor "O.5"
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
@@ -57,8 +58,9 @@ def read_text(
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
         ValueError: If the unit is unknown, the file is empty, a value is not a finite number, it is not clear which
-            column is the acceleration, lines have different numbers of columns, commas may be decimal ones, there are
-            fewer than two samples, the last value is cut, or the step is missing, not above 0 or not that of the times.
+            column is the acceleration, a record runs on from line to line, lines have different numbers of columns,
+            commas may be decimal ones, there are fewer than two samples, the last value is cut, or the step is missing,
+            not above 0 or not that of the times.
 
     Example:
         `read_text("quake.csv", unit="gal", time_column="t", acceleration_column="NS", header_lines=12)`
@@ -69,6 +71,8 @@ def read_text(
     if time_unit is not None:
         one_of("time_unit", time_unit, TIME_UNITS)
     table = _table_of(path, delimiter, decimal_comma, header_lines)
+    if time_column is None and not isinstance(acceleration_column, str):
+        _refuse_values_that_run_on(table, acceleration_column)
     time, acceleration = _chosen_columns(table, time_column, acceleration_column)
 
     numbers = table.numbers
@@ -126,7 +130,9 @@ def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, head
     count = len(numbers.tokens(0))
     if len(widths) > 1:
         other, i = next((width, i) for width, i in widths.items() if width != count)
-        raise ValueError(f"{numbers.place(i)}: {other} columns, where the first line has {count}")
+        is_rest = i == len(numbers) - 1 and other < count
+        hint = ": if a record runs on from line to line, give all its values in a row to from_array" if is_rest else ""
+        raise ValueError(f"{numbers.place(i)}: {other} columns, where the first line has {count}{hint}")
     stripped = above.strip(" \t#%")
     names = stripped.split() if mark is None else [name.strip(" \t\"'") for name in stripped.split(mark)]
     return _Table(path, text, numbers, names if len(names) == count else [], count)
@@ -152,6 +158,26 @@ def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_told: b
         raise ValueError(
             f"{place}: {first!r} may be decimal commas or columns of whole numbers: give decimal_comma=True or "
             'delimiter=","'
+        )
+
+
+def _refuse_values_that_run_on(table: _Table, acceleration: int | None) -> None:
+    """Raise a ValueError if lines hold several successive values of one record, as those of many formats do.
+
+    Then the step from a value to the next one, also from the end of a line to the start of the next, is smaller than
+    that from a line to the next; of columns that are read side by side it is not.
+    """
+    if table.count < (3 if acceleration is None else 2) or len(table.numbers) < FEWEST_ALIKE:
+        return
+    values = table.numbers.values(range(table.count)).T
+    along = np.abs(np.diff(values, axis=1)).mean()
+    to_next_line = np.abs(values[1:, 0] - values[:-1, -1]).mean()
+    down = np.abs(np.diff(values, axis=0)).mean()
+    if max(along, to_next_line) < RUNS_ON * down:
+        raise ValueError(
+            f"{table.numbers.place(0)}: {table.count} values a line that run on from line to line, as one record's do: "
+            f"a column is every {table.count}th value of it. read_at2 reads PEER files; give all values of others in a "
+            f"row to from_array, such as numpy.loadtxt(path, skiprows={table.numbers.line_numbers[0] - 1}).ravel()"
         )
 
 

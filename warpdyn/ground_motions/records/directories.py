@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from os import PathLike
 from pathlib import Path
 
 from warpdyn.core.checks import one_of
@@ -29,6 +30,8 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
         ValueError: If a file is not a sound record, as `read_at2` says, or `components` is another word.
     """
     one_of("components", components, COMPONENTS)
+    if not isinstance(path, str | PathLike):
+        raise TypeError(f"path must be the name of a directory, got {path!r}")
     directory = Path(path)
     if not directory.is_dir():
         raise FileNotFoundError(f"{path}: no such directory (to read records {pattern!r} from)")

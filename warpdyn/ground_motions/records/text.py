@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,8 @@ LARGEST_SHARE_OF_OTHERS = 0.02
 
 def text_of(path: str | Path) -> str:
     """Return the text of a file, or raise an error that gives the reason why there is none."""
+    if not isinstance(path, str | PathLike):
+        raise TypeError(f"path must be the name of a file, got {path!r}")
     if Path(path).is_dir():
         raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
     if not Path(path).is_file():
@@ -247,11 +250,11 @@ def check_peak(values: np.ndarray, told: float, place: str) -> None:
 
 
 def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None:
-    """Raise a ValueError if the last value of a file is cut; warn if that cannot be decided.
+    """Raise a ValueError if the last value of a file is cut; warn if it may be.
 
     A value that white space follows is complete, but blanks after the last newline are a line that is cut. If no
     newline ends the file, its last value must have as many characters after the decimal point, exponent included, as
-    all others; if the others differ, it cannot be decided.
+    all others; if the others differ, it may be cut where it has fewer characters than each of them.
 
     Args:
         text: The file's text.
@@ -270,4 +273,9 @@ def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None
                 "after the decimal point, and no newline ends the file"
             )
         return
-    warn_caller(f"{path}: no newline ends the file, so its last value, {values[-1]!r}, may be truncated")
+    shortest = min((len(value.lstrip("+-")) for value in values[:-1]), default=0)
+    if len(values[-1].lstrip("+-")) < shortest:
+        warn_caller(
+            f"{path}: no newline ends the file, and its last value, {values[-1]!r}, has fewer characters than any "
+            "other: it may be truncated"
+        )

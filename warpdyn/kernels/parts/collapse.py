@@ -1,10 +1,16 @@
 """Collapse: a storey whose drift passes its capacity ends the sample, whose demands are those up to there.
 
-A step that takes a storey from afar to far beyond its capacity is too long to say that it collapsed: the sample
-diverges, and is run again at shorter steps.
+The instant is that of the first storey to pass, each on the line between its drifts at the ends of the step (of an
+adaptive method: of the part of a step that was taken).
 
 The state stands still from then on, as that of a lane does whose run is over, and a thread ends with the last of its
 samples. The capacity is the building's drift ratio or the storey's own drift, whichever is passed first.
+
+A storey that moves by more than half its capacity in the step in which it passes it has not told that it collapses: the
+status is unstable_step, and the sample is run again at shorter steps. What grows by an instability of the method swings
+to the other side from step to step, so that it moves by more than its capacity where it passes it, however slowly it
+grows; and what grows to one side by a factor of more than 2 moves by more than half of it. A storey that collapses in
+fact does so at 10 m/s or more (0.1 m in a step of 5 ms).
 """
 
 from typing import Any
@@ -20,10 +26,15 @@ FIELDS = {
 
 
 @wp.func
-def time_of_passing(index: int, step: Any, before: Any, after: Any):
-    """Return when what grows from `before` to `after` within a step passes 1."""
-    one = type(step)(1.0)
-    return (type(step)(index) + wp.max(one - before, type(step)(0.0)) / (after - before)) * step
+def share_beyond(before: Any, after: Any, inverse_capacity: Any):
+    """Return the share of a step in which a drift is beyond its capacity, on a line; 0 if it does not pass it."""
+    share = type(after)(0.0)
+    one = type(after)(1.0)
+    outward = wp.sign(after)
+    reached = outward * after * inverse_capacity
+    if reached > one:
+        share = wp.min((reached - one) / (reached - outward * before * inverse_capacity), one)
+    return share
 
 
 def wanted(plan):
@@ -33,28 +44,27 @@ def wanted(plan):
 def names(plan):
     from warpdyn.kernels.plan import DTYPES
 
-    # Of a storey's own drift or of its drift ratio, which reach the kernel as one.
-    dtype = DTYPES[plan.dtype]
-    # Of the capacity: where a step that tells a collapse may begin and end.
-    near, beyond = wp.constant(dtype(1 / 3)), wp.constant(dtype(1.5))
-    return {"HAS_CAPACITY": plan.has_drift_capacity, "near": near, "beyond": beyond}
+    # Capacities are of a storey's own drift or of its drift ratio, which reach the kernel as one.
+    half = wp.constant(DTYPES[plan.dtype](0.5))
+    return {"HAS_CAPACITY": plan.has_drift_capacity, "longest_move": half}
 
 
 def values_held(plan):
-    return plan.dofs + 4
+    return (3 if plan.kind == "exact" else 2) * plan.dofs + 6
 
 
 def declare():
     inverse_capacity = matrix()  # 0 where there is none
-    over = row()  # the largest drift of the state over its capacity, and of the state before
-    over_before = row()
+    earlier_drift = matrix()  # at the start of the step
+    if PROPAGATED:
+        present_drift = matrix()
+    over = row()  # the largest drift over its capacity
     collapse_time = row()  # below 0 while the building stands
     collapse_storey = row()
-    past = row()  # of the last step, the part that lies behind the collapse [s]
-    stands = row()  # 1 until the lane collapses, then 0
-    if PROPAGATED:
-        earlier_drift = matrix()
-    burst = row()  # 1 where the step was too long
+    past_share = row()  # of the last step, the share that lies behind the collapse
+    move = row()  # of the storeys that passed their capacities: the largest move in that step, over the capacity
+    farthest_ratio = row()  # and the largest drift ratio
+    stands = row()  # 1, and 0 for a lane that has collapsed and whose last state before that was seen
     last_interval = indices()  # in which anything is seen
 
 
@@ -71,17 +81,15 @@ def start():
                 if HAS_CAPACITY:
                     own = structures.inverse_drift_capacity[g, samples.structure[sample[j]]]
                     inverse_capacity[i, j] = larger(inverse_capacity[i, j], own)
-            if not PROPAGATED:
-                slot("accepted_drift")
-                over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
     if not PROPAGATED:
         for j in range(LANES):
-            if SECTIONS:
-                over[j] = across(over[j], THREADS)
-            if over[j] > dtype(1.0):
+            slot("find_first_to_pass")
+            slot("compare_sections")
+            if past_share[j] > dtype(0.0):
                 collapse_time[j] = dtype(0.0)
-                stands[j] = dtype(0.0)
                 last_interval[j] = int(0)
+            move[j] = dtype(0.0)  # it has moved there in no step
+            farthest_ratio[j] = dtype(0.0)
 
 
 def begin_interval():
@@ -103,127 +111,134 @@ def settle_lane():
 
 
 def see_drift():
-    if DRIFT:
-        # The last state is added at the end, as far as the collapse. Where a state is seen before it is known whether
-        # the building stands in it, the peak is that of the state before.
+    if PROPAGATED:
+        present_drift[i, j] = drift
+        over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
+    else:
         drift_seen = drift
         if IMPLICIT_CHAIN:
             drift_seen = drift_before
-        if PROPAGATED:
-            drift_seen = earlier_drift[i, j]
-            earlier_drift[i, j] = drift
-        peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen) * stands[j])
-    if PROPAGATED:
-        over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
+        earlier_drift[i, j] = drift_seen
+        if DRIFT:
+            peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen) * stands[j])
 
 
 def see_state():
     if PROPAGATED:
         for j in range(LANES):
-            if over[j] > dtype(1.0):
-                if collapse_time[j] < dtype(0.0):
-                    collapse_time[j] = dtype(0.0)
-                    if index > 0:
-                        collapse_time[j] = time_of_passing(index - 1, step[j], over_before[j], over[j])
-                        past[j] = dtype(index) * step[j] - collapse_time[j]
-                    last_interval[j] = interval
-                live[j] = dtype(0.0)
+            if collapse_time[j] >= dtype(0.0):
                 stands[j] = dtype(0.0)
-            over_before[j] = over[j]
-            over[j] = dtype(0.0)
-
-
-def end_step():
-    if not PROPAGATED:
-        for j in range(LANES):
-            over_before[j] = over[j]
+            elif over[j] > dtype(1.0):
+                slot("find_first_to_pass")
+                collapse_time[j] = dtype(0.0)
+                if index > 0:
+                    collapse_time[j] = (dtype(index) - past_share[j]) * step[j]
+                    slot("see_drifts_at_collapse")
+                    stands[j] = dtype(0.0)
+                live[j] = dtype(0.0)
+                last_interval[j] = interval
             over[j] = dtype(0.0)
         for i in range(N):
             for j in range(LANES):
-                slot("accepted_drift")
-                over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
+                earlier_drift[i, j] = present_drift[i, j]
+                if DRIFT:
+                    peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(present_drift[i, j]) * stands[j])
+
+
+def end_part():
+    if ADAPTIVITY:
+        slot("watch_drifts")
+
+
+def end_step():
+    if not PROPAGATED and not ADAPTIVITY:
+        slot("watch_drifts")
+
+
+def watch_drifts():
+    for j in range(LANES):
+        over[j] = dtype(0.0)
+        if collapse_time[j] >= dtype(0.0):
+            stands[j] = dtype(0.0)
+    for i in range(N):
         for j in range(LANES):
-            if SECTIONS:
-                over[j] = across(over[j], THREADS)
-            if over[j] > dtype(1.0):
-                if collapse_time[j] < dtype(0.0):
-                    collapse_time[j] = time_of_passing(index, step[j], over_before[j], over[j])
-                    past[j] = dtype(index + 1) * step[j] - collapse_time[j]
-                    stands[j] = dtype(0.0)
-                    last_interval[j] = interval + 1  # whose first step sees this state
-                    if not ADAPTIVITY:  # whose steps are as short as they must be
-                        if over_before[j] < near or over[j] > beyond:
-                            burst[j] = dtype(1.0)
-                h[j] = dtype(0.0)
-                if ADAPTIVITY:
-                    whole_step[j] = dtype(0.0)
+            slot("accepted_drift")
+            over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
+    for j in range(LANES):
+        if over[j] * stands[j] > dtype(1.0):
+            slot("find_first_to_pass")
+        slot("compare_sections")
+        if past_share[j] * stands[j] > dtype(0.0):
+            slot("see_drifts_at_collapse")
+            collapse_time[j] = dtype(index + 1) * step[j] - past_share[j] * h[j]
+            if ADAPTIVITY:
+                collapse_time[j] = (dtype(index) + done[j]) * step[j] - past_share[j] * h[j]
+                whole_step[j] = dtype(0.0)
+                part[j] = dtype(0.0)
+            stands[j] = dtype(0.0)
+            last_interval[j] = interval + 1  # whose first step sees this state
+            h[j] = dtype(0.0)
 
 
-def finish():
-    over[j] = dtype(0.0)
+def find_first_to_pass():
     collapse_storey[j] = dtype(-1.0)
-
-
-def finish_storey():
-    if DRIFT:
-        drift_of_end = dtype(0.0)
-        rate_of_end = dtype(0.0)
+    for i in range(N):
+        slot("number_storey")
         if PROPAGATED:
-            drift_of_end = earlier_drift[i, j]
-            for mode in range(N):
-                of_end = shape[i * N + mode, j] if IS_COPIED else structures.mode_shape[i * N + mode, shaped[j]]
-                rate_of_end += of_end * x[N + mode, j]
+            drift = present_drift[i, j]
         else:
-            drift_of_end = u[i, j]
-            rate_of_end = v[i, j]
-            if i > 0:
-                drift_of_end -= u[i - 1, j]
-                rate_of_end -= v[i - 1, j]
-            elif SECTIONS:
-                drift_of_end -= foot_u[j]
-                rate_of_end -= foot_v[j]
-        drift_reached = wp.abs(drift_of_end)
-        capacity = dtype(1.0) / inverse_capacity[i, j]
-        if collapse_time[j] > dtype(0.0) and drift_reached < capacity:
-            drift_reached = wp.abs(drift_of_end - past[j] * rate_of_end)
-        drift_reached = larger(peak_drift[i, j], drift_reached)
-        if collapse_time[j] > dtype(0.0):  # adaptive methods see states within the step, as far as its end
-            drift_reached = wp.min(drift_reached, capacity)
-        peak_drift[i, j] = drift_reached
-    if PROPAGATED:
-        part_of_capacity = wp.abs(ratio_of_storey[i, j]) / inverse_height[i, j] * inverse_capacity[i, j]
-        if part_of_capacity > over[j]:
-            over[j] = part_of_capacity
-            collapse_storey[j] = dtype(i + 1)
+            slot("accepted_drift")
+        share = share_beyond(earlier_drift[i, j], drift, inverse_capacity[i, j])
+        if share > dtype(0.0):
+            change = wp.abs(drift - earlier_drift[i, j]) * inverse_capacity[i, j]
+            move[j] = wp.max(move[j], change)
+            farthest_ratio[j] = wp.max(farthest_ratio[j], wp.abs(drift) * inverse_height[i, j])
+        if share > past_share[j]:
+            past_share[j] = share
+            collapse_storey[j] = dtype(g + 1)
 
 
-def finish_drift():
-    part_of_capacity = wp.abs(drift) * inverse_capacity[i, j]
-    if part_of_capacity > over[j]:
-        over[j] = part_of_capacity
-        collapse_storey[j] = dtype(g + 1)
+def compare_sections():
+    if SECTIONS:
+        first_to_pass = across(past_share[j], THREADS)
+        if past_share[j] < first_to_pass:
+            collapse_storey[j] = dtype(-1.0)
+        past_share[j] = first_to_pass
+
+
+def see_drifts_at_collapse():
+    if DRIFT:
+        for i in range(N):
+            if PROPAGATED:
+                drift = present_drift[i, j]
+            else:
+                slot("accepted_drift")
+            at_collapse = wp.abs(drift - past_share[j] * (drift - earlier_drift[i, j]))
+            peak_drift[i, j] = wp.max(peak_drift[i, j], at_collapse)
 
 
 def after_finish():
     if SECTIONS:
-        most_over = across(over[j], THREADS)
-        if over[j] < most_over:
-            collapse_storey[j] = dtype(-1.0)
         collapse_storey[j] = across(collapse_storey[j], THREADS)
+        move[j] = across(move[j], THREADS)
+        farthest_ratio[j] = across(farthest_ratio[j], THREADS)
 
 
 def judge_demand():
     if collapse_time[j] >= dtype(0.0):
         status = collapsed
-        if burst[j] > dtype(0.0):
-            status = diverged
+        if not PROPAGATED:  # what is linear and exact cannot blow up
+            if move[j] > longest_move:
+                status = unstable_step
+            if farthest_ratio[j] > blown_up:
+                status = diverged
 
 
 def write():
+    if collapse_time[j] >= dtype(0.0):
+        output.time_of_collapse[o] = collapse_time[j]
     if status == collapsed:
         output.storey_of_collapse[o] = int(collapse_storey[j])
-        if collapse_time[j] >= dtype(0.0):
-            output.time_of_collapse[o] = collapse_time[j]
         if RESIDUAL:  # nothing comes to rest
             for unsettled in range(STOREYS):
                 output.residual_drift_ratio[unsettled, o] = wp.sqrt(dtype(-1.0))

@@ -20,11 +20,13 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return plan.dofs
+    return plan.dofs if "drift" in plan.recorders else 2 * plan.dofs
 
 
 def declare():
     weight_over_height = matrix()
+    if not DRIFT:
+        farthest_drift = matrix()  # the largest drift so far
     falling = row()  # the storey that still falls when the run ends, counted from 1
     lifted = row()  # what gravity gave, from upright: the work of lifting the storeys again
 
@@ -45,6 +47,11 @@ def add_to_stiffness():
     stiffness -= weight_over_height[i, j]
 
 
+def see_drift():
+    if not DRIFT:
+        farthest_drift[i, j] = larger(farthest_drift[i, j], wp.abs(drift))
+
+
 def finish():
     falling[j] = dtype(0.0)
 
@@ -52,15 +59,15 @@ def finish():
 def finish_drift():
     overturning = weight_over_height[i, j] * drift
     lifted[j] += dtype(0.5) * overturning * drift
-    if DRIFT:
-        rate = v[i, j]
-        if i > 0:
-            rate -= v[i - 1, j]
-        elif SECTIONS:
-            rate -= foot_v[j]
-        outward = overturning - held_of(drift, memory, c)
-        if keeps_falling(outward, drift, rate, peak_drift[i, j]):
-            falling[j] = dtype(g + 1)
+    rate = v[i, j]
+    if i > 0:
+        rate -= v[i - 1, j]
+    elif SECTIONS:
+        rate -= foot_v[j]
+    outward = overturning - held_of(drift, memory, c)
+    largest_drift = peak_drift[i, j] if DRIFT else farthest_drift[i, j]
+    if keeps_falling(outward, drift, rate, largest_drift):
+        falling[j] = dtype(g + 1)
 
 
 def after_finish():
@@ -73,6 +80,7 @@ def judge_state():
     if falling[j] > dtype(0.0) and status == ok:
         status = collapsed
         collapse_storey[j] = falling[j]
+        collapse_time[j] = dtype(live_intervals[j] * substeps) * step[j]  # the end of the run, where it is told
 
 
 def add_to_supplied():

@@ -14,13 +14,15 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return plan.dofs
+    return 2 * plan.dofs if plan.collapses and plan.kind == "exact" else plan.dofs
 
 
 def declare():
     peak_acceleration = matrix()
     lives = row()  # 1, and 0 for a lane that is done
     seen = row()  # 1, and 0 for a lane whose last state has been seen
+    if PROPAGATED and COLLAPSE:
+        earlier_size = matrix()  # of the state before, as it is not known yet whether the building stands in this one
 
 
 def settle_lane():
@@ -45,6 +47,12 @@ def see_forces():
     size = wp.abs(ai)
     if HAS_ADD_LOAD:
         size = size * seen[j]
+    if COLLAPSE:
+        if PROPAGATED:
+            present_size = size
+            size = earlier_size[i, j]
+            earlier_size[i, j] = present_size
+        size = size * stands[j]
     peak_acceleration[i, j] = larger(peak_acceleration[i, j], size)
 
 
@@ -55,6 +63,8 @@ def end_step():
 
 
 def finish_storey():
+    if PROPAGATED and COLLAPSE:
+        peak_acceleration[i, j] = larger(peak_acceleration[i, j], earlier_size[i, j] * stands[j])
     if IS_CHAIN:
         output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
     else:

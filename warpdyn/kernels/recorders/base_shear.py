@@ -16,11 +16,25 @@ def values_held(plan):
 
 def declare():
     peak_shear = row()
+    if PROPAGATED and COLLAPSE:
+        earlier_shear = row()  # of the state before, as it is not known yet whether the building stands in this one
 
 
 def see_forces():
     if i == 0:
-        peak_shear[j] = larger(peak_shear[j], wp.abs(restoring))
+        shear = wp.abs(restoring)
+        if COLLAPSE:
+            if PROPAGATED:
+                present_shear = shear
+                shear = earlier_shear[j]
+                earlier_shear[j] = present_shear
+            shear = shear * stands[j]
+        peak_shear[j] = larger(peak_shear[j], shear)
+
+
+def finish():
+    if PROPAGATED and COLLAPSE:
+        peak_shear[j] = larger(peak_shear[j], earlier_shear[j] * stands[j])
 
 
 def write():

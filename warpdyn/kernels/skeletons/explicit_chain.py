@@ -148,6 +148,7 @@ def integrate_chain(
                     slot("end_stage")
                 slot("end_stages")
                 slot("end_attempt")
+                slot("end_part")
             slot("end_step")
     if HOLDS_STEP and HAS_SEE_DRIFT:
         # Nothing follows the last state that would see it.

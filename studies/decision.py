@@ -1,0 +1,66 @@
+"""Error of fragility medians against computing time, from integration and sampling together.
+
+    python studies/decision.py --out results [--truth results/decision_cuda.nc]
+
+Both speed and accuracy count: the main job's building and records are run by several methods, steps, number types,
+designs and numbers of structures; the truth is 10,000 structures at a converged step in float64. Writes decision.nc
+(or decision_cpu.nc, decision_cuda.nc with --name) and decision.png, which tells where shorter steps, more structures or
+neither help. `--truth` takes the truth from a file of another device.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import xarray as xr
+from p695_fragility import build_scene
+from parts.command_line import file_in, save_figures
+from parts.decision.errors import Choices, errors_of, record_error
+from parts.decision.figure import decision_chart
+
+from warpdyn.files import netcdf
+from warpdyn.kernels.queues import checked_devices, device_names
+
+
+def read_arguments() -> argparse.Namespace:
+    """Return what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
+    parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
+    parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
+    parser.add_argument("--largest", type=int, default=256, help="most structures of a crossed design [%(default)s]")
+    parser.add_argument("--truth", type=Path, help="file that this study wrote on another device")
+    parser.add_argument("--beside", type=Path, nargs="*", default=[], help="files to draw beside, from other devices")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Run the study."""
+    arguments = read_arguments()
+    target = file_in(arguments.out, "decision.nc")
+    whole = Choices()
+    choices = Choices(
+        structures=[count for count in whole.structures if count <= arguments.largest],
+        structures_per_motion=[count for count in whole.structures_per_motion if count <= arguments.largest],
+    )
+    truth = None
+    if arguments.truth:
+        with xr.open_dataset(arguments.truth) as found:
+            truth = found["true_log_median"].values
+    result = errors_of(choices, arguments.device, arguments.seed, truth)
+    result["record_error"] = record_error(build_scene(), 64, arguments.device, arguments.seed)
+    result.attrs |= {
+        "Conventions": "CF-1.11",
+        "title": "Error of fragility medians against computing time",
+        "device": device_names(checked_devices(arguments.device)),
+        "seed": arguments.seed,
+    }
+    netcdf.write(result, target)
+    beside = [xr.load_dataset(path) for path in arguments.beside]
+    save_figures({"decision": decision_chart([result, *beside])}, arguments.out)
+    print(f"wrote {target} and decision.png")
+
+
+if __name__ == "__main__":
+    main()

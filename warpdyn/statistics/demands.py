@@ -1,0 +1,191 @@
+"""Limits of damage states: which demands they are of, and which of them each sample exceeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.checks import real_numbers
+from warpdyn.core.output_variables import COLLAPSED, OK
+from warpdyn.core.plausibility import warn_of_implausible_limits
+
+DRIFT = "peak_storey_drift_ratio"
+Limit = float | Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class DamageLimits:
+    """Limits of damage states, in each demand that they are of.
+
+    Args:
+        states: Names of the damage states, from the lightest on.
+        demands: Names of the variables.
+        values: Limits in the units of the variables, shape [demand, damage_state]; NaN where a state has none.
+    """
+
+    states: tuple[str, ...]
+    demands: tuple[str, ...]
+    values: np.ndarray
+
+    @staticmethod
+    def of(limits: Mapping[str, Limit], demand: str = DRIFT) -> DamageLimits:
+        """Return checked limits.
+
+        Args:
+            limits: Of each damage state, from the lightest on, the limit of `demand`; or a mapping of several demands
+                to their limits.
+            demand: Variable that plain numbers are limits of.
+
+        Raises:
+            ValueError, TypeError: If there is none, one is not finite and above 0, or those of a demand do not increase
+                from state to state.
+        """
+        if not isinstance(limits, Mapping) or not len(limits):
+            given = repr(limits) if isinstance(limits, Mapping | list | tuple | int | float) else type(limits).__name__
+            raise ValueError(
+                f"limits must map at least one damage state to a limit of {demand}, as the dictionary "
+                f"{{'slight': 0.005, 'complete': 0.04}}, got {given}"
+            )
+        if not isinstance(demand, str):
+            raise TypeError(f"demand must be the name of a variable of the run, such as {DRIFT!r}, got {demand!r}")
+        states = tuple(str(state) for state in limits)
+        if len(set(states)) < len(states):
+            raise ValueError(f"two damage states have one name: {list(states)}")
+        rows = [dict(limit) if isinstance(limit, Mapping) else {demand: limit} for limit in limits.values()]
+        demands = tuple(dict.fromkeys(str(name) for row in rows for name in row))
+        values = np.full((len(demands), len(states)), np.nan)
+        for place, (state, row) in enumerate(zip(states, rows, strict=True)):
+            if not row:
+                raise ValueError(f"limits of damage state {state!r} are empty; give at least one demand its limit")
+            for name, limit in row.items():
+                value = real_numbers(f"limit of damage state {state!r}", limit)
+                if value.ndim or not (np.isfinite(value) and value > 0):
+                    raise ValueError(
+                        f"the limit of damage state {state!r} is {limit}; it must be one number, finite and above 0"
+                    )
+                values[demands.index(str(name)), place] = value
+        for name, row_of_demand in zip(demands, values, strict=True):
+            _check_increase(name, states, row_of_demand)
+        if DRIFT in demands:
+            drifts = zip(states, values[demands.index(DRIFT)], strict=True)
+            warn_of_implausible_limits({f" of {state!r}": value for state, value in drifts if np.isfinite(value)})
+        return DamageLimits(states, demands, values)
+
+    @property
+    def single(self) -> str | None:
+        """The demand that all limits are of; None if they are of several."""
+        return self.demands[0] if len(self.demands) == 1 else None
+
+
+def _check_increase(demand: str, states: tuple[str, ...], values: np.ndarray) -> None:
+    given = np.flatnonzero(np.isfinite(values))
+    for i, j in pairwise(given):
+        if values[j] <= values[i]:
+            raise ValueError(
+                f"limits must increase from one damage state to the next, but {states[i]!r} has {values[i]} "
+                f"and {states[j]!r} after it {values[j]} ({demand})"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Damage:
+    """The damage states of samples.
+
+    Args:
+        passed: Number of damage states that each sample has reached, shape [column, sample]; a state is reached if one
+            of its limits or of a later state's is exceeded. The last column is the worst of all places.
+        dim: Dimension of the places, such as "storey"; "" where only the worst is known.
+        places: Their labels, shape [column - 1].
+    """
+
+    passed: np.ndarray
+    dim: str
+    places: np.ndarray
+
+
+def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
+    """Return which damage states the samples of a run have reached; collapsed ones have reached all.
+
+    Args:
+        dataset: The run.
+        limits: The limits.
+        status: Outcome of each sample, as an index into `STATUS_MEANINGS`.
+
+    Raises:
+        ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is negative
+            or not finite in a sample that is ok.
+    """
+    single, dim, places = limits.single, "", np.arange(0)
+    worst = np.zeros(status.size, dtype=np.uint8)
+    columns: list[np.ndarray] = []
+    for name, values in zip(limits.demands, limits.values, strict=True):
+        demand = _checked_demand(dataset, name, status)
+        reached = [_reached(row, values) for row in demand]
+        for each in reached:
+            np.maximum(worst, each, out=worst)
+        if single is not None and dataset[name].ndim == 2:
+            (dim,) = (str(each) for each in dataset[name].dims if each != "sample")
+            places = dataset[dim].values if dim in dataset.coords else np.arange(1, len(reached) + 1)
+            columns = reached
+    passed = np.stack([*columns, worst])
+    passed[:, status == COLLAPSED] = len(limits.states)
+    return Damage(passed, dim, places)
+
+
+def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Return the number of the last state whose limit each value exceeds, shape [sample]."""
+    reached = np.zeros(demand.shape, dtype=np.uint8)
+    for number, limit in enumerate(limits, start=1):
+        if np.isfinite(limit):
+            # Values of single precision exceed a limit if they exceed the largest such number that is not above it.
+            bound = demand.dtype.type(limit)
+            if bound > limit:
+                bound = np.nextafter(bound, demand.dtype.type(0))
+            np.maximum(reached, (demand > bound).view(np.uint8) * np.uint8(number), out=reached)
+    return reached
+
+
+def _checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
+    """Return a demand by place, shape [place, sample]."""
+    if name not in dataset:
+        known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]
+        advice = "leave its recorder in the scene's" + (f"; the run has {', '.join(known)}" if known else "")
+        raise ValueError(f"the dataset has no {name!r}: {advice}")
+    variable = dataset[name]
+    if "sample" not in variable.dims or variable.ndim > 2:
+        of_one = "; take one event by `select_event`" if "event" in variable.dims else ""
+        raise ValueError(
+            f"{name!r} has dimensions {variable.dims}; they must be 'sample' and at most one more, as ('sample', "
+            f"'storey'){of_one}"
+        )
+    if not np.issubdtype(variable.dtype, np.floating):
+        raise ValueError(f"{name!r} holds no demand: its values are of type {variable.dtype}")
+    values = variable.transpose("sample", ...).values
+    values = np.ascontiguousarray(values.reshape(len(values), -1).T)
+    if values.size == 0:
+        raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
+    # What a sample that failed or collapsed holds is not read.
+    is_good = np.ones(status.size, dtype=bool)
+    for row in values:
+        is_good &= (row >= 0) & (row < np.inf)
+    bad = np.flatnonzero(~is_good & (status == OK))
+    if bad.size:
+        if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
+            raise ValueError(
+                "this is a run of a portfolio whose buildings differ in storeys: fragility() takes one archetype, "
+                "select_archetype(run, name), and damage_shares(run, limits) counts all, with limits for each of "
+                f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
+            )
+        first = bad[0]
+        where = " and ".join(
+            f"{key} {dataset[key].values[first]}" for key in ("motion_index", "im_level") if key in dataset
+        )
+        raise ValueError(
+            f"sample {first} ({where}) is 'ok' but its {name} is {values[:, first].tolist()}; it must be finite and "
+            f"not negative ({bad.size} of {status.size} samples)"
+        )
+    return values
