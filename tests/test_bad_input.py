@@ -321,6 +321,7 @@ WRONG_TYPES = {
     "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),
 }
 LIMITS = {"slight": 0.01}
+HAZARD = wd.HazardCurve([0.1, 1.0], [1e-2, 1e-4])
 NO_BUILDING = {
     "pushover": (lambda given: wd.pushover(given, [0.1]), "pushover() takes a ShearBuilding"),
     "storey_hysteresis": (
@@ -339,6 +340,18 @@ NO_DATASET = {
         lambda given: wd.damage_shares(given, {"A": LIMITS}),
         "; give what simulate() returned of a portfolio",
     ),
+    "annual_rates": (lambda given: wd.annual_rates(given, HAZARD), "; give what fragility(run, limits) returned"),
+    "disaggregate": (lambda given: wd.disaggregate(given, HAZARD), "; give what fragility(run, limits) returned"),
+    "rates_by_record": (lambda given: wd.rates_by_record(given, HAZARD), "; give what capacities(scene, limits)"),
+    "vulnerability": (lambda given: wd.vulnerability(given, {"slight": 0.02}), "; give what fragility(run, limits)"),
+    "annual_losses": (
+        lambda given: wd.annual_losses(given, HAZARD, {"slight": 0.02}),
+        "; give what fragility(run, limits) returned",
+    ),
+    "portfolio_losses": (
+        lambda given: wd.portfolio_losses(given, {"slight": 0.02}, {"A": 1e6}),
+        "; give what damage_shares(run, limits) returned",
+    ),
     "select_event": (
         lambda given: wd.select_event(given, "mainshock"),
         "; give what simulate() returned of an EventSequence",
@@ -354,6 +367,9 @@ NO_DATASET = {
     "plots.spectra": (plots.spectra, "; draw what response_spectra("),
     "plots.hysteresis": (plots.hysteresis, "; run simulate("),
     "plots.pushover_curve": (plots.pushover_curve, "; draw what pushover("),
+    "plots.disaggregation": (plots.disaggregation, "; draw what disaggregate("),
+    "plots.vulnerability": (plots.vulnerability, "; draw what vulnerability("),
+    "plots.loss_exceedance": (plots.loss_exceedance, "; draw what annual_losses("),
 }
 for name, (call, told) in NO_BUILDING.items():
     for given in (None, system()):

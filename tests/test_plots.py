@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from fragility_parameters import curves
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from plotted_runs import CAPACITY, LEVELS, MOTIONS, striped_run
@@ -27,20 +28,26 @@ MERGED = RUN.merge(CURVES, combine_attrs="no_conflicts")
 PULSE = wd.GroundMotion(9.81 * np.sin(np.arange(200) / 10) * np.exp(-np.arange(200) / 80), 0.01, "pulse")
 WEAK = wd.GroundMotion(0.5 * PULSE.acceleration[:150], 0.01, "weak")
 PUSHED = wd.storey_hysteresis(wd.ShearBuilding.from_hazus("C1L", "high", 2), [0.01, -0.01])
+SITE = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])
+FITTED = curves({"slight": (0.2, 0.4), "moderate": (0.5, 0.45)})
+RATIOS = {"slight": (0.05, 0.6), "moderate": 0.4}
 SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
 
 # Every plot, with how many axes it takes.
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
+    "disaggregation": (lambda **how: plots.disaggregation(wd.disaggregate(FITTED, SITE), **how), 1),
     "drift_against_intensity": (lambda **how: plots.drift_against_intensity(MERGED, **how), 1),
     "drift_distributions": (lambda **how: plots.drift_distributions({"a": RUN}, level=0.8, **how), 1),
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
     "fragility_comparison": (lambda **how: plots.fragility_comparison({"a": CURVES, "b": MERGED}, **how), 2),
     "fragility_curves": (lambda **how: plots.fragility_curves(MERGED, **how), 1),
     "ground_motions": (lambda **how: plots.ground_motions([PULSE, WEAK], **how), 3),
+    "hazard_and_rates": (lambda **how: plots.hazard_and_rates(FITTED, SITE, **how), 2),
     "histories": (lambda **how: plots.histories(RUN, 1, **how), 3),
     "hysteresis": (lambda **how: plots.hysteresis(RUN, 1, **how), 3),
     "ida_curves": (lambda **how: plots.ida_curves(MERGED, **how), 1),
+    "loss_exceedance": (lambda **how: plots.loss_exceedance(wd.annual_losses(FITTED, SITE, RATIOS), **how), 1),
     "pushover_curve": (
         lambda **how: plots.pushover_curve(
             wd.pushover(wd.ShearBuilding.from_hazus("C1L", "high", 2), np.linspace(0.01, 0.1, 9)), **how
@@ -49,6 +56,7 @@ PLOTS = {
     ),
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
     "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),
+    "vulnerability": (lambda **how: plots.vulnerability(wd.vulnerability(FITTED, RATIOS), **how), 1),
 }
 
 

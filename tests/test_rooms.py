@@ -30,6 +30,7 @@ ROOMS = (
     "portfolio",
     "running",
     "statistics",
+    "risk",
     "exchange",
     "plots",
 )
