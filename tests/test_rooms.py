@@ -32,6 +32,7 @@ ROOMS = (
     "running",
     "statistics",
     "risk",
+    "exchange",
     "plots",
 )
 MOST_FILES = 13  # a dozen or so, and `__init__.py`

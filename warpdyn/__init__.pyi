@@ -4,6 +4,21 @@ from . import kernels as kernels, laws as laws, plots as plots, truth as truth
 from .accuracy.method_choice import MethodChoice as MethodChoice
 from .accuracy.pilot import plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
+from .exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
+from .exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
+from .exchange.nrml_vulnerability import (
+    read_nrml_vulnerability as read_nrml_vulnerability,
+    write_nrml_vulnerability as write_nrml_vulnerability,
+)
+from .exchange.openquake_tables import (
+    read_consequences as read_consequences,
+    read_taxonomy_mapping as read_taxonomy_mapping,
+    write_consequences as write_consequences,
+    write_taxonomy_mapping as write_taxonomy_mapping,
+)
+from .exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
+from .exchange.tables import write_table as write_table
 from .files.netcdf import write as write
 from .ground_motions import records as records
 from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
