@@ -43,7 +43,9 @@ def population(seed: int) -> list[wd.GroundMotion]:
         frequency = 2 * np.pi * np.exp(generator.normal(np.log(2.5), 0.4))
         noise = np.fft.rfft(generator.standard_normal(time.size))
         at = 2 * np.pi * np.fft.rfftfreq(time.size, 0.02)
-        gain = np.sqrt((1 + (1.2 * at / frequency) ** 2) / ((1 - (at / frequency) ** 2) ** 2 + (1.2 * at / frequency) ** 2))
+        gain = np.sqrt(
+            (1 + (1.2 * at / frequency) ** 2) / ((1 - (at / frequency) ** 2) ** 2 + (1.2 * at / frequency) ** 2)
+        )
         peak = np.exp(generator.normal(np.log(1.5), 0.3))
         envelope = (time / peak) * np.exp(1 - time / peak)
         values = np.fft.irfft(noise * gain, time.size) * envelope
@@ -57,9 +59,7 @@ def factors(replications: int, count: int, sampling: str, seed: int) -> np.ndarr
     if sampling == "monte_carlo":
         uniform = np.random.default_rng(seed).random((replications, count, len(DISPERSIONS)))
     else:
-        uniform = np.stack(
-            [qmc.Sobol(len(DISPERSIONS), rng=seed + each).random(count) for each in range(replications)]
-        )
+        uniform = np.stack([qmc.Sobol(len(DISPERSIONS), rng=seed + each).random(count) for each in range(replications)])
     return np.exp(norm.ppf(uniform) * np.array(list(DISPERSIONS.values())))
 
 

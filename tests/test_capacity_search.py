@@ -102,6 +102,16 @@ def test_a_passage_between_two_rungs_is_found_beside_the_peak():
     assert lower[0, 0] <= edge <= upper[0, 0]
 
 
+def test_a_passage_between_two_rungs_that_both_rise_is_found():
+    # Between the two it passes the limit and returns; the upper one is the higher, but hardly.
+    rung = HIGHEST * 1.1**-25
+    x = np.log(rung) + np.log([1e-5, 1.0, 1.05, 1.1, 3.0])
+    y = np.log([0.0292e-5, 0.0292, 0.0305, 0.0297, 0.0297 * 3.0 / 1.1])
+    _, _, lower, upper = searched(lambda level: float(np.exp(np.interp(np.log(level), x, y))), limit=[0.03])
+    true = rung * np.exp(np.log(0.03 / 0.0292) / (np.log(0.0305 / 0.0292) / np.log(1.05)))
+    assert lower[0, 0] <= true <= upper[0, 0]
+
+
 def test_a_limit_that_is_never_passed_is_censored_at_the_highest_level():
     curves, _, lower, upper = searched(lambda x: 0.02 * (1 - np.exp(-x)), limit=[0.01, 0.03])
     assert upper[0, 1] == np.inf

@@ -87,10 +87,11 @@ class Levels:
         return found[0], found[1], found[2], found[3]
 
     def beside_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
-        """Return levels on both sides of a demand that is higher than its neighbours and hardly within a limit.
+        """Return levels between which and their neighbours a demand may pass a limit and return.
 
-        Between these neighbours the demand may pass the limit and return. It is taken to rise from the peak that was
-        run by no more than in proportion to the level.
+        They stand on both sides of a demand that is higher than its neighbours and hardly within the limit: it is taken
+        to rise from there by no more than in proportion to the level. And in the middle of two levels between which the
+        demand rises less than half as steeply as before, where it would pass the limit halfway if it went on as before.
 
         Args:
             rows: The pairs, shape [row].
@@ -108,15 +109,17 @@ class Levels:
             reach = np.diff(x, axis=1)
             rise = np.diff(y, axis=1)
             left, right, top = reach[:, :-1], reach[:, 1:], y[:, 1:-1]
-            is_peak = (rise[:, :-1] >= 0) & (rise[:, 1:] < 0) & np.isfinite(right)
-            is_near = np.zeros_like(is_peak)
+            before, after = rise[:, :-1] / left, rise[:, 1:] / right
+            is_peak = (before >= 0) & (after < 0)
+            flattens = (before > 0) & (after < before / 2)
+            near_peak, near_shoulder = np.zeros_like(is_peak), np.zeros_like(is_peak)
             for state, value in enumerate(np.log(limit)):
                 within = (top <= value) & (x[:, 2:] < np.log(upper[:, [state]]))
-                is_near |= within & (top + np.maximum(left, right) > value)
-            is_near &= is_peak
+                near_peak |= within & is_peak & (top + np.maximum(left, right) > value)
+                near_shoulder |= within & flattens & (top + before * right / 2 > value)
             middle = x[:, 1:-1]
-            below = np.where(is_near & (left > narrowest), middle - left / 2, np.nan)
-            above = np.where(is_near & (right > narrowest), middle + right / 2, np.nan)
+            below = np.where(near_peak & (left > narrowest), middle - left / 2, np.nan)
+            above = np.where((near_peak | near_shoulder) & (right > narrowest), middle + right / 2, np.nan)
         return np.exp(np.concatenate([below, above], axis=1))
 
 
