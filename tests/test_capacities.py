@@ -196,7 +196,13 @@ def test_a_fine_ladder_passes_each_limit_first_within_the_bracket(found):
 @pytest.mark.thorough
 @pytest.mark.meant_as_given("strongest_motion")
 @pytest.mark.parametrize(
-    ("demand", "limits"), [("peak_floor_acceleration", {"a": 1.0, "b": 4.0}), ("input_energy", {"a": 1e3, "b": 1e5})]
+    ("demand", "limits"),
+    [
+        ("peak_floor_acceleration", {"a": 1.0, "b": 4.0}),
+        ("input_energy", {"a": 1e3, "b": 1e5}),
+        ("residual_drift_ratio", {"a": 1e-3, "b": 4e-3}),
+        ("hysteretic_energy", {"a": 1e3, "b": 5e4}),
+    ],
 )
 def test_other_demands(demand, limits):
     """The run at a level just within a bracket and just beyond it says the same."""

@@ -22,6 +22,8 @@ from warpdyn.integration.time_grid import build_schedule
 from warpdyn.kernels.queues import Queue
 
 DRIFT_RATIO = "peak_storey_drift_ratio"
+# Demands that an elastic response has nothing of, and demands that they never exceed: these tell where to begin.
+NEVER_ABOVE = {"residual_drift_ratio": DRIFT_RATIO, "hysteretic_energy": "input_energy"}
 WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with room for rounding
 
 
@@ -41,6 +43,7 @@ class Pairs:
     Attributes:
         count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
         first_demand: Demand at `first_level`, shape [pair].
+        guide: The same, or a demand that it never exceeds, shape [pair].
         exponent: The demand of an elastic response goes with the level to this power.
         elastic_level: Level up to which the response is elastic, shape [pair]; 0 where this is not known.
         collapse_level: Level at which an elastic response would reach the drift of collapse, shape [pair].
@@ -92,7 +95,9 @@ class Pairs:
         self.elastic_level = np.zeros(self.count)
         everything = np.arange(self.count)
         outputs = self._run(everything, np.full(self.count, level))
-        self.first_demand = self._worst(everything, outputs)
+        self.first_demand = self._worst(self.demand, everything, outputs)
+        guide = NEVER_ABOVE.get(self.demand, self.demand)
+        self.guide = self.first_demand if guide == self.demand else self._worst(guide, everything, outputs)
         self.collapse_level = np.full(self.count, np.inf)
         elastic, collapse = elastic_drifts(self.whole)
         if "peak_storey_drift" in outputs:
@@ -109,9 +114,9 @@ class Pairs:
             self.elastic_level = np.where(known, level * np.where(known, factor, 1.0) ** self.power, 0.0)
 
     def elastic_level_of(self, limit: float) -> np.ndarray:
-        """Return the level at which the elastic response would come to a demand, shape [pair]."""
+        """Return the level at which the elastic response would come to a demand, or one it never exceeds, [pair]."""
         with np.errstate(divide="ignore"):
-            return self.first_level * (limit / self.first_demand) ** (1 / self.exponent)
+            return self.first_level * (limit / self.guide) ** (1 / self.exponent)
 
     def demands(self, pair: np.ndarray, level: np.ndarray) -> np.ndarray:
         """Return the demand of some pairs at levels [units of the measure]: infinite after a collapse, NaN if failed.
@@ -125,7 +130,7 @@ class Pairs:
         beyond = np.flatnonzero(level > self.elastic_level[pair])
         if beyond.size:
             outputs = self._run(pair[beyond], level[beyond])
-            found[beyond] = self._worst(pair[beyond], outputs)
+            found[beyond] = self._worst(self.demand, pair[beyond], outputs)
         return found
 
     def _run(self, pair: np.ndarray, level: np.ndarray) -> Arrays:
@@ -160,11 +165,11 @@ class Pairs:
         self.failure_codes |= set(np.unique(status[status >= DIVERGED]).tolist())
         return outputs
 
-    def _worst(self, pair: np.ndarray, outputs: Arrays) -> np.ndarray:
-        """Return the worst demand of each sample, shape [sample]."""
-        name = "peak_storey_drift" if self.demand == DRIFT_RATIO else self.demand
+    def _worst(self, demand: str, pair: np.ndarray, outputs: Arrays) -> np.ndarray:
+        """Return the worst of a demand in each sample, shape [sample]."""
+        name = "peak_storey_drift" if demand == DRIFT_RATIO else demand
         values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
-        if self.demand == DRIFT_RATIO:
+        if demand == DRIFT_RATIO:
             values = values / self.whole.heights[self.whole.row[pair]].T
         worst, status = values.max(axis=0), outputs["status"]
         return np.where(status == COLLAPSED, np.inf, np.where(status >= DIVERGED, np.nan, worst))

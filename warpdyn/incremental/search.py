@@ -146,7 +146,7 @@ class Search:
     def __post_init__(self) -> None:
         pairs = self.pairs
         self.levels, everything = Levels(pairs.count), np.arange(pairs.count)
-        self.failed = ~np.isfinite(pairs.first_demand)
+        self.failed = np.isnan(pairs.first_demand)
         first = np.full(pairs.count, pairs.first_level)
         self.levels.add(everything, first, pairs.first_demand, np.ones(pairs.count, dtype=bool))
 
