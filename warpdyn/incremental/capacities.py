@@ -122,6 +122,8 @@ def capacities(
         warn_of_implausible_limits(finite)
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step)
+    if not scene.scatter and structures != 1:
+        warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), structures, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
@@ -141,13 +143,14 @@ def capacities(
     with interruptible(), counted_histories(0) as progress:
         for start in starts:
             part = np.arange(start, min(start + size, run.structures))
-            pairs = Pairs(run, part, demand, integration, queue, first, findings, reuse_elastic=reuse_elastic)
+            pairs = Pairs(
+                run, part, demand, integration, queue, first, findings, progress.update, reuse_elastic=reuse_elastic
+            )
             if highest is None:
                 highest = _highest_of(pairs, limit, len(design.motions))
             search = Search(pairs, limit, highest, ladder, tolerance)
             search.run()
             found.add(search)
-            progress.update(pairs.histories)
     findings.warn(on_unstable)
     _refuse_failed(found, run)
     result = labelled_capacities(found, run, integration, float(highest or np.nan))

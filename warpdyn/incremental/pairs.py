@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -39,6 +40,7 @@ class Pairs:
         first_level: Level at which the elastic response is found, so low that nothing yields.
         reuse_elastic: Whether the demand below the first yield is scaled from that run.
         findings: Collects messages on the stability of the pairs.
+        advance: Called with the number of histories done since its last call.
 
     Attributes:
         count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
@@ -61,12 +63,13 @@ class Pairs:
         queue: Queue,
         first_level: float,
         findings: Findings,
+        advance: Callable[[int], object],
         *,
         reuse_elastic: bool,
     ) -> None:
         design = run.model.scene.excitation
         assert isinstance(design, Design)
-        self.demand, self.integration, self.reruns = demand, integration, Reruns()
+        self.demand, self.integration, self.reruns, self.advance = demand, integration, Reruns(), advance
         self.intensities, self.power = design.intensities, design.measure.power
         drawn, vibration = run.draw(structures)
         motions = len(design.motions)
@@ -151,7 +154,7 @@ class Pairs:
             whole.queue,
         )
         rows = whole.model.blank_outputs(pair.size)
-        part.start(rows)
+        part.start(rows, self.advance)
         part.finish(rows)
         outputs = {name: values.T for name, values in rows.items()}
         everything = np.arange(pair.size)
