@@ -138,7 +138,7 @@ def test_a_demand_far_above_the_elastic_one_is_searched_below_the_first_rung():
 
 def test_an_early_passage_below_the_first_rung_is_found():
     def early(x):
-        return 0.03 * x if x <= 0.02 else 0.0105 if x < 0.03 else 0.005 if x < 0.05 else 0.5
+        return 0.03 * x if x <= 0.02 else 0.0105 if x < 0.03 else 0.007 if x < 0.05 else 0.5
 
     _, _, lower, upper = searched(early, limit=[0.01])
     assert lower[0, 0] <= 0.02 <= upper[0, 0]

@@ -9,7 +9,8 @@ import numpy as np
 from warpdyn.incremental.pairs import Pairs
 
 # The ladder of a pair begins at this share of the level at which its elastic response would reach the first limit.
-START = 0.3
+# If the demand at the first rung comes to the other share of the limit, the ladder is continued downwards.
+START, LOW_ENOUGH = 0.3, 0.6
 # Levels that a pair climbs at a time; more where few pairs are left, so that a launch has so many histories.
 LEAST_RUNGS, FULL_LAUNCH = 4, {"cpu": 2**6, "cuda": 2**16}
 # Attempts to close a bracket by interpolation, before it is divided into equal parts: a demand may jump. So many parts
@@ -196,10 +197,12 @@ class Search:
         self._descend(lowest)
 
     def _descend(self, lowest: np.ndarray) -> None:
-        """Evaluate lower rungs of pairs whose lowest rung passes the first limit already."""
+        """Evaluate lower rungs of pairs whose demand at the lowest rung is near the first limit already."""
         active = np.flatnonzero(~self.failed)
+        # A limit that collapse alone passes is near where a sample collapsed.
+        near = LOW_ENOUGH * self.limit[:1] if np.isfinite(self.limit[0]) else self.limit[:1]
         while active.size:
-            upper = self.levels.brackets(active, self.limit[:1])[1][:, 0]
+            upper = self.levels.brackets(active, near)[1][:, 0]
             active = active[(upper <= self._rungs(lowest[active]) * (1 + 1e-9)) & ~self.failed[active]]
             active = active[self._rungs(lowest[active]) > self.pairs.first_level]
             pair = np.repeat(active, LEAST_RUNGS)
