@@ -8,9 +8,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from fragility_parameters import curves
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from plotted_runs import CAPACITY, LEVELS, MOTIONS, striped_run
+from plotted_runs import CAPACITY, LEVELS, MOTIONS, found_capacities, striped_run
 
 import warpdyn as wd
 from warpdyn import plots
@@ -28,21 +29,28 @@ MERGED = RUN.merge(CURVES, combine_attrs="no_conflicts")
 PULSE = wd.GroundMotion(9.81 * np.sin(np.arange(200) / 10) * np.exp(-np.arange(200) / 80), 0.01, "pulse")
 WEAK = wd.GroundMotion(0.5 * PULSE.acceleration[:150], 0.01, "weak")
 PUSHED = wd.storey_hysteresis(wd.ShearBuilding.from_hazus("C1L", "high", 2), [0.01, -0.01])
+SITE = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])
+FITTED = curves({"slight": (0.2, 0.4), "moderate": (0.5, 0.45)})
+RATIOS = {"slight": (0.05, 0.6), "moderate": 0.4}
 SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
 
 # Every plot, with how many axes it takes.
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
+    "capacities": (lambda **how: plots.capacities(found_capacities(), **how), 1),
     "cloud_regression": (lambda **how: plots.cloud_regression(RUN, CLOUD, **how), 1),
+    "disaggregation": (lambda **how: plots.disaggregation(wd.disaggregate(FITTED, SITE), **how), 1),
     "drift_against_intensity": (lambda **how: plots.drift_against_intensity(MERGED, **how), 1),
     "drift_distributions": (lambda **how: plots.drift_distributions({"a": RUN}, level=0.8, **how), 1),
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
     "fragility_comparison": (lambda **how: plots.fragility_comparison({"a": CURVES, "b": MERGED}, **how), 2),
     "fragility_curves": (lambda **how: plots.fragility_curves(MERGED, **how), 1),
     "ground_motions": (lambda **how: plots.ground_motions([PULSE, WEAK], **how), 3),
+    "hazard_and_rates": (lambda **how: plots.hazard_and_rates(FITTED, SITE, **how), 2),
     "histories": (lambda **how: plots.histories(RUN, 1, **how), 3),
     "hysteresis": (lambda **how: plots.hysteresis(RUN, 1, **how), 3),
     "ida_curves": (lambda **how: plots.ida_curves(MERGED, **how), 1),
+    "loss_exceedance": (lambda **how: plots.loss_exceedance(wd.annual_losses(FITTED, SITE, RATIOS), **how), 1),
     "pushover_curve": (
         lambda **how: plots.pushover_curve(
             wd.pushover(wd.ShearBuilding.from_hazus("C1L", "high", 2), np.linspace(0.01, 0.1, 9)), **how
@@ -51,6 +59,7 @@ PLOTS = {
     ),
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
     "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),
+    "vulnerability": (lambda **how: plots.vulnerability(wd.vulnerability(FITTED, RATIOS), **how), 1),
 }
 
 
@@ -145,6 +154,21 @@ def test_runs_without_a_drift_to_draw_are_drawn(run):
         plot(run).draw_without_rendering()
     plots.ida_curves(run, scale="log").draw_without_rendering()
     plots.drift_distributions({"a": run}, level=0.8).draw_without_rendering()
+
+
+def test_fractiles_of_capacities_end_where_too_many_are_infinite():
+    axes = plots.capacities(found_capacities()).axes[0]
+    median, high = (line_named(axes, f"{share} % of capacities") for share in (50, 84))
+    np.testing.assert_allclose(median.get_ydata(), [1.0, 1.9, 2.5])  # of 0.5, 1, 1.5; 1, 2, 1.9; inf, 2.5, 1.9
+    np.testing.assert_allclose(median.get_xdata()[:2], [1.0, 2.0])
+    assert np.isnan(high.get_ydata()[2])
+    (curves,) = (each.get_segments() for each in axes.collections if each.get_label() == "3 curves")
+    np.testing.assert_allclose(curves[0], [[0.5, 0.25], [1, 0.5], [2, 1], [6, 4]])
+    np.testing.assert_allclose(curves[2][:, 1], [0.75, 1.5, 1.8, 2.0, 2.0])  # flat from its collapse on
+    with pytest.raises(ValueError, match="no capacity is finite"):
+        plots.capacities(found_capacities() * np.inf)
+    with pytest.raises(ValueError, match=r"no capacity.*draw what capacities\(scene, limits\) returned"):
+        plots.capacities(RUN)
 
 
 def test_ida_curves_end_at_collapse():

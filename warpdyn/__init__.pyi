@@ -4,6 +4,21 @@ from . import kernels as kernels, laws as laws, plots as plots, truth as truth
 from .accuracy.method_choice import MethodChoice as MethodChoice
 from .accuracy.pilot import plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
+from .exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
+from .exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
+from .exchange.nrml_vulnerability import (
+    read_nrml_vulnerability as read_nrml_vulnerability,
+    write_nrml_vulnerability as write_nrml_vulnerability,
+)
+from .exchange.openquake_tables import (
+    read_consequences as read_consequences,
+    read_taxonomy_mapping as read_taxonomy_mapping,
+    write_consequences as write_consequences,
+    write_taxonomy_mapping as write_taxonomy_mapping,
+)
+from .exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
+from .exchange.tables import write_table as write_table
 from .files.netcdf import write as write
 from .ground_motions import records as records
 from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
@@ -37,6 +52,22 @@ from .ground_motions.pair_measures import (
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
 )
 from .ground_motions.response_spectra import response_spectra as response_spectra
+from .incremental.capacities import capacities as capacities
+from .risk.annual_rates import annual_rates as annual_rates
+from .risk.collapse_margin import (
+    collapse_margin as collapse_margin,
+    spectral_shape_factor as spectral_shape_factor,
+)
+from .risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
+from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
+from .risk.loss_ratios import hazus_loss_ratios as hazus_loss_ratios
+from .risk.losses import annual_losses as annual_losses, vulnerability as vulnerability
+from .risk.portfolio_losses import portfolio_losses as portfolio_losses
+from .risk.risk_targets import (
+    check_risk_target as check_risk_target,
+    risk_targeted_intensity as risk_targeted_intensity,
+)
+from .risk.storey_losses import storey_losses as storey_losses
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
