@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import collections.abc
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.error_estimate import compare
+from warpdyn.accuracy.method_choice import MethodChoice
 from warpdyn.core.checks import check_kind, one_of, whole_number
-from warpdyn.core.description import Text
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
@@ -38,43 +38,6 @@ MOST_HELD = 20.0
 PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # these fill the lanes of a few threads, or a GPU
 TIMINGS = 5  # the shortest counts
 QUANTILE = 0.95
-
-
-@dataclass(frozen=True)
-class MethodChoice:
-    """The cheapest method, step and dtype that keep a target error.
-
-    Args:
-        method: Integration method.
-        dtype: "float32" or "float64".
-        longest_step: Longest integration step [s]; each motion's own is divided into the fewest that are no longer.
-        table: The candidates: over `candidate` the method, dtype, longest step, errors and time per sample.
-        carried: Registers, memory traffic, steps and time that the scene costs with this choice, by name.
-    """
-
-    method: str
-    dtype: str
-    longest_step: float
-    table: xr.Dataset
-    carried: dict[str, float]
-
-    def __str__(self) -> str:
-        names = ("method", "dtype", "longest step [s]", "95 % error", "worst", "time per sample [s]")
-        lines = ["{:<26} {:<8} {:>16} {:>11} {:>9} {:>19}".format(*names)]
-        for row in range(self.table.sizes["candidate"]):
-            entry = self.table.isel(candidate=row)
-            is_chosen = (entry.method.item(), entry.dtype.item()) == (self.method, self.dtype)
-            lines.append(
-                f"{entry.method.item():<26} {entry.dtype.item():<8} {entry.longest_step.item():>16.4g} "
-                f"{entry.error.item():>11.2e} {entry.worst_error.item():>9.2e} "
-                f"{entry.seconds_per_sample.item():>19.2e}{' *' if is_chosen else ''}"
-            )
-        lines.append(f"* the cheapest within {self.table.attrs['target_error']:g}")
-        lines += [f"{name:<52} {value:,.6g}" for name, value in self.carried.items()]
-        return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return Text(self)._repr_html_()
 
 
 def plan(
