@@ -13,6 +13,30 @@ MOTIONS = 10
 STOREYS = 3
 
 
+def found_capacities() -> xr.Dataset:
+    """Return capacities of 1 structure under 3 motions, which pass the limits 1 and 2 % at levels in proportion.
+
+    The last motion collapses between the limits of its curve, and the first is not brought to collapse.
+    """
+    capacity = np.array([[[0.5, 1.0, np.inf], [1.0, 2.0, 2.5], [1.5, 1.9, 1.9]]])
+    motion, level = np.repeat(np.arange(3), 4), np.array([0.25, 0.5, 1, 4, 0.5, 1, 2, 2.6, 0.75, 1.5, 1.8, 2.0])
+    drift = np.array([0.005, 0.01, 0.02, 0.06, 0.005, 0.01, 0.02, np.nan, 0.005, 0.01, 0.018, np.nan])
+    dims = ("structure", "motion", "damage_state")
+    return xr.Dataset(
+        {
+            "capacity": (dims, capacity, {"units": "g"}),
+            "drift_ratio_limit": ("damage_state", [0.01, 0.02, np.inf]),
+            "im_level": ("sample", level, {"units": "g"}),
+            "peak_storey_drift_ratio": ("sample", drift),
+            "status": ("sample", np.isnan(drift).astype(np.int8)),
+            "structure_index": ("sample", 0 * motion),
+            "motion_index": ("sample", motion),
+        },
+        {"damage_state": ["slight", "extensive", "collapse"]},
+        {"demand": "peak_storey_drift_ratio", "intensity_measure": "PGA"},
+    )
+
+
 def striped_run() -> xr.Dataset:
     """Return the run: motion m drifts by (m + 1) % of the level in g in its first storey, less in those above."""
     motion, level = np.repeat(np.arange(MOTIONS), LEVELS.size), np.tile(LEVELS, MOTIONS)

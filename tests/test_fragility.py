@@ -294,7 +294,7 @@ def test_estimators_by_name():
 def test_separated_stripes_have_a_penalised_fit_that_says_so():
     levels = np.array([0.5, 1.0, 1.5, 2.0])
     run = make_run(np.tile([0.01, 0.01, 0.03, 0.03], 11), np.repeat(range(11), 4), np.tile(levels, 11))
-    with pytest.warns(UserWarning, match=r"'light' has stripes that are separated.*penalised.*add levels between 1 and"):
+    with pytest.warns(UserWarning, match=r"'light' has stripes that are separated.*penalised.*between 1 and"):
         curves = wd.fragility(run, {"light": 0.02})
     assert FIT_MEANINGS_OF_ESTIMATORS[curves["fit_status"].item()] == "penalised"
     assert 1.0 < curves["fragility_median"].item() < 1.5

@@ -8,9 +8,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from fragility_parameters import curves
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from plotted_runs import CAPACITY, LEVELS, MOTIONS, striped_run
+from plotted_runs import CAPACITY, LEVELS, MOTIONS, found_capacities, striped_run
 
 import warpdyn as wd
 from warpdyn import plots
@@ -23,24 +24,33 @@ LIMITS = {"slight": 0.004, "extensive": 0.02}
 with warnings.catch_warnings():
     warnings.filterwarnings("ignore", "(?s).*no interval is given")  # of these few records
     CURVES = wd.fragility(RUN, LIMITS)
+    CLOUD = wd.fragility_of_cloud(RUN, LIMITS, estimator="collapse")
 MERGED = RUN.merge(CURVES, combine_attrs="no_conflicts")
 PULSE = wd.GroundMotion(9.81 * np.sin(np.arange(200) / 10) * np.exp(-np.arange(200) / 80), 0.01, "pulse")
 WEAK = wd.GroundMotion(0.5 * PULSE.acceleration[:150], 0.01, "weak")
 PUSHED = wd.storey_hysteresis(wd.ShearBuilding.from_hazus("C1L", "high", 2), [0.01, -0.01])
+SITE = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])
+FITTED = curves({"slight": (0.2, 0.4), "moderate": (0.5, 0.45)})
+RATIOS = {"slight": (0.05, 0.6), "moderate": 0.4}
 SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
 
 # Every plot, with how many axes it takes.
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
+    "capacities": (lambda **how: plots.capacities(found_capacities(), **how), 1),
+    "cloud_regression": (lambda **how: plots.cloud_regression(RUN, CLOUD, **how), 1),
+    "disaggregation": (lambda **how: plots.disaggregation(wd.disaggregate(FITTED, SITE), **how), 1),
     "drift_against_intensity": (lambda **how: plots.drift_against_intensity(MERGED, **how), 1),
     "drift_distributions": (lambda **how: plots.drift_distributions({"a": RUN}, level=0.8, **how), 1),
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
     "fragility_comparison": (lambda **how: plots.fragility_comparison({"a": CURVES, "b": MERGED}, **how), 2),
     "fragility_curves": (lambda **how: plots.fragility_curves(MERGED, **how), 1),
     "ground_motions": (lambda **how: plots.ground_motions([PULSE, WEAK], **how), 3),
+    "hazard_and_rates": (lambda **how: plots.hazard_and_rates(FITTED, SITE, **how), 2),
     "histories": (lambda **how: plots.histories(RUN, 1, **how), 3),
     "hysteresis": (lambda **how: plots.hysteresis(RUN, 1, **how), 3),
     "ida_curves": (lambda **how: plots.ida_curves(MERGED, **how), 1),
+    "loss_exceedance": (lambda **how: plots.loss_exceedance(wd.annual_losses(FITTED, SITE, RATIOS), **how), 1),
     "pushover_curve": (
         lambda **how: plots.pushover_curve(
             wd.pushover(wd.ShearBuilding.from_hazus("C1L", "high", 2), np.linspace(0.01, 0.1, 9)), **how
@@ -49,6 +59,7 @@ PLOTS = {
     ),
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
     "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),
+    "vulnerability": (lambda **how: plots.vulnerability(wd.vulnerability(FITTED, RATIOS), **how), 1),
 }
 
 
@@ -145,6 +156,21 @@ def test_runs_without_a_drift_to_draw_are_drawn(run):
     plots.drift_distributions({"a": run}, level=0.8).draw_without_rendering()
 
 
+def test_fractiles_of_capacities_end_where_too_many_are_infinite():
+    axes = plots.capacities(found_capacities()).axes[0]
+    median, high = (line_named(axes, f"{share} % of capacities") for share in (50, 84))
+    np.testing.assert_allclose(median.get_ydata(), [1.0, 1.9, 2.5])  # of 0.5, 1, 1.5; 1, 2, 1.9; inf, 2.5, 1.9
+    np.testing.assert_allclose(median.get_xdata()[:2], [1.0, 2.0])
+    assert np.isnan(high.get_ydata()[2])
+    (curves,) = (each.get_segments() for each in axes.collections if each.get_label() == "3 curves")
+    np.testing.assert_allclose(curves[0], [[0.5, 0.25], [1, 0.5], [2, 1], [6, 4]])
+    np.testing.assert_allclose(curves[2][:, 1], [0.75, 1.5, 1.8, 2.0, 2.0])  # flat from its collapse on
+    with pytest.raises(ValueError, match="no capacity is finite"):
+        plots.capacities(found_capacities() * np.inf)
+    with pytest.raises(ValueError, match=r"no capacity.*draw what capacities\(scene, limits\) returned"):
+        plots.capacities(RUN)
+
+
 def test_ida_curves_end_at_collapse():
     axes = plots.ida_curves(MERGED).axes[0]
     curves, flat = (collection.get_segments() for collection in axes.collections[:2])
@@ -214,6 +240,28 @@ def test_ground_motions_are_measured():
         plots.ground_motions([])
 
 
+def test_a_cloud_has_its_line_its_collapses_and_a_median_for_each_limit():
+    (axes,) = plots.cloud_regression(RUN, CLOUD).axes
+    line = axes.get_lines()[0]
+    level, drift = line.get_data()
+    expected = np.exp(float(CLOUD["regression_intercept"])) * level ** float(CLOUD["regression_slope"])
+    np.testing.assert_allclose(drift, 100 * expected, rtol=1e-9)
+    said = [text.get_text() for text in axes.texts] + [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "collapsed: 12 of 40" in said
+    median = float(CLOUD["fragility_median"][0])
+    assert f"slight: median {median:.3g}" in said
+    assert any(each.startswith("median of collapse") for each in said)
+    with pytest.raises(ValueError, match="no regression_intercept.*: give what fragility_of_cloud"):
+        plots.cloud_regression(RUN, CURVES)
+
+
+def test_curves_without_stripes_are_drawn():
+    (axes,) = plots.fragility_curves(CLOUD).axes
+    assert len(axes.get_lines()) == 2
+    assert axes.get_xlim()[1] < 1.2 * CLOUD["intensity"].max()
+    plots.fragility_comparison({"stripes": CURVES, "cloud": CLOUD}).draw_without_rendering()
+
+
 def test_colours_are_the_users():
     axes = plots.fragility_curves(CURVES, colours={"slight": "gold", "extensive": "tab:red"}).axes[0]
     assert [line.get_color() for line in axes.lines if "drift" in str(line.get_label())] == ["gold", "tab:red"]
@@ -241,6 +289,7 @@ def test_selections_of_curves_that_leave_nothing_are_refused():
 
 
 OF_RUNS = {
+    "cloud_regression": lambda run: plots.cloud_regression(run, CLOUD),
     "drift_against_intensity": plots.drift_against_intensity,
     "drift_over_height": plots.drift_over_height,
     "ida_curves": plots.ida_curves,

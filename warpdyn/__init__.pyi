@@ -52,6 +52,22 @@ from .ground_motions.pair_measures import (
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
 )
 from .ground_motions.response_spectra import response_spectra as response_spectra
+from .incremental.capacities import capacities as capacities
+from .risk.annual_rates import annual_rates as annual_rates
+from .risk.collapse_margin import (
+    collapse_margin as collapse_margin,
+    spectral_shape_factor as spectral_shape_factor,
+)
+from .risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
+from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
+from .risk.loss_ratios import hazus_loss_ratios as hazus_loss_ratios
+from .risk.losses import annual_losses as annual_losses, vulnerability as vulnerability
+from .risk.portfolio_losses import portfolio_losses as portfolio_losses
+from .risk.risk_targets import (
+    check_risk_target as check_risk_target,
+    risk_targeted_intensity as risk_targeted_intensity,
+)
+from .risk.storey_losses import storey_losses as storey_losses
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
@@ -65,8 +81,11 @@ from .scene.distributions import Lognormal as Lognormal, Normal as Normal, Unifo
 from .scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .scene.scene import Scene as Scene
+from .statistics.capacity_curves import fragility_from_capacities as fragility_from_capacities
+from .statistics.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .statistics.damage_shares import damage_shares as damage_shares
 from .statistics.fragility_curves import fragility as fragility
+from .statistics.posterior import fragility_posterior as fragility_posterior
 from .structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .structures.modal import modal_table as modal_table
 from .structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding

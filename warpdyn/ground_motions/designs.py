@@ -50,6 +50,16 @@ class Design(Excitation):
         count = len(self.motions)
         return f"{type(self).__name__}({count} {'motion' if count == 1 else 'motions'}, {self.measure.name})"
 
+    @property
+    def intensities(self) -> np.ndarray:
+        """Intensity measure of every motion as recorded [g, or SI units of what is no acceleration], shape [motion]."""
+        return self._intensities
+
+    @property
+    def intensity_units(self) -> str:
+        """Units of `intensities`."""
+        return _units(self.measure)
+
     def told(self) -> list[tuple[object, ...]]:
         """Return what tables of notebooks say of it: its motions, some of many."""
         units = _units(self.measure)

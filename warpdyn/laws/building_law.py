@@ -50,6 +50,8 @@ class BuildingLaw:
     It answers what a `Law` answers: its attributes and methods are those of one.
     """
 
+    is_linear_until_yield = False  # a device, or one of the laws, may be at work from the start
+
     def __init__(
         self, table: Mapping[str, type[Law]], laws: tuple[str, ...], distinct: tuple[str, ...], devices: tuple[str, ...]
     ) -> None:

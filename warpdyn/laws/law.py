@@ -112,6 +112,8 @@ class StoreyElement:
         parameters: Its parameters beside the storey stiffness, each one value or one a storey.
         rows: The rows of device functions it can lead to, and the names of the coefficients that each of them reads.
         opensees: What OpenSees calls its material or element; a scene may use these names.
+        is_linear_until_yield: Whether a storey is linear, and remembers nothing, until its drift first passes
+            `yield_force` over the stiffness (or for ever, without a `yield_force`).
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]  # what `dataclass` gives each subclass
@@ -119,6 +121,7 @@ class StoreyElement:
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
     rows: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
     opensees: ClassVar[tuple[str, ...]] = ()
+    is_linear_until_yield: ClassVar[bool] = False
 
     def __init_subclass__(cls, **named: Any) -> None:
         super().__init_subclass__(**named)

@@ -1,4 +1,4 @@
-"""Figures of incremental dynamic analysis: the demand of each motion at growing intensities, up to collapse."""
+"""Figures of incremental dynamic analysis: demands at growing intensities, up to collapse, and the capacities found."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.plots.drifts import OF_STRIPES, limits_of
-from warpdyn.plots.samples import SHARES, Demands, demands_of
+from warpdyn.plots.samples import SHARES, Demands, demands_of, fractiles
 from warpdyn.plots.style import (
     COLLAPSE_COLOUR,
     COLOURS,
@@ -101,22 +101,102 @@ def ida_curves(
         plain_numbers(axes.xaxis)
     else:
         axes.set_xlim(0, farthest)
-    _draw_limits(axes, dataset)
+    _name_limits(axes, [(state, 100 * limit) for state, limit in limits_of(dataset)])
     grid(axes)
     legend(axes, beside=True)
     title(axes, "Incremental dynamic analysis")
     return result
 
 
-def _draw_limits(axes: Axes, dataset: xr.Dataset) -> None:
-    """Draw the limits of damage states, and name those that stand apart from the one before."""
+def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "log", ax: Axes | None = None) -> Drawn:
+    """Draw the 16, 50 and 84 % fractiles of the capacities at each limit, over the curves they were found on.
+
+    A fractile of the intensity at a given demand (Vamvatsikos and Cornell 2002); of infinite capacities, which lie
+    above the highest level, none is drawn. A state that collapse alone passes is drawn at the right.
+
+    Args:
+        dataset: What `capacities` returned; with `keep_curves=True` its curves are drawn too.
+        colour: Colour of the fractiles.
+        scale: Axes of demand and intensity: "log" or "linear".
+        ax: Axes to draw into; None for a figure of its own.
+
+    Returns:
+        The figure, or the axes given.
+
+    Raises:
+        ValueError: If the dataset has no capacities, or all of them are infinite or failed.
+        TypeError: If `dataset` is no Dataset.
+    """
+    advice = "draw what capacities(scene, limits) returned"
+    check_dataset("plots.capacities", dataset, "capacity", "demand", advice=advice)
+    capacity = dataset["capacity"].transpose("structure", "motion", "damage_state")
+    values = capacity.values.reshape(-1, capacity.sizes["damage_state"])
+    values = values[~np.isnan(values).any(axis=1)]
+    if not np.isfinite(values).any():
+        raise ValueError("plots.capacities: no capacity is finite, and there is nothing to draw: run to a higher level")
+    is_ratio = "drift_ratio_limit" in dataset
+    limit = dataset["drift_ratio_limit" if is_ratio else "demand_limit"]
+    factor, units = (100, "%") if is_ratio else (1, limit.attrs["units"])
+    at = factor * limit.values.astype(float)
+    result, (axes,) = panels("capacities", ax, size=(6.4, 4.8))
+    farthest = BEYOND * float(at[np.isfinite(at)].max(initial=0.0))
+    demand = str(dataset.attrs["demand"])
+    if demand in dataset:
+        farthest = max(farthest, 1.3 * factor * float(np.nanmax(dataset[demand].values)))
+        _draw_kept_curves(axes, dataset, demand, factor, farthest)
+    farthest = farthest or 1.0
+    axes.set(xscale=scale, yscale=scale)
+    at = np.where(np.isfinite(at), at, farthest)
+    for share, row, style in zip(SHARES, fractiles(values), ("--", "-", ":"), strict=True):
+        width = 2.0 if share == 0.5 else 1.3
+        axes.plot(
+            at, row, style, marker="o", ms=3.5, color=colour, lw=width, label=f"{100 * share:.0f} % of capacities"
+        )
+    axes.set_xlim(0 if scale == "linear" else 0.3 * float(at.min()), 1.02 * farthest)
+    finite = values[np.isfinite(values)]
+    axes.set_ylim(0 if scale == "linear" else 0.5 * float(finite.min()), 1.2 * float(finite.max()))
+    words = "Largest peak storey drift ratio" if is_ratio else demand.replace("_", " ").capitalize()
+    measure = f"{dataset.attrs['intensity_measure']} [{capacity.attrs['units']}]"
+    axes.set(xlabel=f"{words} [{units}]", ylabel=measure)
+    plain_numbers(axes.xaxis, axes.yaxis)
+    _name_limits(axes, list(zip(dataset["damage_state"].values, at, strict=True)))
+    grid(axes)
+    legend(axes, beside=True)
+    title(axes, f"Capacities of {len(values):,} pairs of structure and motion")
+    return result
+
+
+def _draw_kept_curves(axes: Axes, dataset: xr.Dataset, demand: str, factor: float, farthest: float) -> None:
+    """Draw the levels that were run, a curve for each pair, flat from the first collapse on."""
+    structure, motion = dataset["structure_index"].values, dataset["motion_index"].values
+    level, values = dataset["im_level"].values, factor * dataset[demand].values
+    collapsed = dataset["status"].values == 1
+    starts = np.flatnonzero(np.append(True, (np.diff(structure) != 0) | (np.diff(motion) != 0)))
+    rows = np.split(np.arange(level.size), starts[1:])
+    shown = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, MOST_CURVES).astype(int))]
+    words = f"{len(rows):,} curves" + (f", {len(shown)} drawn" if len(shown) < len(rows) else "")
+    lines, ends = [], []
+    for own in shown:
+        first = int(collapsed[own].argmax()) if collapsed[own].any() else own.size
+        points = np.stack([values[own[:first]], level[own[:first]]], axis=1)
+        if first < own.size:
+            ends.append((points[-1, 0] if first else 0.0, level[own[first]]))
+            points = np.vstack([points, ends[-1], (farthest, ends[-1][1])])
+        lines.append(points)
+    axes.add_collection(LineCollection(lines, colors=PALE, linewidths=0.4, label=words))
+    if ends:
+        axes.plot(*np.array(ends).T, "x", color=COLLAPSE_COLOUR, ms=4, mew=0.9, label="first collapse")
+
+
+def _name_limits(axes: Axes, limits: list[tuple[str, float]]) -> None:
+    """Draw limits, given in units of the axis, and name those that stand apart from the one before."""
     across = axes.transAxes.inverted()
     before = -1.0
-    for state, limit in limits_of(dataset):
-        axes.axvline(100 * limit, color=DARK, ls=":", lw=0.8)
-        at = float(across.transform(axes.transData.transform((100 * limit, 0.0)))[0])
+    for state, limit in limits:
+        axes.axvline(limit, color=DARK, ls=":", lw=0.8)
+        at = float(across.transform(axes.transData.transform((limit, axes.get_ylim()[1])))[0])
         if at - before > APART and at > APART:
-            place, where = (100 * limit, 0.98), axes.get_xaxis_transform()
+            place, where = (limit, 0.98), axes.get_xaxis_transform()
             axes.annotate(state, place, xycoords=where, rotation=90, fontsize=SMALL, color=DARK, ha="right", va="top")
             before = at
 

@@ -143,7 +143,8 @@ def label_of_measure(run: xr.Dataset) -> str:
         attributes = run["im_level"].attrs
         name = attributes.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
         return f"{name} [{attributes.get('units', 'g')}]"
-    return f"{run.attrs.get('intensity_measure', 'intensity measure')} [g]"
+    units = run["intensity"].attrs.get("units", "g") if "intensity" in run.coords else "g"
+    return f"{run.attrs.get('intensity_measure', 'intensity measure')} [{units}]"
 
 
 def percent(share: float) -> str:

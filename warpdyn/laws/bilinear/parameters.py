@@ -31,6 +31,7 @@ class Bilinear(Law):
 
     opensees = ("Steel01",)
     rows = {"bilinear": Coefficient.names()}
+    is_linear_until_yield = True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
@@ -54,6 +55,7 @@ class ElasticPerfectlyPlastic(Law):
 
     opensees = ("ElasticPP",)
     rows = {"bilinear": Coefficient.names()}
+    is_linear_until_yield = True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:

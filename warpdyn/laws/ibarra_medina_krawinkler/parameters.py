@@ -124,6 +124,7 @@ class IbarraMedinaKrawinklerBilinear(Law):
 
     opensees = ("IMKBilin",)
     rows = _rows("bilinear", Coefficient.RELOADING_CAPACITY)
+    is_linear_until_yield = True
 
     @classmethod
     def spring(cls, p: Values) -> str:
@@ -168,6 +169,7 @@ class IbarraMedinaKrawinklerPeakOriented(Law):
 
     opensees = ("IMKPeakOriented",)
     rows = _rows("peak_oriented", Coefficient.PINCHING_FORCE_RATIO)
+    is_linear_until_yield = True
 
     @classmethod
     def spring(cls, p: Values) -> str:
@@ -216,6 +218,7 @@ class IbarraMedinaKrawinklerPinching(Law):
 
     opensees = ("IMKPinching",)
     rows = _rows("pinching", len(Coefficient))
+    is_linear_until_yield = True
 
     @classmethod
     def spring(cls, p: Values) -> str:

@@ -54,6 +54,7 @@ class Trilinear(Law):
 
     opensees = ("MultiLinear",)
     rows = {"multilinear_2": Coefficient.names(Coefficient.STIFFNESS_3)}
+    is_linear_until_yield = True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
@@ -82,6 +83,7 @@ class Quadrilinear(Law):
 
     opensees = ("MultiLinear",)
     rows = {"multilinear_3": Coefficient.names()}
+    is_linear_until_yield = True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
-from warpdyn.statistics.estimators.newton import Evaluation, cluster_covariance, maximise
+from warpdyn.statistics.estimators.newton import Evaluation, maximise
 
 NARROW = 1e-6  # of a logarithm: narrower intervals are taken as their middle, whose probability is below rounding
 
@@ -44,11 +44,15 @@ class CensoredRegression:
     def fit(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coefficients, shape [row, coefficient], and the deviation, shape [row], for rows of weights.
 
-        They are NaN where Newton's method finds no maximum of the likelihood.
+        They are NaN where Newton's method finds no maximum of the likelihood. Where all values are known they are those
+        of least squares, which are the moments where the mean depends on nothing; the deviation is that of maximum
+        likelihood, of n observations and not n - 1.
 
         Args:
             weights: How often each observation counts, shape [row, observation].
         """
+        if self._is_exact.all():
+            return self._least_squares(weights)
         first = self._start()
         found = np.full((len(weights), first.size), np.nan)
         size = max(1, _AT_A_TIME // max(self.lower.size, 1))
@@ -64,29 +68,41 @@ class CensoredRegression:
         with np.errstate(invalid="ignore"):
             return found[:, :-1] / found[:, -1:], 1.0 / found[:, -1]
 
-    def covariance(self, coefficients: np.ndarray, deviation: float, cluster: np.ndarray) -> np.ndarray:
-        """Return the cluster-robust covariance of coefficients and deviation at their maximum.
+    def influences(self, coefficients: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return what each observation adds to coefficients and deviation at their maximum, to first order.
 
         Args:
             coefficients: Shape [coefficient].
             deviation: The deviation.
-            cluster: Number of the cluster of each observation, such as its record, shape [observation].
+
+        Returns:
+            The influences, shape [observation, coefficient + 1], and the covariance that coefficients and deviation
+            would have if all observations were independent.
         """
         count = coefficients.size + 1
         if not np.isfinite(deviation):
-            return np.full((count, count), np.nan)
+            return np.full((self.lower.size, count), np.nan), np.full((count, count), np.nan)
         parameters = np.append(coefficients, 1.0)[None] / deviation
         at = self._at(parameters)
-        each = at.slope_upper[0, :, None] * self._upper_row + at.slope_lower[0, :, None] * self._lower_row
-        each[self._is_exact, -1] += deviation
-        _, number = np.unique(cluster, return_inverse=True)
-        scores = np.zeros((number.max() + 1, count))
-        np.add.at(scores, number, each)
+        scores = at.slope_upper[0, :, None] * self._upper_row + at.slope_lower[0, :, None] * self._lower_row
+        scores[self._is_exact, -1] += deviation
         _, _, information = self._evaluate(parameters, np.ones((1, self.lower.size)))
+        inverse = np.linalg.pinv(information[0], hermitian=True)
         change = np.zeros((count, count))  # from coefficients / deviation and 1 / deviation
         change[:-1, :-1] = deviation * np.eye(count - 1)
         change[:-1, -1], change[-1, -1] = -coefficients * deviation, -(deviation**2)
-        return change @ cluster_covariance(scores, information[0]) @ change.T
+        return scores @ (change @ inverse).T, change @ inverse @ change.T
+
+    def _least_squares(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        count = self.design.shape[1]
+        squares = weights @ (self.design[:, :, None] * self.design[:, None, :]).reshape(-1, count * count)
+        products = weights @ (self.design * self.lower[:, None])
+        inverse = np.linalg.pinv(squares.reshape(-1, count, count), hermitian=True)
+        coefficients = np.einsum("rij,rj->ri", inverse, products)
+        residual = self.lower - coefficients @ self.design.T
+        with np.errstate(invalid="ignore", divide="ignore"):
+            deviation = np.sqrt((weights * residual**2).sum(axis=1) / weights.sum(axis=1))
+        return coefficients, np.where(deviation > 0, deviation, np.nan)
 
     @cached_property
     def _is_exact(self) -> np.ndarray:

@@ -70,12 +70,22 @@ def cluster_covariance(scores: np.ndarray, information: np.ndarray) -> np.ndarra
     Returns:
         The covariance, of the shape of `information`; NaN for a single cluster.
     """
-    clusters = len(scores)
-    if clusters < 2:
-        return np.full(information.shape, np.nan)
-    meat = np.einsum("c...i,c...j->...ij", scores, scores) * clusters / (clusters - 1)
     inverse = np.linalg.pinv(information, hermitian=True)
-    return inverse @ meat @ inverse
+    return covariance_of_influences(np.einsum("...ij,c...j->c...i", inverse, scores))
+
+
+def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
+    """Return the cluster-robust covariance of estimates from what each cluster adds to them, to first order.
+
+    Args:
+        influences: Shape [cluster, ..., estimate].
+
+    Returns:
+        Shape [..., estimate, estimate]; NaN for a single cluster.
+    """
+    clusters = len(influences)
+    factor = clusters / (clusters - 1) if clusters > 1 else np.nan
+    return factor * np.einsum("c...i,c...j->...ij", influences, influences)
 
 
 def _solved(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:

@@ -46,7 +46,6 @@ def loglogistic_probability(intensity: ArrayLike, median: ArrayLike, dispersion:
 
 
 LOGNORMAL, LOGLOGISTIC = CurveShape("lognormal", probability), CurveShape("loglogistic", loglogistic_probability)
-CURVES = {shape.name: shape for shape in (LOGNORMAL, LOGLOGISTIC)}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,137 @@
+"""The search for capacities on demand curves that are known: no kernel runs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from warpdyn.incremental.search import Levels, Search
+
+pytestmark = pytest.mark.fast
+
+FIRST, HIGHEST, TOLERANCE = 1e-3, 8.0, 0.02
+LIMIT = np.array([0.01, 0.03, np.inf])
+
+
+class Curves:
+    """Pairs whose demands are functions of the level: each is linear at the first level."""
+
+    first_level, exponent = FIRST, 1.0
+
+    def __init__(self, functions, collapse_level=2.0):
+        self.functions, self.count = functions, len(functions)
+        self.first_demand = np.array([float(f(np.float64(FIRST))) for f in functions])
+        self.elastic_level = np.zeros(self.count)
+        self.collapse_level = np.full(self.count, collapse_level)
+        self.whole = SimpleNamespace(queue=SimpleNamespace(device="cpu"))
+        self.histories = 0
+        self.asked = [[] for _ in functions]
+
+    def elastic_level_of(self, limit):
+        return self.first_level * limit / self.first_demand
+
+    def demands(self, pair, level):
+        self.histories += pair.size
+        for each, value in zip(pair, level, strict=True):
+            self.asked[each].append(value)
+        return np.array([self.functions[each](value) for each, value in zip(pair, level, strict=True)])
+
+
+def searched(*functions, ratio=1.1, limit=LIMIT, **rest):
+    curves = Curves(functions, **rest)
+    search = Search(curves, np.asarray(limit), HIGHEST, ratio, TOLERANCE)
+    search.run()
+    lower, upper, *_ = search.levels.brackets(np.arange(curves.count), search.limit)
+    return curves, search, lower, upper
+
+
+def softening(x):
+    """Collapses at 1.5, and passes 0.01 at 1 / 3 and 0.03 at 1: a power law of the exponent 1 below 0.01."""
+    return np.inf if x > 1.5 else 0.03 * x
+
+
+def test_a_smooth_curve_and_its_collapse_are_bracketed_within_the_tolerance():
+    curves, _, lower, upper = searched(softening)
+    for found, true in enumerate((1 / 3, 1.0, 1.5)):
+        assert lower[0, found] <= true <= upper[0, found]
+        assert upper[0, found] / lower[0, found] - 1 <= TOLERANCE
+    assert len(curves.asked[0]) == len(set(curves.asked[0])), "no level is run twice"
+
+
+def test_a_smooth_curve_takes_two_levels_a_state_beyond_its_ladder():
+    curves, _, _, _ = searched(*[lambda x: 0.03 * x] * 20, limit=[0.01, 0.03])
+    ladder = np.ceil(np.log(1 / 0.1) / np.log(1.1)) + 1  # from 0.3 of the first passage to the second
+    assert curves.histories / curves.count <= ladder + 2 * 2 + 4  # the last launch may climb four rungs too far
+
+
+@pytest.mark.parametrize("jump", [0.2, 0.6, 0.9])
+def test_a_jump_across_several_limits_is_one_bracket_of_all(jump):
+    _, _, lower, upper = searched(lambda x: 0.001 * x if x <= jump else np.inf)
+    assert np.all((lower <= jump) & (jump <= upper) & (upper / lower - 1 <= TOLERANCE))
+
+
+def test_every_bracket_holds_the_first_passage_of_waving_curves():
+    # Waves of a period of a factor 1.6 to 3 in the level: the ladder's ratio of 1.1 sees each of their peaks.
+    random = np.random.default_rng(5)
+    functions = [
+        lambda x, a=a, w=w, p=p: 0.03 * x * (1 + a * (np.sin(w * np.log(x) + p) - np.sin(w * np.log(FIRST) + p)))
+        for a, w, p in zip(random.uniform(0, 0.3, 60), random.uniform(6, 13, 60), random.uniform(0, 6, 60), strict=True)
+    ]
+    _, search, lower, upper = searched(*functions, limit=[0.01, 0.03])
+    fine = np.geomspace(0.02, HIGHEST, 40_000)
+    returned = 0
+    for row, function in enumerate(functions):
+        for state, limit in enumerate(search.limit):
+            passes = function(fine) > limit
+            true = fine[passes.argmax()]
+            returned += np.any(np.diff(passes.astype(int)) < 0)
+            assert lower[row, state] <= true * (1 + 1e-3), (row, state)
+            assert upper[row, state] >= true * (1 - 1e-3), (row, state)
+    assert returned > 20, "many of the curves come back within a limit, so that a later passage could be taken"
+
+
+def test_a_passage_between_two_rungs_is_found_beside_the_peak():
+    # It rises above the limit by 1 % only, over a tenth of a rung's width: both rungs beside it are within the limit.
+    peak = HIGHEST * 1.1**-25 * 1.1**0.5
+
+    def bump(x):
+        return 0.025 * x / peak if x < 0.5 * peak else 0.0303 - 0.1 * np.log(x / peak) ** 2 + 0.01 * max(x - 1.3, 0)
+
+    _, _, lower, upper = searched(bump, limit=[0.03])
+    edge = peak * np.exp(-np.sqrt(0.0003 / 0.1))
+    assert lower[0, 0] <= edge <= upper[0, 0]
+
+
+def test_a_limit_that_is_never_passed_is_censored_at_the_highest_level():
+    curves, _, lower, upper = searched(lambda x: 0.02 * (1 - np.exp(-x)), limit=[0.01, 0.03])
+    assert upper[0, 1] == np.inf
+    assert lower[0, 1] == HIGHEST
+    assert lower[0, 0] <= np.log(2) <= upper[0, 0]
+    assert max(curves.asked[0]) == HIGHEST
+
+
+def test_a_demand_far_above_the_elastic_one_is_searched_below_the_first_rung():
+    # Ten times the elastic demand from 0.02 on: the first rung, by the elastic response at 0.1, is beyond the passage.
+    _, _, lower, upper = searched(lambda x: 0.03 * x * (1 if x <= 0.02 else 20), limit=[0.01, 0.3])
+    assert lower[0, 0] <= 0.02 <= upper[0, 0]
+    assert upper[0, 0] / lower[0, 0] - 1 <= TOLERANCE
+
+
+def test_a_failed_history_fails_its_pair_alone():
+    curves, search, lower, _ = searched(softening, lambda x: np.nan if x > 0.5 else 0.03 * x, softening)
+    assert search.failed.tolist() == [False, True, False]
+    assert np.isfinite(lower[[0, 2]]).all()
+    assert len(curves.asked[1]) < 30
+
+
+def test_elastic_levels_are_scaled_and_not_counted_as_run():
+    levels = Levels(2)
+    levels.add(np.array([0, 0, 1]), np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0]), np.array([False, True, True]))
+    levels.add(np.array([1]), np.array([0.1]), np.array([1.0]), np.array([True]))
+    assert levels.used.tolist() == [2, 2]
+    assert levels.is_run.tolist() == [[False, True], [True, True]]
+    lower, upper, below, above = levels.brackets(np.arange(2), np.array([1.5]))
+    assert lower[:, 0].tolist() == [0.1, 0.1]
+    assert upper[:, 0].tolist() == [0.2, 0.3]
+    assert below[:, 0].tolist() == [1.0, 1.0]
+    assert above[:, 0].tolist() == [2.0, 3.0]

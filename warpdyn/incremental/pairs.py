@@ -1,0 +1,170 @@
+"""Pairs of a structure and a motion, whose demand is evaluated at any levels of intensity, in one launch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from warpdyn.accuracy.precision import rerun_in_float64
+from warpdyn.accuracy.scattered_steps import shorten_steps
+from warpdyn.core.interruption import stop_if_asked
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, UNSTABLE_STEP
+from warpdyn.ground_motions.designs import Design
+from warpdyn.ground_motions.excitation import Assignment
+from warpdyn.incremental.elastic import elastic_drifts
+from warpdyn.integration.dynamics import Arrays
+from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.run import Run
+from warpdyn.integration.settings import Integration
+from warpdyn.integration.stability_guard import StabilityFindings, Reruns, guard
+from warpdyn.integration.time_grid import build_schedule
+from warpdyn.kernels.queues import Queue
+
+DRIFT_RATIO = "peak_storey_drift_ratio"
+WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with room for rounding
+
+
+class Pairs:
+    """Every pair of some structures and every motion of a run.
+
+    Args:
+        run: The run; its scene's excitation is a design.
+        structures: Indices of the structures, increasing.
+        demand: Name of the demand, of which the worst storey, floor or degree of freedom counts.
+        integration: How they are integrated.
+        queue: Where they run.
+        first_level: Level at which the elastic response is found, so low that nothing yields.
+        reuse_elastic: Whether the demand below the first yield is scaled from that run.
+        findings: Collects messages on the stability of the pairs.
+
+    Attributes:
+        count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
+        first_demand: Demand at `first_level`, shape [pair].
+        exponent: The demand of an elastic response goes with the level to this power.
+        elastic_level: Level up to which the response is elastic, shape [pair]; 0 where this is not known.
+        collapse_level: Level at which an elastic response would reach the drift of collapse, shape [pair].
+        histories: Number of histories that were run.
+        waves: Number of launches.
+        failure_codes: Status of the histories that failed.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        structures: np.ndarray,
+        demand: str,
+        integration: Integration,
+        queue: Queue,
+        first_level: float,
+        findings: StabilityFindings,
+        *,
+        reuse_elastic: bool,
+    ) -> None:
+        design = run.model.scene.excitation
+        assert isinstance(design, Design)
+        self.demand, self.integration, self.reruns = demand, integration, Reruns()
+        self.intensities, self.power = design.intensities, design.measure.power
+        drawn, vibration = run.draw(structures)
+        motions = len(design.motions)
+        self.count = structures.size * motions
+        motion = np.tile(np.arange(motions, dtype=np.int32), structures.size)
+        place = np.repeat(np.arange(structures.size, dtype=np.int32), motions)
+        row = place if drawn else np.zeros_like(place)
+        held = structures[place].astype(np.int32), motion, np.ones(self.count), self.intensities[motion]
+        assignment = Assignment(*held, design.measure.name)
+        schedule = build_schedule(run.model.scene, run.model.timeline, vibration, assignment, row)
+        sample = (structures[0] * motions + np.arange(self.count)).astype(np.int32)
+        self.whole = Ensemble(
+            run.model, structures, drawn, vibration.rayleigh, assignment, row, schedule, sample, queue
+        )
+        shorten_steps(self.whole, vibration, findings, divides=integration.divides_steps)
+        self.unstable = guard(self.whole, vibration, integration.on_unstable, findings)
+        self.failure_codes: set[int] = set()
+        self.histories = self.waves = 0
+        self._find_elastic_response(first_level, reuse_elastic)
+
+    def _find_elastic_response(self, level: float, reuse_elastic: bool) -> None:
+        """Run every pair at a low level, and find how far its response is a multiple of this one."""
+        variables = self.whole.model.variables
+        degree = 2 if self.demand in variables and variables[self.demand].units == "J" else 1
+        self.exponent, self.first_level = degree / self.power, level
+        self.elastic_level = np.zeros(self.count)
+        everything = np.arange(self.count)
+        outputs = self._run(everything, np.full(self.count, level))
+        self.first_demand = self._worst(everything, outputs)
+        self.collapse_level = np.full(self.count, np.inf)
+        elastic, collapse = elastic_drifts(self.whole)
+        if "peak_storey_drift" in outputs:
+            peaks = outputs["peak_storey_drift"].T.astype(np.float64)
+            row = self.whole.row
+            with np.errstate(divide="ignore", invalid="ignore"):
+                factor = np.nanmin(WITHIN * np.minimum(elastic, collapse)[row] / peaks, axis=1)
+                self.collapse_level = level * np.nanmin(collapse[row] / peaks, axis=1) ** self.power
+        else:  # a LinearSystem
+            factor = np.full(self.count, np.inf)
+        # Beyond its first yield the first run is no elastic one.
+        known = (factor > 1) & np.isfinite(self.first_demand)
+        if reuse_elastic:
+            self.elastic_level = np.where(known, level * np.where(known, factor, 1.0) ** self.power, 0.0)
+
+    def elastic_level_of(self, limit: float) -> np.ndarray:
+        """Return the level at which the elastic response would come to a demand, shape [pair]."""
+        with np.errstate(divide="ignore"):
+            return self.first_level * (limit / self.first_demand) ** (1 / self.exponent)
+
+    def demands(self, pair: np.ndarray, level: np.ndarray) -> np.ndarray:
+        """Return the demand of some pairs at levels [units of the measure]: infinite after a collapse, NaN if failed.
+
+        Args:
+            pair: The pairs, which may repeat, shape [evaluation].
+            level: Their levels, shape [evaluation].
+        """
+        with np.errstate(invalid="ignore", over="ignore"):
+            found = self.first_demand[pair] * (level / self.first_level) ** self.exponent
+        beyond = np.flatnonzero(level > self.elastic_level[pair])
+        if beyond.size:
+            outputs = self._run(pair[beyond], level[beyond])
+            found[beyond] = self._worst(pair[beyond], outputs)
+        return found
+
+    def _run(self, pair: np.ndarray, level: np.ndarray) -> Arrays:
+        """Return every recorded variable of some pairs at levels, sample last."""
+        stop_if_asked()
+        whole = self.whole
+        scale = (level / self.intensities[whole.assignment.motion[pair]]) ** (1 / self.power)
+        assignment = replace(whole.assignment.select(pair), scale=scale, im_level=level)
+        part = Ensemble(
+            whole.model,
+            whole.structures,
+            whole.drawn,
+            whole.rayleigh,
+            assignment,
+            whole.row[pair],
+            whole.schedule.select(pair),
+            whole.sample[pair],
+            whole.queue,
+        )
+        rows = whole.model.blank_outputs(pair.size)
+        part.start(rows)
+        part.finish(rows)
+        outputs = {name: values.T for name, values in rows.items()}
+        everything = np.arange(pair.size)
+        if self.integration.on_unstable == "substep":
+            self.reruns.settle(part, everything, outputs)
+        rerun_in_float64(part, everything, outputs)
+        outputs["status"][self.unstable[pair]] = UNSTABLE_STEP
+        self.histories += pair.size
+        self.waves += 1
+        status = outputs["status"]
+        self.failure_codes |= set(np.unique(status[status >= DIVERGED]).tolist())
+        return outputs
+
+    def _worst(self, pair: np.ndarray, outputs: Arrays) -> np.ndarray:
+        """Return the worst demand of each sample, shape [sample]."""
+        name = "peak_storey_drift" if self.demand == DRIFT_RATIO else self.demand
+        values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
+        if self.demand == DRIFT_RATIO:
+            values = values / self.whole.heights[self.whole.row[pair]].T
+        worst, status = values.max(axis=0), outputs["status"]
+        return np.where(status == COLLAPSED, np.inf, np.where(status >= DIVERGED, np.nan, worst))
