@@ -17,7 +17,7 @@ from warpdyn.exchange import nrml
 from warpdyn.exchange.exceedance import check_exceedance, damage_states, fitted
 from warpdyn.exchange.measures import measure_of, to_openquake
 from warpdyn.exchange.text_files import checked_path
-from warpdyn.statistics.estimators.table import CURVES, LOGNORMAL, CurveShape
+from warpdyn.statistics.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
 
 FUNCTION = "write_nrml_fragility"
 # Probabilities at the default least and greatest intensity. What is left out below decides next to nothing of an annual
@@ -191,9 +191,10 @@ def _add_discrete(
 
 def _shape(what: str, curves: xr.Dataset) -> CurveShape:
     """Return the shape of fitted curves, lognormal where the dataset does not say it."""
+    shapes = {shape.name: shape for shape in (LOGNORMAL, LOGLOGISTIC)}
     name = curves.attrs.get("fragility_shape", LOGNORMAL.name)
-    one_of(f"fragility_shape of {what}", name, CURVES)
-    return CURVES[name]
+    one_of(f"fragility_shape of {what}", name, shapes)
+    return shapes[name]
 
 
 def _stripes(what: str, curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray, object]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.plausibility import Findings
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.risk import hazard_files
 
 WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
@@ -67,7 +67,7 @@ class HazardCurve:
                 f"the last two annual rates are equal ({rate[-1]:g}), so that every larger intensity would be exceeded "
                 "as often: leave out the last point"
             )
-        findings = Findings()
+        findings = PlausibilityFindings()
         findings.add("annual_rate", rate)
         # Probabilities in many years come close to 1 at several points, where rates of a site do not level off.
         if rate.size > 2 and 0.9 < rate[1] <= rate[0] <= 1.0:
