@@ -47,8 +47,8 @@ def test_the_notebook_s_losses_follow_from_its_curves_and_hazard(tmp_path, monke
     assert abs(loss - expected) < 0.05 + 0.002 * expected
     assert lower < loss < upper
 
-    # The engine interpolates linearly, which errs by at most an eighth of the step squared (0.165 in the logarithm) times
-    # curvature and slope in the logarithm: (0.24 / b^2 + 0.4 / b) 0.165^2 / 8 = 0.012 for the least dispersion b of 0.33.
+    # The engine interpolates linearly, which errs by at most an eighth of the step squared (0.165 in the logarithm)
+    # times curvature and slope: (0.24 / b^2 + 0.4 / b) 0.165^2 / 8 = 0.012 for the least dispersion b of 0.33.
     (taxonomy,) = model = wd.read_nrml_fragility(tmp_path / "fragility.xml")
     discrete = model[taxonomy]["exceedance_fraction"].interp(stripe=median).values.diagonal()
     np.testing.assert_allclose(discrete, 0.5, rtol=0, atol=0.012)
