@@ -150,6 +150,19 @@ def test_scaling_the_elastic_response_changes_no_result():
     assert once["capacity"].values == pytest.approx(again["capacity"].values, rel=1e-5)
 
 
+def test_a_nested_design_gives_each_motion_structures_of_its_own(found):
+    levels = [0.01, found.attrs["highest"]]
+    stripes = wd.Stripes(motions(), levels, wd.PeakGroundAcceleration(), structures_per_motion=2)
+    nested, _ = searched(scene(excitation=stripes), seed=3)
+    assert nested["drawn_structure"].values.tolist() == [[0, 2, 4], [1, 3, 5]]
+    # The first four structures are those of the crossed design.
+    for number, motion in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        drawn = nested["drawn_structure"].values[number, motion]
+        assert np.array_equal(nested["capacity"][number, motion], found["capacity"][drawn, motion])
+    curves = wd.fragility_from_capacities(nested)
+    assert "groups" not in curves.attrs["interval_method"], "records tell all"
+
+
 def test_more_structures_leave_those_before_them_as_they_are(found):
     # The ladder ends at the highest level, which of a cloud all structures decide unless it is given.
     fewer, _ = searched(scene(), structures=2, seed=3, highest=found.attrs["highest"])
@@ -285,9 +298,6 @@ def test_scenes_that_have_no_capacities():
         wd.capacities(scene(excitation=wd.OneMotionPerStructure(motions())), LIMITS)
     with pytest.raises(ValueError, match="does not grow with a motion's scale"):
         wd.capacities(scene(excitation=wd.Cloud(motions(), wd.SignificantDuration())), LIMITS)
-    nested = wd.Stripes(motions(), [0.2, 0.4], wd.PeakGroundAcceleration(), structures_per_motion=2)
-    with pytest.raises(ValueError, match="leave structures_per_motion out"):
-        wd.capacities(scene(excitation=nested), LIMITS)
     with pytest.raises(ValueError, match="nothing collapses"):
         wd.capacities(replace(scene(), collapse_drift_ratio=None), LIMITS, device="cpu")
 
