@@ -45,6 +45,7 @@ def capacities(
     seed: int = 0,
     method: str | None = None,
     step: float | None = None,
+    longest_step: float | None = None,
     dtype: str | None = None,
     on_unstable: str = "substep",
     device: str | None = None,
@@ -78,15 +79,15 @@ def capacities(
             counts, as an absolute value.
         tolerance: Relative width of a bracket: capacity_upper / capacity_lower - 1 is at most this.
         highest: Highest level [g, or SI units of a measure that is no acceleration]: a limit that is not passed there
-            has an infinite capacity. None for the last level of Stripes, and of a Cloud for four times the level at
-            which the first structure's elastic response passes the last limit, and the drift of collapse, under every
-            motion.
+            has an infinite capacity. None for the last level of Stripes, and of a Cloud for four times as much as the
+            elastic response of its first structure needs; `math.inf` for this whatever the design.
         ladder: Ratio of neighbouring levels of the ladder.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
         keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
         seed: Seed of every random draw.
         method: Integration method, as of `simulate`.
         step: Integration step [s], as of `simulate`.
+        longest_step: Upper bound of the chosen steps [s], as of `simulate`.
         dtype: "float32" or "float64", as of `simulate`.
         on_unstable: What is done where the step is beyond a structure's stability limit, as of `simulate`.
         device: "cpu" or "cuda:0"; of several the first; None for the first GPU, or the CPU where there is none.
@@ -116,14 +117,19 @@ def capacities(
         raise ValueError(f"tolerance must be a relative width from 1e-5 to below 1, got {tolerance:g}")
     ladder = real_number("ladder", ladder, above=1)
     integration = Integration.from_arguments(
-        method=method, dtype=dtype, target_error=None, step=step, on_unstable=on_unstable
+        method=method,
+        dtype=dtype,
+        target_error=None,
+        step=step,
+        longest_step=longest_step,
+        on_unstable=on_unstable,
     )
     execution = Execution(device=device, threads=threads).on_first()
     if demand == DRIFT_RATIO:
         finite = {f" of {name!r}": float(value) for name, value in zip(names, limit, strict=True) if value < np.inf}
         warn_of_implausible_limits(finite)
         _warn_of_limits_beyond_collapse(scene, finite)
-    warn_of_implausible(scene, step=step)
+    warn_of_implausible(scene, step=step, longest_step=longest_step)
     if not scene.scatter and structures not in (None, 1):
         warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
     count = structures if structures is not None else scene.structures_given or 1
@@ -134,7 +140,9 @@ def capacities(
             "in the scene: give it a collapse_drift_ratio, or the building a drift capacity"
         )
     first = FIRST_SHARE * float(np.median(design.intensities))
-    if highest is not None:
+    if highest is not None and np.isposinf(highest):
+        highest = None
+    elif highest is not None:
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
         highest = float(design.levels_in_g[-1])
