@@ -43,9 +43,8 @@ def population(seed: int) -> list[wd.GroundMotion]:
         frequency = 2 * np.pi * np.exp(generator.normal(np.log(2.5), 0.4))
         noise = np.fft.rfft(generator.standard_normal(time.size))
         at = 2 * np.pi * np.fft.rfftfreq(time.size, 0.02)
-        gain = np.sqrt(
-            (1 + (1.2 * at / frequency) ** 2) / ((1 - (at / frequency) ** 2) ** 2 + (1.2 * at / frequency) ** 2)
-        )
+        ratio = at / frequency
+        gain = np.sqrt((1 + (1.2 * ratio) ** 2) / ((1 - ratio**2) ** 2 + (1.2 * ratio) ** 2))
         peak = np.exp(generator.normal(np.log(1.5), 0.3))
         envelope = (time / peak) * np.exp(1 - time / peak)
         values = np.fft.irfft(noise * gain, time.size) * envelope

@@ -1,5 +1,6 @@
 """Methods that share the source of their kernels, of which the default test run needs only one."""
 
+import functools
 from collections.abc import Iterable
 
 import pytest
@@ -8,6 +9,7 @@ from warpdyn.kernels.plan import keeps_slopes
 from warpdyn.methods.table import METHODS
 
 
+@functools.cache
 def source_of(method):
     """Return the properties that determine a kernel's source; methods with the same ones differ only in constants."""
     row = METHODS[method]

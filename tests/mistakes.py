@@ -1,4 +1,4 @@
-"""Mistakes of units in buildings and what shakes them, each with the quantity and what its warning or error says."""
+"""Mistakes of units of buildings and of what shakes them, each with what its warning or error tells."""
 
 import numpy as np
 import xarray as xr

@@ -10,7 +10,7 @@ import warpdyn as wd
 from warpdyn.truth import bilinear_chain_response, bouc_wen_chain_response, piecewise_linear_response
 
 pytestmark = pytest.mark.meant_as_given(
-    "first_period", "force_over_weight", "integration_step", "no_damping", "storey_height"
+    "drift_ratio_of_force", "first_period", "force_over_weight", "integration_step", "no_damping", "storey_height"
 )
 
 MASS, STIFFNESS, STEP = np.array([1e5, 1e5, 8e4]), np.array([8e7, 6e7, 5e7]), 0.02

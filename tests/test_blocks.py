@@ -307,11 +307,10 @@ for memory in (int(sys.argv[4]), None):
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="this system does not tell a process's peak")
 @pytest.mark.parametrize(
-    ("design", "structures"), [pytest.param("individual", 400_000, marks=pytest.mark.thorough), ("stripes", 3000)]
+    ("design", "structures", "limit"),
+    [pytest.param("individual", 400_000, 120 * 10**6, marks=pytest.mark.thorough), ("stripes", 1200, 70 * 10**6)],
 )
-def test_memory_stays_below_its_limit(design, structures, tmp_path):
-    limit = 120 * 10**6
-
+def test_memory_stays_below_its_limit(design, structures, limit, tmp_path):
     def peaks(structures):
         arguments = [sys.executable, "-c", PEAK, design, str(tmp_path / "run.nc"), str(structures), str(limit)]
         done = subprocess.run(arguments, capture_output=True, text=True, check=True, env=os.environ.copy())

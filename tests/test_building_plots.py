@@ -44,6 +44,25 @@ def test_drawing_names_springs_and_masses() -> None:
     assert "first mode\n0.75 s, 88 % of the mass" in text
 
 
+def test_isolators_and_dampers_are_no_storeys() -> None:
+    added = BUILDING.with_tuned_mass_damper(0.05).on_isolators(
+        law="lead_rubber_bearing", base_mass=1e6, displacement_capacity=0.5, stiffness=7.6e8, yield_force=5.8e6,
+        post_yield_stiffness=7.6e7,
+    )  # fmt: skip
+    figure = plots.building(added)
+    text = words(figure)
+    assert any(each.startswith("isolators: k = ") for each in text)
+    assert any(each.startswith("tuned mass damper: k = ") for each in text)
+    # Five storeys of 3.66 m or so, and nothing that is as tall as the damper's 100 m.
+    assert figure.axes[0].get_ylim()[1] < 1.2 * (BUILDING.parameters["height"].sum() + 3.0)
+
+
+def test_large_displacements_are_written_in_full() -> None:
+    pushed = PUSHED.assign(roof_displacement=PUSHED["roof_displacement"] / PUSHED["roof_displacement"].max())
+    labels = [each.get_text() for each in plots.pushover_curve(pushed).axes[1].get_legend().get_texts()]
+    assert labels[-1] == "1000 mm"
+
+
 @pytest.mark.parametrize("storeys", [1, 3, 11, 40])
 def test_drawings_of_low_and_tall_buildings(storeys: int) -> None:
     text = words(plots.building(wd.ShearBuilding.from_hazus("W1", "low", storeys)))

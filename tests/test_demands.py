@@ -101,12 +101,15 @@ def test_limits_that_fit_no_demand_are_refused(limits, options, message):
 
 
 def test_structures_dealt_out_by_a_sobol_sequence_stay_in_their_runs():
-    from warpdyn.statistics.stripe_counts import _groups
+    from warpdyn.statistics.stripe_counts import structure_groups
 
     structure = np.repeat(np.arange(64), 10)
     record = np.tile(np.arange(10), 64)
-    is_crossed, count, group = _groups(structure, record, 10, "sobol")
+    is_crossed, count, group = structure_groups(structure, record, 10, "sobol")
     assert (is_crossed, count) == (True, 8)
     assert (group == structure // 8).all()  # runs of 2^3
-    assert _groups(structure, record, 10, "monte_carlo")[1] == 64
-    assert _groups(np.arange(640), record, 10, "monte_carlo")[:2] == (False, 1)  # each structure under one record
+    assert structure_groups(structure, record, 10, "monte_carlo")[1] == 64
+    assert structure_groups(np.arange(640), record, 10, "monte_carlo")[:2] == (
+        False,
+        1,
+    )  # each structure under one record

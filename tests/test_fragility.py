@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 from scipy.stats import beta, norm, t
 
 import warpdyn as wd
+from warpdyn.statistics.estimators.table import FIT_MEANINGS as FIT_MEANINGS_OF_ESTIMATORS
 from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, fit_lognormal
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
@@ -273,6 +274,32 @@ def test_the_same_seed_gives_the_same_result_and_another_does_not():
     xr.testing.assert_identical(other["fragility_median_lower"], first["fragility_median_lower"])  # no draws
 
 
+def test_estimators_by_name():
+    run, limits = synthetic_run(8), {"light": 0.01, "heavy": 0.03}
+    plain, logit, ordinal = (wd.fragility(run, limits, estimator=name) for name in ("lognormal", "logit", "ordinal"))
+    # A logistic curve of the same median and standard deviation; the sandwich beside the jackknife over 30 records.
+    np.testing.assert_allclose(logit["fragility_median"], plain["fragility_median"], rtol=0.03)
+    assert logit.attrs["fragility_shape"] == "loglogistic"
+    at = plain["intensity"][150].item()
+    middle, scatter = logit["fragility_median"][0].item(), logit["fragility_dispersion"][0].item()
+    expected = 1 / (1 + np.exp(-np.pi / np.sqrt(3) * np.log(at / middle) / scatter))
+    assert logit["fragility_curve"][0, 150].item() == pytest.approx(expected, rel=1e-12)
+    assert np.ptp(ordinal["fragility_dispersion"].values) == 0
+    jackknife = plain["median_variance"].sel(source=["record", "structure", "record and structure"]).sum("source")
+    np.testing.assert_allclose(plain["median_variance_by_sandwich"], jackknife, rtol=0.15)
+    for curves in (logit, ordinal):
+        assert (curves["fragility_curve_lower"] <= curves["fragility_curve_upper"]).all()
+
+
+def test_separated_stripes_have_a_penalised_fit_that_says_so():
+    levels = np.array([0.5, 1.0, 1.5, 2.0])
+    run = make_run(np.tile([0.01, 0.01, 0.03, 0.03], 11), np.repeat(range(11), 4), np.tile(levels, 11))
+    with pytest.warns(UserWarning, match=r"'light' has stripes that are separated.*penalised.*between 1 and"):
+        curves = wd.fragility(run, {"light": 0.02})
+    assert FIT_MEANINGS_OF_ESTIMATORS[curves["fit_status"].item()] == "penalised"
+    assert 1.0 < curves["fragility_median"].item() < 1.5
+
+
 def test_one_record_has_no_interval():
     run = synthetic_run(10, records=1, structures=200)
     with pytest.warns(UserWarning, match="one record"):
@@ -285,10 +312,10 @@ def test_one_record_has_no_interval():
 
 
 def test_no_interval_where_one_record_alone_makes_the_fit():
-    # One of 5 records alone overlaps: without it the stripes are separated.
+    # One of 5 records alone exceeds: without it none does.
     levels = np.array([0.5, 1.0, 1.5])
-    drift = np.array([[0.01, 0.01, 0.03]] * 5)
-    drift[0] = [0.03, 0.01, 0.03]
+    drift = np.full((5, 3), 0.01)
+    drift[0] = [0.01, 0.03, 0.03]
     run = make_run(drift.ravel(), np.repeat(range(5), 3), np.tile(levels, 5))
     with pytest.warns(UserWarning, match=r"no interval.*'light' \(worst place\), 'light' \(storey 1\): without one"):
         result = wd.fragility(run, {"light": 0.02})

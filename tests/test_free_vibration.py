@@ -53,6 +53,7 @@ def test_forces_of_the_last_state_are_seen(kind):
         np.testing.assert_allclose(run.peak_base_shear, 10.0, rtol=1e-8)
 
 
+@pytest.mark.meant_as_given("drift_ratio_of_force")
 def test_force_history_without_a_tail_ends_under_its_last_force():
     """A force that grows until the end holds the mass back there: M u'' = F - k u, and not -k u."""
     scene = wd.Scene(

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -64,6 +65,54 @@ def test_handlers_of_the_program_are_called():
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def _ask(numbers, seen, *, looks):
+    """Raise signals within `interruptible`, and look for them or not."""
+    with interruptible():
+        for number in numbers:
+            signal.raise_signal(number)
+        seen.append("asked")
+        if looks:
+            stop_if_asked()
+
+
+def test_a_signal_while_handlers_are_put_back_leaves_nothing_stuck(monkeypatch):
+    seen = []
+    own = signal.signal(signal.SIGTERM, lambda number, frame: seen.append(number))
+    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    original = signal.signal
+
+    def put_back(number, handler):
+        original(number, handler)
+        if handler is handlers[0]:  # Ctrl-C works again, and comes at once
+            signal.raise_signal(signal.SIGINT)
+
+    try:
+        with pytest.raises(KeyboardInterrupt), interruptible():
+            monkeypatch.setattr(signal, "signal", put_back)
+        monkeypatch.undo()
+        signal.raise_signal(signal.SIGTERM)
+        assert seen == [signal.SIGTERM]  # at once, and not noted for ever
+        with pytest.raises(KeyboardInterrupt):
+            _ask([signal.SIGINT], seen, looks=True)
+        assert seen[1:] == ["asked"]  # Ctrl-C waits again
+        assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == handlers
+    finally:
+        signal.signal(signal.SIGTERM, own)
+
+
+@pytest.mark.parametrize("looks", [True, False])
+def test_of_several_signals_none_is_lost(looks):
+    seen = []
+    own = signal.signal(signal.SIGTERM, lambda number, frame: seen.append(number))
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            _ask([signal.SIGINT, signal.SIGTERM, signal.SIGINT], seen, looks=looks)
+        assert seen == ["asked", signal.SIGTERM]
+    finally:
+        signal.signal(signal.SIGTERM, own)
+    stop_if_asked()  # nothing is left to act
+
+
 def test_other_threads_write_too(tmp_path):
     thread = threading.Thread(target=wd.write, args=(dataset(10), tmp_path / "run.nc"))
     thread.start()
@@ -89,6 +138,39 @@ def test_waiting_for_threads_ends_at_once():
     assert told[-1] == "told"
     with pytest.raises(ZeroDivisionError):
         in_background(lambda: 1 / 0, 1.0, lambda: None)
+
+
+def test_calls_one_after_another_share_a_thread():
+    # Each thread that compiles would precompile Warp's headers again.
+    threads = {in_background(threading.current_thread, 1.0, lambda: None) for _ in range(20)}
+    assert len(threads) == 1
+    # A call within a call has a thread of its own, and so has one while another that was interrupted still runs.
+    nested = in_background(lambda: in_background(threading.current_thread, 1.0, lambda: None), 1.0, lambda: None)
+    assert nested not in threads
+    released = threading.Event()
+    threading.Timer(0.05, signal.raise_signal, [signal.SIGINT]).start()
+    with interruptible(), pytest.raises(KeyboardInterrupt):
+        in_background(lambda: released.wait(10.0), 1.0, lambda: None)
+    assert in_background(lambda: 5, 1.0, lambda: None) == 5
+    released.set()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows does not fork")
+def test_a_forked_process_has_threads_of_its_own():
+    in_background(lambda: None, 1.0, lambda: None)
+    reads, writes = os.pipe()
+    child = os.fork()
+    if not child:
+        os.write(writes, bytes([in_background(lambda: 7, 1.0, lambda: None)]))
+        os._exit(0)
+    try:
+        assert select.select([reads], [], [], 20.0)[0], "the child waits for a thread that it does not have"
+        assert os.read(reads, 1) == bytes([7])
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        os.close(reads)
+        os.close(writes)
 
 
 # Ctrl-C at 12 moments of wd.write: one that landed in a lock of xarray's file manager waited for it for ever.

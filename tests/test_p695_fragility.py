@@ -146,6 +146,10 @@ FIGURES = {
     "pushover_curve": "wd.pushover(building, np.linspace(0.01, 0.3, 30))",
     "ground_motions": "motion",
     "spectra": "wd.response_spectra(motion, [0.1, 0.5, 1.0], device='cpu')",
+    "hazard_and_rates": "run, hazard",
+    "disaggregation": "wd.disaggregate(run, hazard)",
+    "vulnerability": "wd.vulnerability(run, wd.hazus_loss_ratios('RES3'))",
+    "loss_exceedance": "wd.annual_losses(run, hazard, wd.hazus_loss_ratios('RES3'))",
 }
 
 
@@ -159,7 +163,8 @@ def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, st
         f"import numpy as np, xarray as xr, warpdyn as wd\n{pyplot}",
         f"run = xr.open_dataset({str(main_job[0] / 'p695_fragility.nc')!r})\n"
         "building = wd.ShearBuilding.from_hazus('C1M', 'high', 5)\n"
-        "motion = wd.GroundMotion(np.sin(np.arange(200.0) / 9), 0.01)",
+        "motion = wd.GroundMotion(np.sin(np.arange(200.0) / 9), 0.01)\n"
+        "hazard = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])",
         *(f"wd.plots.{name}({arguments})" for name, arguments in FIGURES.items()),
         "building",
         "wd.summary(run)",

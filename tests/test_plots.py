@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from fragility_parameters import curves
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from plotted_runs import CAPACITY, LEVELS, MOTIONS, found_capacities, striped_run
@@ -23,25 +24,33 @@ LIMITS = {"slight": 0.004, "extensive": 0.02}
 with warnings.catch_warnings():
     warnings.filterwarnings("ignore", "(?s).*no interval is given")  # of these few records
     CURVES = wd.fragility(RUN, LIMITS)
+    CLOUD = wd.fragility_of_cloud(RUN, LIMITS, estimator="collapse")
 MERGED = RUN.merge(CURVES, combine_attrs="no_conflicts")
 PULSE = wd.GroundMotion(9.81 * np.sin(np.arange(200) / 10) * np.exp(-np.arange(200) / 80), 0.01, "pulse")
 WEAK = wd.GroundMotion(0.5 * PULSE.acceleration[:150], 0.01, "weak")
 PUSHED = wd.storey_hysteresis(wd.ShearBuilding.from_hazus("C1L", "high", 2), [0.01, -0.01])
+SITE = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])
+FITTED = curves({"slight": (0.2, 0.4), "moderate": (0.5, 0.45)})
+RATIOS = {"slight": (0.05, 0.6), "moderate": 0.4}
 SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
 
 # Every plot, with how many axes it takes.
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
     "capacities": (lambda **how: plots.capacities(found_capacities(), **how), 1),
+    "cloud_regression": (lambda **how: plots.cloud_regression(RUN, CLOUD, **how), 1),
+    "disaggregation": (lambda **how: plots.disaggregation(wd.disaggregate(FITTED, SITE), **how), 1),
     "drift_against_intensity": (lambda **how: plots.drift_against_intensity(MERGED, **how), 1),
     "drift_distributions": (lambda **how: plots.drift_distributions({"a": RUN}, level=0.8, **how), 1),
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
     "fragility_comparison": (lambda **how: plots.fragility_comparison({"a": CURVES, "b": MERGED}, **how), 2),
     "fragility_curves": (lambda **how: plots.fragility_curves(MERGED, **how), 1),
     "ground_motions": (lambda **how: plots.ground_motions([PULSE, WEAK], **how), 3),
+    "hazard_and_rates": (lambda **how: plots.hazard_and_rates(FITTED, SITE, **how), 2),
     "histories": (lambda **how: plots.histories(RUN, 1, **how), 3),
     "hysteresis": (lambda **how: plots.hysteresis(RUN, 1, **how), 3),
     "ida_curves": (lambda **how: plots.ida_curves(MERGED, **how), 1),
+    "loss_exceedance": (lambda **how: plots.loss_exceedance(wd.annual_losses(FITTED, SITE, RATIOS), **how), 1),
     "pushover_curve": (
         lambda **how: plots.pushover_curve(
             wd.pushover(wd.ShearBuilding.from_hazus("C1L", "high", 2), np.linspace(0.01, 0.1, 9)), **how
@@ -50,6 +59,7 @@ PLOTS = {
     ),
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
     "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),
+    "vulnerability": (lambda **how: plots.vulnerability(wd.vulnerability(FITTED, RATIOS), **how), 1),
 }
 
 
@@ -120,13 +130,30 @@ def test_profiles_tell_the_share_of_collapses_and_title_stands_clear():
     figure = plots.drift_over_height(MERGED)
     axes = figure.axes[0]
     third, last = line_named(axes, "0.8, 50 % collapsed"), line_named(axes, "1.6, 60 % collapsed")
-    np.testing.assert_allclose(third.get_xdata(), 4.0 * np.array([1, 0.6, 0.3]))
-    assert np.isnan(last.get_xdata()).all()
+    # At 0.8 g five of ten collapse, in the first storey, at 10 %: its median is the largest that stands, 4 %. In the
+    # others, where they have .6 and .3 of it, it is half-way to the peaks at which these collapse. At 1.6 g six do.
+    np.testing.assert_allclose(third.get_xdata(), [4.0, 0.6 * 7.0, 0.3 * 7.0])
+    np.testing.assert_allclose(last.get_xdata(), [np.nan, 6.0, 3.0])
+    unknown = plots.drift_over_height(RUN.drop_vars("storey_of_collapse")).axes[0]
+    assert np.isnan(line_named(unknown, "1.6, 60 % collapsed").get_xdata()).all()
     figure.draw_without_rendering()
     title = axes.title.get_window_extent()
     above = axes.child_axes[0].get_xticklabels()
     assert [label.get_text() for label in above] == ["slight", "extensive"]
     assert not any(title.overlaps(label.get_window_extent()) for label in above)
+
+
+ALL = RUN.assign(status=RUN["status"].copy(data=np.ones(40, np.int8)), storey_of_collapse=("sample", np.ones(40, int)))
+NONE = RUN.assign({name: 0 * RUN[name] for name in ("peak_storey_drift_ratio", "residual_drift_ratio")})
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("run", [ALL.isel(storey=[0]), NONE], ids=["all collapsed", "nothing moves"])
+def test_runs_without_a_drift_to_draw_are_drawn(run):
+    for plot in (plots.drift_over_height, plots.drift_against_intensity, plots.residual_drifts, plots.ida_curves):
+        plot(run).draw_without_rendering()
+    plots.ida_curves(run, scale="log").draw_without_rendering()
+    plots.drift_distributions({"a": run}, level=0.8).draw_without_rendering()
 
 
 def test_fractiles_of_capacities_end_where_too_many_are_infinite():
@@ -157,6 +184,8 @@ def test_ida_curves_end_at_collapse():
     np.testing.assert_allclose(median.get_ydata(), [0, 0.2, 0.4, 0.8])
     assert len(line_named(axes, "84 % of the drifts").get_xdata()) == 3
     assert [text.get_text() for text in axes.get_legend().get_texts()][:2] == ["10 curves", "collapse: 6"]
+    with pytest.raises(ValueError, match="unknown scale 'lin'"):
+        plots.ida_curves(RUN, scale="lin")
     with pytest.raises(ValueError, match="not on two stripes or more"):
         plots.ida_curves(RUN.isel(sample=RUN["im_level"].values == 0.8))
 
@@ -185,6 +214,8 @@ def test_histories_end_at_the_collapse():
     assert line_named(displacement, "collapse of storey 1 at 1.2 s").get_xdata()[0] == 1.195
     np.testing.assert_allclose(drift.lines[1].get_ydata()[:120], 0.6 * drift.lines[0].get_ydata()[:120], rtol=1e-12)
     np.testing.assert_allclose(shear.lines[0].get_ydata()[:120], 10 * 0.05 * np.sin(3 * RUN["time"].values[:120]))
+    assert [text.get_text() for text in displacement.get_legend().get_texts()][:2] == ["floor 1", "floor 2"]
+    assert [text.get_text() for text in drift.get_legend().get_texts()][:2] == ["storey 1", "storey 2"]
     assert not any("collapse" in str(line.get_label()) for line in plots.histories(RUN, 0).axes[0].lines)
     with pytest.raises(ValueError, match=r"plots\.histories: the run has histories 0 to 1, and 2 was asked for"):
         plots.histories(RUN, 2)
@@ -207,6 +238,28 @@ def test_ground_motions_are_measured():
     assert len(spectrum.lines) == 1
     with pytest.raises(ValueError, match="motions is empty"):
         plots.ground_motions([])
+
+
+def test_a_cloud_has_its_line_its_collapses_and_a_median_for_each_limit():
+    (axes,) = plots.cloud_regression(RUN, CLOUD).axes
+    line = axes.get_lines()[0]
+    level, drift = line.get_data()
+    expected = np.exp(float(CLOUD["regression_intercept"])) * level ** float(CLOUD["regression_slope"])
+    np.testing.assert_allclose(drift, 100 * expected, rtol=1e-9)
+    said = [text.get_text() for text in axes.texts] + [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "collapsed: 12 of 40" in said
+    median = float(CLOUD["fragility_median"][0])
+    assert f"slight: median {median:.3g}" in said
+    assert any(each.startswith("median of collapse") for each in said)
+    with pytest.raises(ValueError, match="no regression_intercept.*: give what fragility_of_cloud"):
+        plots.cloud_regression(RUN, CURVES)
+
+
+def test_curves_without_stripes_are_drawn():
+    (axes,) = plots.fragility_curves(CLOUD).axes
+    assert len(axes.get_lines()) == 2
+    assert axes.get_xlim()[1] < 1.2 * CLOUD["intensity"].max()
+    plots.fragility_comparison({"stripes": CURVES, "cloud": CLOUD}).draw_without_rendering()
 
 
 def test_colours_are_the_users():
@@ -236,6 +289,7 @@ def test_selections_of_curves_that_leave_nothing_are_refused():
 
 
 OF_RUNS = {
+    "cloud_regression": lambda run: plots.cloud_regression(run, CLOUD),
     "drift_against_intensity": plots.drift_against_intensity,
     "drift_over_height": plots.drift_over_height,
     "ida_curves": plots.ida_curves,

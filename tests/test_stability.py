@@ -10,12 +10,11 @@ from scipy.linalg import eigh
 
 from warpdyn.methods.kinds import ExplicitMethod
 from warpdyn.methods.stability_limits import (
-    highest_damping_rate,
     stability_limit,
     stable_step,
     stable_step_of_eigenvalues,
-    state_eigenvalues,
 )
+from warpdyn.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.methods.table import METHODS
 
 EULER = ExplicitMethod("euler", 1, ((0,),), (1,), (0,))

@@ -1,6 +1,7 @@
 """A run that is written as it goes: the file is what the run in memory would have been, whole or not there at all."""
 
 import errno
+import json
 import os
 import re
 
@@ -12,9 +13,12 @@ from test_simulate import MOTIONS, assert_same_bits, make_oscillator, make_scene
 
 import warpdyn as wd
 from warpdyn.files import netcdf
+from warpdyn.files.unfinished import Unfinished
+from warpdyn.integration.settings import Execution, Integration
 from warpdyn.kernels import queues as devices
-from warpdyn.running import blocks
+from warpdyn.running import blocks, pipeline
 from warpdyn.running.journal import Journal
+from warpdyn.running.run_scene import Kept, fingerprint_of_run
 
 pytestmark = pytest.mark.meant_as_given("storey_height")
 
@@ -147,6 +151,61 @@ def test_a_run_that_was_stopped_goes_on_with_the_same_bits(name, tmp_path, monke
         assert_same_bits(held, read.load())
         assert set(read.attrs) == set(held.attrs)
     assert ".run.nc.unfinished" not in os.listdir(tmp_path)
+
+
+def test_a_run_that_goes_on_warns_of_what_the_first_call_ran_again_in_float64(tmp_path, monkeypatch):
+    monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
+    monkeypatch.setattr(pipeline, "rerun_in_float64", lambda *arguments: 1)  # of every block
+    original, stops = Journal.keep, [True]
+
+    def keep(*arguments):
+        original(*arguments)
+        if stops:
+            stops.clear()
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Journal, "keep", keep)
+    settings = {"structures": 7, "seed": 3, "device": "cpu", "path": tmp_path / "run.nc"}
+    with pytest.raises(KeyboardInterrupt):
+        wd.simulate(make_scene(), **settings)
+    with pytest.warns(UserWarning, match="4 of 42 samples moved by so many yield drifts"):
+        wd.simulate(make_scene(), **settings).close()
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("text", ["", "[1]", "5", "{", '{"fingerprint": 1}', '{"fingerprint": "same"}', "\xff"])
+def test_a_damaged_account_of_a_run_is_none(text, tmp_path):
+    with Unfinished(tmp_path / "run.nc") as unfinished:
+        unfinished.kept.mkdir()
+        (unfinished.kept / "run.json").write_bytes(text.encode("latin-1"))
+        journal = Journal(unfinished, "same", overwrite=False)
+        assert journal.settled == {}
+        assert json.loads((unfinished.kept / "run.json").read_text()) == {"fingerprint": "same", "settled": {}}
+
+
+@pytest.mark.fast
+def test_the_fingerprint_is_of_values_and_not_of_their_types():
+    def digest(seed=0, structures=2, kept=0.5, **arguments):
+        given = {"method": None, "dtype": None, "target_error": None, **arguments}
+        integration = Integration.from_arguments(**given)
+        execution = Execution(device="cpu")
+        return fingerprint_of_run(make_scene(), structures, integration, execution, Kept(sample_error=kept), seed)
+
+    plain = digest(step=0.01)
+    for alike in (
+        {"method": "rk4"},
+        {"dtype": "float32"},
+        {"step": np.float64(0.01)},
+        {"seed": np.int64(0)},
+        {"structures": np.int32(2)},
+        {"kept": np.float32(0.5)},
+    ):
+        assert digest(**{"step": 0.01} | alike) == plain, alike
+    assert digest(step=1) == digest(step=1.0)
+    for other in ({"method": "heun"}, {"dtype": "float64"}, {"step": 0.02}, {"seed": 1}, {"kept": 0.25}):
+        assert digest(**{"step": 0.01} | other) != plain, other
+    with_target = [digest(target_error=0.05, method=method) for method in (None, "rk4")]
+    assert with_target[0] != with_target[1]  # of which the pilot may choose another method
 
 
 @pytest.mark.parametrize("part", ["run.json", "npz"])

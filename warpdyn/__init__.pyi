@@ -1,8 +1,24 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
 from . import kernels as kernels, laws as laws, plots as plots, truth as truth
-from .accuracy.pilot import MethodChoice as MethodChoice, plan as plan
+from .accuracy.method_choice import MethodChoice as MethodChoice
+from .accuracy.pilot import plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
+from .exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
+from .exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
+from .exchange.nrml_vulnerability import (
+    read_nrml_vulnerability as read_nrml_vulnerability,
+    write_nrml_vulnerability as write_nrml_vulnerability,
+)
+from .exchange.openquake_tables import (
+    read_consequences as read_consequences,
+    read_taxonomy_mapping as read_taxonomy_mapping,
+    write_consequences as write_consequences,
+    write_taxonomy_mapping as write_taxonomy_mapping,
+)
+from .exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
+from .exchange.tables import write_table as write_table
 from .files.netcdf import write as write
 from .ground_motions import records as records
 from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
@@ -13,6 +29,11 @@ from .ground_motions.filtered_noise import (
     JenningsEnvelope as JenningsEnvelope,
     KanaiTajimi as KanaiTajimi,
     WhiteNoise as WhiteNoise,
+)
+from .ground_motions.forces import (
+    ForceHistory as ForceHistory,
+    FreeVibration as FreeVibration,
+    HarmonicForce as HarmonicForce,
 )
 from .ground_motions.intensity_measures import (
     AriasIntensity as AriasIntensity,
@@ -25,18 +46,28 @@ from .ground_motions.intensity_measures import (
     SpectralAcceleration as SpectralAcceleration,
     intensity_measures as intensity_measures,
 )
-from .ground_motions.motions import (
-    ForceHistory as ForceHistory,
-    FreeVibration as FreeVibration,
-    GroundMotion as GroundMotion,
-    HarmonicForce as HarmonicForce,
-)
+from .ground_motions.motions import GroundMotion as GroundMotion
 from .ground_motions.pair_measures import (
     GeometricMean as GeometricMean,
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
 )
 from .ground_motions.response_spectra import response_spectra as response_spectra
 from .incremental.capacities import capacities as capacities
+from .risk.annual_rates import annual_rates as annual_rates
+from .risk.collapse_margin import (
+    collapse_margin as collapse_margin,
+    spectral_shape_factor as spectral_shape_factor,
+)
+from .risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
+from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
+from .risk.loss_ratios import hazus_loss_ratios as hazus_loss_ratios
+from .risk.losses import annual_losses as annual_losses, vulnerability as vulnerability
+from .risk.portfolio_losses import portfolio_losses as portfolio_losses
+from .risk.risk_targets import (
+    check_risk_target as check_risk_target,
+    risk_targeted_intensity as risk_targeted_intensity,
+)
+from .risk.storey_losses import storey_losses as storey_losses
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
@@ -50,8 +81,11 @@ from .scene.distributions import Lognormal as Lognormal, Normal as Normal, Unifo
 from .scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .scene.scene import Scene as Scene
+from .statistics.capacity_curves import fragility_from_capacities as fragility_from_capacities
+from .statistics.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .statistics.damage_shares import damage_shares as damage_shares
 from .statistics.fragility_curves import fragility as fragility
+from .statistics.posterior import fragility_posterior as fragility_posterior
 from .structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .structures.modal import modal_table as modal_table
 from .structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import collections.abc
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.error_estimate import compare
+from warpdyn.accuracy.method_choice import MethodChoice
 from warpdyn.core.checks import check_kind, one_of, whole_number
-from warpdyn.core.description import Text
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
@@ -23,7 +23,6 @@ from warpdyn.kernels.plan import values_held
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.methods.table import check_fits, fitting_methods
 from warpdyn.scene.plausibility import warn_of_implausible
-from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 
 # The methods that the accuracy study found cheapest, within the scatter of its timings, for some scene and error, and
@@ -39,43 +38,6 @@ MOST_HELD = 20.0
 PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # these fill the lanes of a few threads, or a GPU
 TIMINGS = 5  # the shortest counts
 QUANTILE = 0.95
-
-
-@dataclass(frozen=True)
-class MethodChoice:
-    """The cheapest method, step and dtype that keep a target error.
-
-    Args:
-        method: Integration method.
-        dtype: "float32" or "float64".
-        longest_step: Longest integration step [s]; each motion's own is divided into the fewest that are no longer.
-        table: The candidates: over `candidate` the method, dtype, longest step, errors and time per sample.
-        carried: Registers, memory traffic, steps and time that the scene costs with this choice, by name.
-    """
-
-    method: str
-    dtype: str
-    longest_step: float
-    table: xr.Dataset
-    carried: dict[str, float]
-
-    def __str__(self) -> str:
-        names = ("method", "dtype", "longest step [s]", "95 % error", "worst", "time per sample [s]")
-        lines = ["{:<26} {:<8} {:>16} {:>11} {:>9} {:>19}".format(*names)]
-        for row in range(self.table.sizes["candidate"]):
-            entry = self.table.isel(candidate=row)
-            is_chosen = (entry.method.item(), entry.dtype.item()) == (self.method, self.dtype)
-            lines.append(
-                f"{entry.method.item():<26} {entry.dtype.item():<8} {entry.longest_step.item():>16.4g} "
-                f"{entry.error.item():>11.2e} {entry.worst_error.item():>9.2e} "
-                f"{entry.seconds_per_sample.item():>19.2e}{' *' if is_chosen else ''}"
-            )
-        lines.append(f"* the cheapest within {self.table.attrs['target_error']:g}")
-        lines += [f"{name:<52} {value:,.6g}" for name, value in self.carried.items()]
-        return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return Text(self)._repr_html_()
 
 
 def plan(
@@ -200,7 +162,7 @@ class _Pilot:
         self.known: dict[str, Drawn] = {}
         self.seed, self.device, self.threads = seed, device, threads
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
-        self.structures = _fixed_structures(scene)
+        self.structures = scene.structures_given
         if self.structures == 0:
             samples_per_structure = scene.excitation.samples_per_structure
             most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # enough structures to sample the scatter
@@ -281,12 +243,6 @@ class _Pilot:
         return (time.perf_counter() - started) / self.chosen.size
 
 
-def _fixed_structures(scene: Scene) -> int:
-    """Return the number of structures that a scene gives values or motions for; 0 if any number can be drawn."""
-    listed = [len(spread.values) for spread in scene.scatter.values() if isinstance(spread, GivenValues)]
-    return max([*listed, scene.excitation.structures_given])
-
-
 def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
     """Return the registers, the memory traffic, the steps and the time that a scene costs, by name.
 
@@ -299,7 +255,7 @@ def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample:
     width = np.dtype(run.plan.dtype).itemsize
     held = values_held(replace(run.plan, recorders=scene.recorders))
     steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
-    total = (_fixed_structures(scene) or structures) * scene.excitation.samples_per_structure
+    total = (scene.structures_given or structures) * scene.excitation.samples_per_structure
     read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
     return {
         **{f"{name} per sample [values]": count for name, count in held.items()},

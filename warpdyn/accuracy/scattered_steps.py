@@ -6,7 +6,7 @@ import numpy as np
 
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
-from warpdyn.integration.stability_guard import Findings
+from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.integration.time_grid import STEPS_PER_PERIOD
 from warpdyn.methods.period_error import accurate_step
 
@@ -31,7 +31,7 @@ def longest_steps(run: Ensemble, vibration: Vibration) -> np.ndarray:
     return np.maximum(bound, period / STEPS_PER_PERIOD)
 
 
-def shorten_steps(run: Ensemble, vibration: Vibration, findings: Findings, *, divides: bool) -> None:
+def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindings, *, divides: bool) -> None:
     """Divide the steps that are too long for their own sample's period, or count them for a warning.
 
     Args:

@@ -50,7 +50,10 @@ def _name_of_class(value: object) -> str:
 
 
 def fingerprint(*values: object) -> str:
-    """Return a digest of values with all that they hold, every number of every array: equal ones have the same."""
+    """Return a digest of values with all that they hold, every number of every array: equal ones have the same.
+
+    A number is the same as NumPy's and as Python's, as an integer and as a float.
+    """
     digest = hashlib.sha256()
     _feed(digest, values)
     return digest.hexdigest()
@@ -58,7 +61,9 @@ def fingerprint(*values: object) -> str:
 
 def _feed(digest: hashlib._Hash, value: Any) -> None:
     """Feed a value to a digest, recursively, each part with its kind and its length."""
-    if isinstance(value, np.ndarray | np.generic) and value.dtype.kind != "O":
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, np.ndarray) and value.dtype.kind != "O":
         array = np.ascontiguousarray(value)
         digest.update(f"{array.dtype.str}{array.shape}".encode())
         digest.update(array.tobytes())
@@ -70,9 +75,12 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
         for item in value:
             _feed(digest, item)
         return
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
     text = repr(value) if value is None or isinstance(value, bool | int | float | str) else ""
     if text:
-        digest.update(f"{type(value).__name__}:{len(text)}:{text}".encode())
+        name = "number" if isinstance(value, int | float) and not isinstance(value, bool) else type(value).__name__
+        digest.update(f"{name}:{len(text)}:{text}".encode())
         return
     if callable(value) and hasattr(value, "__qualname__"):
         digest.update(f"{value.__module__}.{value.__qualname__};".encode())

@@ -66,7 +66,7 @@ class meant_as_given(ContextDecorator):  # it reads as a word of the language: `
             )
 
 
-class Findings:
+class PlausibilityFindings:
     """What is implausible in one input, one sentence a quantity."""
 
     def __init__(self) -> None:
@@ -120,7 +120,7 @@ class Findings:
 
 def warn_of_implausible_limits(limits: Mapping[str, float]) -> None:
     """Give one warning of implausible drift limits, each by the words for whose it is, such as " of 'slight'"."""
-    findings = Findings()
+    findings = PlausibilityFindings()
     for where, limit in limits.items():
         findings.add("drift_limit", limit, where)
     findings.warn()

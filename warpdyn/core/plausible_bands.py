@@ -92,6 +92,7 @@ _RATIO = _given(IN_PERCENT) | {"given as a drift in mm of a storey of 3 m": 1 / 
 _SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
 _AS_FREQUENCY: Mistakes = {"given as a frequency in Hz": None}
 _DAMPED: Mistakes = {"damping='none' is the default; 5 % of critical is damping='rayleigh', damping_ratio=0.05": None}
+_IN_MANY_YEARS: Mistakes = {"given as probabilities in many years: HazardCurve.from_probabilities takes these": None}
 _WITH_ONE: Mistakes = {"with one of them in another unit than the others": None}
 G = STANDARD_GRAVITY
 
@@ -216,6 +217,10 @@ BANDS: Mapping[str, Band] = {
     "measure_period": Band(
         "period of the intensity measure or spectrum", "s", 5e-3, 20.0, _given(TIME) | _AS_FREQUENCY
     ),
+    "annual_rate": Band(
+        "largest annual rate of a hazard curve", "a year", 0.0, 1.0, _given(IN_PERCENT) | _IN_MANY_YEARS
+    ),
+    "annual_rate_near_one": Band("annual rate at a hazard curve's first points", "a year", 0.0, 0.9, _IN_MANY_YEARS),
     "initial_drift_ratio": Band("initial drift ratio", "1", 0.0, 0.5, _with("displacement", LENGTH)),
     "initial_velocity": Band(
         "drift ratio that the initial velocity leads to", "1", 0.0, 0.5, _with("velocity", {"mm/s": 1e-3, "cm/s": 1e-2})

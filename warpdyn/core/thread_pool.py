@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import TypeVar
@@ -14,6 +16,10 @@ STRUCTURES_AT_A_TIME = 2**13
 PATIENCE = 0.1  # seconds of waiting before a signal is looked for
 
 Result = TypeVar("Result")
+
+_idle: list[SimpleQueue[Callable[[], None]]] = []  # where threads of `in_background` wait for their next call
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_idle.clear)  # a process that is forked has none of the threads
 
 
 def in_parts(
@@ -66,6 +72,9 @@ def result_of(task: Future[Result]) -> Result:
 def in_background(work: Callable[[], Result], told_after: float, tell: Callable[[], object]) -> Result:
     """Return the result of a call that cannot be stopped; Ctrl-C does not wait for it to end.
 
+    Calls one after another run in the same thread: Warp precompiles its headers once for each thread that compiles
+    kernels, for two seconds.
+
     Args:
         work: The call.
         told_after: Seconds after which `tell` is called once.
@@ -73,16 +82,19 @@ def in_background(work: Callable[[], Result], told_after: float, tell: Callable[
     """
     task: Future[Result] = Future()
 
+    calls = _waiting_thread()
+
     def call() -> None:
         try:
-            task.set_result(work())
+            finish = partial(task.set_result, work())
         except BaseException as error:
-            task.set_exception(error)
+            finish = partial(task.set_exception, error)
+        _idle.append(calls)  # before the caller goes on, so that its next call finds this thread
+        finish()
 
     done = SimpleQueue[object]()
     task.add_done_callback(done.put)
-    # Not of a pool, whose threads the interpreter waits for at its end.
-    Thread(target=call, daemon=True, name="warpdyn").start()
+    calls.put(call)
     waited = 0.0
     while True:
         stop_if_asked()
@@ -94,3 +106,19 @@ def in_background(work: Callable[[], Result], told_after: float, tell: Callable[
                 tell()
             continue
         return task.result()
+
+
+def _waiting_thread() -> SimpleQueue[Callable[[], None]]:
+    """Return the queue of a thread that waits for calls; start one if none does."""
+    try:
+        return _idle.pop()
+    except IndexError:
+        calls = SimpleQueue[Callable[[], None]]()
+    # Not of a pool, whose threads the interpreter waits for at its end.
+    Thread(target=_work_off, args=(calls,), daemon=True, name="warpdyn").start()
+    return calls
+
+
+def _work_off(calls: SimpleQueue[Callable[[], None]]) -> None:
+    while True:
+        calls.get()()

@@ -1,1 +1,1 @@
-"""Files of netCDF: written beside their place, moved there when complete, and grown block by block."""
+"""Files: netCDF, written beside its place, moved there when complete, grown block by block; tables that are shipped."""

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import real_numbers
+from warpdyn.core.checks import real_numbers, whole_number
 from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.duplicates import warn_of_duplicates
 from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
+
+if TYPE_CHECKING:
+    from warpdyn.structures.structure import Structure
 
 MOST_TOLD = 10  # motions in a table
 
@@ -71,24 +75,36 @@ class Design(Excitation):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Stripes(Design):
-    """Every structure under every motion, scaled to every level of an intensity measure.
+    """Structures under motions that are scaled to every level of an intensity measure.
 
-    Samples are ordered by structure, then motion, then level, so that more structures only add samples at the end.
+    By default every structure runs under every motion (a crossed design). Samples are ordered by structure, then
+    motion, then level, so that more structures only add samples at the end. With `structures_per_motion` each motion
+    has structures of its own (a nested design): structures 0, 1, ... are those of the first motion, then come those of
+    the second. A few structures to each motion then tell as much of the structures' scatter as many crossed ones, for
+    far fewer histories, since what one motion's structures differ by averages out over the motions.
 
     Args:
         motions: Ground motions.
         levels_in_g: Levels of the intensity measure [g], increasing, shape [im_level].
         measure: The intensity measure, an acceleration: PeakGroundAcceleration(), SpectralAcceleration(period) or
             AverageSpectralAcceleration(periods).
+        structures_per_motion: Number of structures that each motion has for itself; None where every structure runs
+            under every motion.
 
     Raises:
         ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure is
-            not an acceleration, or a motion has no intensity to scale (its values are all zero).
+            not an acceleration, a motion has no intensity to scale (its values are all zero), or
+            `structures_per_motion` is no whole number from 1.
+
+    Example:
+        >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)
+        >>> run = wd.simulate(wd.Scene(building, design, scatter))  # 3 structures for each of the motions
     """
 
     motions: Sequence[GroundMotion]
     levels_in_g: Sequence[float]
     measure: IntensityMeasure
+    structures_per_motion: int | None = None
 
     def __post_init__(self) -> None:
         motions = checked_motions(self.motions)
@@ -109,6 +125,9 @@ class Stripes(Design):
                     f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} g: "
                     "an all-zero record cannot be scaled to a stripe; leave it out"
                 )
+        if self.structures_per_motion is not None:
+            own = whole_number("structures_per_motion", self.structures_per_motion, 1)
+            object.__setattr__(self, "structures_per_motion", own)
         warn_of_duplicates(motions, is_scaled=True)
         object.__setattr__(self, "motions", motions)
         object.__setattr__(self, "levels_in_g", levels)
@@ -116,25 +135,51 @@ class Stripes(Design):
 
     def __repr__(self) -> str:
         levels = len(self.levels_in_g)
-        return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'})"
+        nested = f", {self.structures_per_motion} structures a motion" if self.structures_per_motion else ""
+        return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'}{nested})"
 
     def told(self) -> list[tuple[object, ...]]:
         """Return what tables of notebooks say of it: its levels and its motions."""
-        return [("levels [g]", self.levels_in_g), *super().told()]
+        nested = [("structures per motion", self.structures_per_motion)] if self.structures_per_motion else []
+        return [("levels [g]", self.levels_in_g), *nested, *super().told()]
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of motions times number of levels."""
-        return len(self.motions) * len(self.levels_in_g)
+        """Number of levels, times the number of motions unless each has structures of its own."""
+        return len(self.levels_in_g) * (1 if self.structures_per_motion else len(self.motions))
+
+    @property
+    def structures_given(self) -> int:
+        """How many structures the motions have for themselves in all; 0 if each structure runs under every motion."""
+        return len(self.motions) * (self.structures_per_motion or 0)
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError if buildings of a portfolio would have to be shared out among the motions."""
+        if structure.is_many and self.structures_per_motion:
+            raise ValueError(
+                "structures_per_motion does not apply to a portfolio, whose archetypes have a `count`: give its "
+                "buildings OneMotionPerStructure, or leave it out"
+            )
+
+    def check_structures(self, structures: int) -> None:
+        """Raise a ValueError unless there are as many structures as the motions have for themselves."""
+        if self.structures_per_motion and structures != self.structures_given:
+            raise ValueError(
+                f"{len(self.motions)} motions with structures_per_motion={self.structures_per_motion} have "
+                f"{self.structures_given} structures, got structures={structures}: leave `structures` out"
+            )
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return motions x levels samples for each of these structures, given by their indices."""
-        levels = len(self.levels_in_g)
-        motion = np.repeat(np.arange(len(self.motions), dtype=np.int32), levels)
-        im_level = np.tile(self.levels_in_g, len(self.motions))
+        """Return the samples of each of these structures, given by their indices."""
+        levels, structures = len(self.levels_in_g), np.asarray(structures, dtype=np.int32)
+        motions = np.arange(len(self.motions), dtype=np.int32)
+        structure = np.repeat(structures, self.samples_per_structure)
+        if self.structures_per_motion:
+            motion = np.repeat(structures // np.int32(self.structures_per_motion), levels)
+        else:
+            motion = np.tile(np.repeat(motions, levels), len(structures))
+        im_level = np.tile(self.levels_in_g, len(motion) // levels)
         scale = im_level / self._intensities[motion]
-        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
-        motion, scale, im_level = (np.tile(values, len(structures)) for values in (motion, scale, im_level))
         return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True, repeats=levels)
 
 

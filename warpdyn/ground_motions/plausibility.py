@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.plausibility import Findings
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.motions import GroundMotion
 
@@ -16,7 +16,7 @@ FEWEST_CROSSINGS = 10  # of a record's baseline, of what is a record
 MOST_DRIFT = 8.0  # of the velocity of a baseline over that of the motion about it; of white noise above in 0.2 %
 
 
-def add_motions(findings: Findings, motions: Sequence[GroundMotion], where: str = "") -> None:
+def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
     """Add motions whose step, peak acceleration or baseline is implausible."""
     for index, motion in enumerate(motions):
         named = f" of motion {index} ({motion.name!r}){where}"
@@ -27,7 +27,7 @@ def add_motions(findings: Findings, motions: Sequence[GroundMotion], where: str 
             findings.add("record_baseline", baseline_over_peak(motion), named)
 
 
-def add_weakest_motions(findings: Findings, motions: Sequence[GroundMotion], where: str = "") -> None:
+def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
     """Add a few motions of a set that are far weaker than all others, and among these if they were given in g."""
     motions = [motion for motion in motions if motion.peak_ground_acceleration > 0]
     if len(motions) < FEWEST_IN_A_SET:
@@ -60,7 +60,7 @@ def baseline_over_peak(motion: GroundMotion) -> float:
 
 def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayLike = ()) -> None:
     """Give one warning of motions whose step or peak acceleration is implausible, and of periods of their spectrum."""
-    findings = Findings()
+    findings = PlausibilityFindings()
     add_motions(findings, motions)
     add_weakest_motions(findings, motions)
     for period in np.asarray(periods, dtype=np.float64):

@@ -19,7 +19,7 @@ from warpdyn.incremental.pairs import DRIFT_RATIO, Pairs
 from warpdyn.incremental.search import Search
 from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
-from warpdyn.integration.stability_guard import Findings
+from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.queues import open_queues, seconds_in_kernels
 from warpdyn.scene.plausibility import warn_of_implausible
@@ -35,7 +35,7 @@ def capacities(
     scene: Scene,
     limits: Mapping[str, float],
     *,
-    structures: int = 1,
+    structures: int | None = None,
     demand: str = DRIFT_RATIO,
     tolerance: float = 0.02,
     highest: float | None = None,
@@ -64,8 +64,8 @@ def capacities(
     rungs of the ladder and return. Where rungs give a sign of it (a peak or a shoulder near the limit), levels between
     them are run; a collapse at single levels gives none, and a finer `ladder` sees more of these. Of the README's first
     study no capacity comes after the first passage on 200 levels, in 11,264 cases; of a frame whose storeys deteriorate
-    a few in a thousand do, at collapse, and none with `ladder=1.03`. Levels above a capacity at which the demand is within
-    the limit again (resurrections) are counted, as far as the level that passes the last limit, and warned of.
+    a few in a thousand do, at collapse, and none with `ladder=1.03`. Levels above a capacity at which the demand is
+    within the limit again (resurrections) are counted, up to the level that passes the last limit, and warned of.
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
     Dynamics 31(3); the search is theirs (hunt and fill, 2004, Earthquake Spectra 20(2)) over all pairs at once.
@@ -75,7 +75,9 @@ def capacities(
             intensity. Its recorders are not needed.
         limits: Limit of each damage state, from the lightest on, in the units of the demand (storey drift ratio [1],
             floor acceleration [m/s2]). A limit of `math.inf` is passed by collapse alone.
-        structures: Number of structures to draw.
+        structures: Number of structures to draw, 1 by default. Leave it out where Stripes have
+            `structures_per_motion`: then the dimension `structure` numbers the structures of each motion, and
+            `drawn_structure` says which were drawn.
         demand: Name of a recorded variable, such as "peak_floor_acceleration", of which the worst storey or floor
             counts, as an absolute value.
         tolerance: Relative width of a bracket: capacity_upper / capacity_lower - 1 is at most this.
@@ -126,9 +128,10 @@ def capacities(
         warn_of_implausible_limits(finite)
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step)
-    if not scene.scatter and structures != 1:
+    count = structures if structures is not None else scene.structures_given or 1
+    if not scene.scatter and count != 1:
         warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
-    run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), structures, integration, execution, seed)
+    run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, which collapse alone passes, and nothing collapses "
@@ -139,14 +142,15 @@ def capacities(
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
         highest = float(design.levels_in_g[-1])
-    findings = Findings(run.structures * len(design.motions), integration.method)
+    own = getattr(design, "structures_per_motion", None) or run.structures
+    findings = StabilityFindings(own * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
-    starts = range(0, run.structures, size)
+    starts = range(0, own, size)
     with interruptible(), counted_histories(0) as progress:
         for start in starts:
-            part = np.arange(start, min(start + size, run.structures))
+            part = np.arange(start, min(start + size, own))
             pairs = Pairs(
                 run, part, demand, integration, queue, first, findings, progress.update, reuse_elastic=reuse_elastic
             )

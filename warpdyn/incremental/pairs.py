@@ -18,7 +18,7 @@ from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
 from warpdyn.integration.settings import Integration
-from warpdyn.integration.stability_guard import Findings, Reruns, guard
+from warpdyn.integration.stability_guard import Reruns, StabilityFindings, guard
 from warpdyn.integration.time_grid import build_schedule
 from warpdyn.kernels.queues import Queue
 
@@ -28,12 +28,27 @@ NEVER_ABOVE = {"residual_drift_ratio": DRIFT_RATIO, "hysteretic_energy": "input_
 WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with room for rounding
 
 
+def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
+    """Return the structure that runs under each motion, shape [structure, motion].
+
+    Args:
+        design: The design.
+        structures: Indices of the structures; where each motion has structures of its own, their numbers among these.
+    """
+    own = getattr(design, "structures_per_motion", None)
+    motions = np.arange(len(design.motions))
+    if own:
+        return structures[:, None] + own * motions
+    return np.repeat(structures[:, None], motions.size, axis=1)
+
+
 class Pairs:
     """Every pair of some structures and every motion of a run.
 
     Args:
         run: The run; its scene's excitation is a design.
-        structures: Indices of the structures, increasing.
+        structures: Indices of the structures, increasing; where each motion has structures of its own, their numbers
+            among those of a motion.
         demand: Name of the demand, of which the worst storey, floor or degree of freedom counts.
         integration: How they are integrated.
         queue: Where they run.
@@ -43,6 +58,7 @@ class Pairs:
         advance: Called with the number of histories done since its last call.
 
     Attributes:
+        structures: Index of each pair's structure, shape [structure, motion].
         count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
         first_demand: Demand at `first_level`, shape [pair].
         guide: The same, or a demand that it never exceeds, shape [pair].
@@ -62,7 +78,7 @@ class Pairs:
         integration: Integration,
         queue: Queue,
         first_level: float,
-        findings: Findings,
+        findings: StabilityFindings,
         advance: Callable[[int], object],
         *,
         reuse_elastic: bool,
@@ -71,16 +87,18 @@ class Pairs:
         assert isinstance(design, Design)
         self.demand, self.integration, self.reruns, self.advance = demand, integration, Reruns(), advance
         self.intensities, self.power = design.intensities, design.measure.power
+        self.structures = structures_of_pairs(design, structures)
+        structures, place = np.unique(self.structures.ravel(), return_inverse=True)
         drawn, vibration = run.draw(structures)
         motions = len(design.motions)
-        self.count = structures.size * motions
-        motion = np.tile(np.arange(motions, dtype=np.int32), structures.size)
-        place = np.repeat(np.arange(structures.size, dtype=np.int32), motions)
+        self.count = self.structures.size
+        motion = np.tile(np.arange(motions, dtype=np.int32), len(self.structures))
+        place = place.astype(np.int32)
         row = place if drawn else np.zeros_like(place)
         held = structures[place].astype(np.int32), motion, np.ones(self.count), self.intensities[motion]
         assignment = Assignment(*held, design.measure.name)
         schedule = build_schedule(run.model.scene, run.model.timeline, vibration, assignment, row)
-        sample = (structures[0] * motions + np.arange(self.count)).astype(np.int32)
+        sample = (self.structures * motions + np.arange(motions)).ravel().astype(np.int32)
         self.whole = Ensemble(
             run.model, structures, drawn, vibration.rayleigh, assignment, row, schedule, sample, queue
         )

@@ -11,13 +11,8 @@ from warpdyn.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
 from warpdyn.kernels.output_table import HISTORY
 from warpdyn.laws.devices.parameters import damper_values, kind_of_dampers, steepest_damping
-from warpdyn.methods.stability_limits import (
-    highest_damping_rate,
-    stable_step,
-    stable_step_of_eigenvalues,
-    stable_step_of_yielding,
-    state_eigenvalues,
-)
+from warpdyn.methods.stability_limits import stable_step, stable_step_of_eigenvalues, stable_step_of_yielding
+from warpdyn.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.methods.table import Method
 from warpdyn.structures.modal import chain_stiffness_matrix
 from warpdyn.structures.physics import (

@@ -10,7 +10,8 @@ from scipy.linalg import eigh
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.kernels.output_table import HISTORY
-from warpdyn.methods.stability_limits import highest_damping_rate, stable_step_of_eigenvalues, state_eigenvalues
+from warpdyn.methods.stability_limits import stable_step_of_eigenvalues
+from warpdyn.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.methods.table import Method
 from warpdyn.structures.linear_system import LinearSystem
 

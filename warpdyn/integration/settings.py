@@ -70,7 +70,8 @@ class Integration:
                 raise ValueError(
                     "target_error chooses the step: give simulate() no step, longest_step or tolerance beside it"
                 )
-        left_open = tuple(name for name, value in given.items() if value is None)
+        # Without a target error there is no choice: what is left open is the default, as if it were given.
+        left_open = tuple(name for name, value in given.items() if value is None and target_error is not None)
         settled: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | rest
         found = cls(target_error=target_error, left_open=left_open, **settled)
         return replace(found, divides_steps=found.on_unstable == "substep" and not found.is_stepped)

@@ -20,8 +20,8 @@ MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
 
 
-class Findings:
-    """Findings on the stability of a run, collected block by block and reported once.
+class StabilityFindings:
+    """StabilityFindings on the stability of a run, collected block by block and reported once.
 
     Args:
         samples: Number of samples of the run.
@@ -156,7 +156,9 @@ class Findings:
                 self.unsure += int(np.count_nonzero(stable & (status < DIVERGED) & off))
 
 
-def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findings | None = None) -> np.ndarray:
+def guard(
+    run: Ensemble, vibration: Vibration, on_unstable: str, findings: StabilityFindings | None = None
+) -> np.ndarray:
     """Reduce each sample's step to the stability limit of its own structure, or return which steps are beyond it.
 
     Args:
@@ -171,7 +173,7 @@ def guard(run: Ensemble, vibration: Vibration, on_unstable: str, findings: Findi
     Raises:
         ValueError: If a sample has no stable step; with "raise", if a sample's step is not stable.
     """
-    findings = Findings(run.sample.size, run.plan.method) if findings is None else findings
+    findings = StabilityFindings(run.sample.size, run.plan.method) if findings is None else findings
     unstable = findings.add_limits(run, vibration)
     if on_unstable != "flag":
         findings.refuse(any_step=on_unstable == "raise")

@@ -5,25 +5,32 @@ given as `ax` and returns these.
 """
 
 from warpdyn.plots.buildings import building, pushover_curve
+from warpdyn.plots.clouds import cloud_regression
 from warpdyn.plots.drifts import drift_against_intensity, drift_distributions, drift_over_height, residual_drifts
 from warpdyn.plots.fragility import fragility_comparison, fragility_curves
 from warpdyn.plots.ground_motions import ground_motions, spectra
 from warpdyn.plots.histories import histories, hysteresis
 from warpdyn.plots.incremental import capacities, ida_curves
+from warpdyn.plots.risk import disaggregation, hazard_and_rates, loss_exceedance, vulnerability
 
 __all__ = [
     "building",
     "capacities",
+    "cloud_regression",
+    "disaggregation",
     "drift_against_intensity",
     "drift_distributions",
     "drift_over_height",
     "fragility_comparison",
     "fragility_curves",
     "ground_motions",
+    "hazard_and_rates",
     "histories",
     "hysteresis",
     "ida_curves",
+    "loss_exceedance",
     "pushover_curve",
     "residual_drifts",
     "spectra",
+    "vulnerability",
 ]

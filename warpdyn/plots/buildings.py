@@ -14,11 +14,15 @@ from warpdyn.core.checks import check_dataset, check_kind
 from warpdyn.plots.style import COLOURS, SMALL, Drawn, grid, panels, title
 from warpdyn.structures.shear_building import ShearBuilding
 
+ADDED_HEIGHT = 0.4  # of the lowest storey, at which isolators and a tuned mass damper are drawn
+MOST_IN_A_LINE = 75  # characters of a title
 MOST_LABELS = 10  # storeys that are labelled; of taller buildings some
 
 
 def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
     """Draw a building to scale: storeys with stiffness and yield force, floors with mass, and its first mode.
+
+    Isolators and a tuned mass damper are drawn with a height of their own, not to scale.
 
     Args:
         building: The building.
@@ -32,24 +36,28 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
     """
     check_kind("plots.building", "a ShearBuilding", building, ShearBuilding)
     values, storeys = building.parameters, building.storeys
-    level = np.append(0.0, np.cumsum(values["height"]))
+    own = building.own_storeys
+    # The height of isolators and of a tuned mass damper is no length, but scales their drift.
+    height = np.where(own, values["height"], ADDED_HEIGHT * values["height"][own].min())
+    level = np.append(0.0, np.cumsum(height))
     width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the text
     result, (axes,) = panels("building", ax, size=(6.4, 5.6))
     # The thickness of columns shows the storey stiffness, the depth of slabs the floor mass.
     thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()
-    slab = min(0.012 * level[-1], 0.1 * values["height"].min())
+    slab = min(0.012 * level[-1], 0.1 * height.min())
     depth = slab * (0.5 + values["mass"] / values["mass"].max())
     labelled = _storeys_labelled(storeys)
     for storey in range(storeys):
         for left in (0.0, width * (1 - thickness[storey])):
-            corner, size = (left, level[storey]), (width * thickness[storey], values["height"][storey])
+            corner, size = (left, level[storey]), (width * thickness[storey], height[storey])
             axes.add_patch(Rectangle(corner, *size, facecolor=COLOURS[5], edgecolor="none"))
         corner = (0.0, level[storey + 1] - depth[storey] / 2)
         axes.add_patch(Rectangle(corner, width, depth[storey], facecolor="0.25", edgecolor="none", zorder=3))
         if storey in labelled:
-            spring = f"k = {_engineering(values['stiffness'][storey], 'N/m')}"
+            spring = "" if own[storey] else f"{_added(storey, storeys)}: "
+            spring += f"k = {_engineering(values['stiffness'][storey], 'N/m')}"
             if "yield_force" in values and not np.isnan(values["yield_force"][storey]):
-                between = "\n" if storeys <= MOST_LABELS else ", "
+                between = "\n" if storeys <= MOST_LABELS and own[storey] else ", "
                 spring += f"{between}Fy = {_engineering(values['yield_force'][storey], 'N')}"
             middle = (level[storey] + level[storey + 1]) / 2
             paper = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}  # over the slabs of a tall building
@@ -69,9 +77,15 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
     axes.set_ylim(-0.02 * level[-1], 1.16 * level[-1])
     axes.set_xticks([])
     axes.spines[["top", "right", "bottom"]].set_visible(False)
-    storey_word = "storey" if storeys == 1 else "storeys"
-    title(axes, f"{storeys} {storey_word}, law {building.law!r}, damping {building.damping!r}")
+    storey_word = "storey" if own.sum() == 1 else "storeys"
+    text = f"{own.sum()} {storey_word}, law {building.law!r}, damping {building.damping!r}"
+    title(axes, text if len(text) <= MOST_IN_A_LINE else text.replace(", damping", ",\ndamping"))
     return result
+
+
+def _added(storey: int, storeys: int) -> str:
+    """Return what a storey is, counted from 0, that is none of the building's own."""
+    return "isolators" if storey == 0 else "tuned mass damper" if storey == storeys - 1 else "isolators at mid-height"
 
 
 def _storeys_labelled(storeys: int) -> list[int]:
@@ -126,7 +140,7 @@ def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> 
         step = int(np.argmax(np.abs(roof[: farthest + 1]) >= share * abs(roof[farthest]) * (1 - 1e-9)))
         curve.plot(roof[step], shear[step], "o", color=colour, ms=6)
         outline = np.append(drift[step, 0], drift[step]), np.append(0, storeys)
-        profile.step(*outline, where="post", color=colour, label=f"{roof[step]:.3g} mm")
+        profile.step(*outline, where="post", color=colour, label=f"{float(f'{roof[step]:.3g}'):g} mm")
     profile.set(xlabel="Storey drift [mm]", ylabel="Storey", ylim=(0, storeys[-1]))
     labelled = storeys[_storeys_labelled(storeys.size)]
     profile.set_yticks(labelled - 0.5, [str(storey) for storey in labelled])

@@ -24,6 +24,7 @@ from warpdyn.plots.style import (
     colours_of,
     grid,
     legend,
+    logarithmic,
     panels,
     plain_numbers,
     set_scale,
@@ -39,8 +40,9 @@ def drift_over_height(
 ) -> Drawn:
     """Draw the median peak drift ratio of each storey, with its 16 to 84 % range, for some of the stripes.
 
-    A collapsed sample exceeds every drift: the median ends where more than half of a stripe collapsed, and the range
-    where more than 16 % did; the legend tells the share.
+    A collapsed sample exceeds every drift in the storey that collapsed, and counts with its peaks up to then in the
+    others: a storey has no median where more than half of a stripe collapsed in it, and no range where more than 16 %
+    did; the legend tells the share of all collapses.
 
     Args:
         dataset: A run on stripes, merged with its `fragility` to show the limits.
@@ -67,12 +69,14 @@ def drift_over_height(
     for colour, level, share, (low, median, high) in zip(
         colours_of(stripes, colours), stripes, shares, table, strict=True
     ):
-        axes.fill_betweenx(storeys, low, high, color=colour, alpha=0.15, lw=0)
+        if np.isfinite(low + high).any():
+            axes.fill_betweenx(storeys, low, high, color=colour, alpha=0.15, lw=0)
         for bound in (low, high) if np.isnan(high).any() else ():
             axes.plot(bound, storeys, "--", color=colour, lw=1)
         remark = f", {percent(share)} collapsed" if share else ""
         axes.plot(median, storeys, "o-", color=colour, ms=4, label=f"{level:g}{remark}")
-    axes.set(xscale="log", xlabel="Peak storey drift ratio [%]", ylabel="Storey", ylim=(0.6, storeys[-1] + 0.4))
+    logarithmic(axes, "x", table)
+    axes.set(xlabel="Peak storey drift ratio [%]", ylabel="Storey", ylim=(0.6, storeys[-1] + 0.4))
     plain_numbers(axes.xaxis)
     axes.yaxis.set_major_locator(ticker.MaxNLocator(integer=True))
     limits = limits_of(dataset)
@@ -174,7 +178,7 @@ def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collap
         axes.plot(drawn.levels, median, "o-", color="black", ms=4, label="median")
         axes.plot(drawn.levels, low, "--", color="black", lw=1, label="16 and 84 %")
         axes.plot(drawn.levels, high, "--", color="black", lw=1)
-    axes.set_yscale("log")
+    logarithmic(axes, "y", demand if where_collapsed is not None else demand[stands])
     largest = np.max(demand[np.isfinite(demand)], initial=0.0)
     if largest > 0 and axes.get_ylim()[0] < LEAST_DRAWN * largest:
         axes.set_ylim(LEAST_DRAWN * largest, 2 * largest)
@@ -247,7 +251,8 @@ def drift_distributions(
             axes.plot(across[-1], below[stands[-1]], "x", color=colour, ms=7, mew=1.6)
         elif share:
             axes.plot([], [], "x", color=colour)
-    axes.set(xscale="log", ylim=(-0.02, 1.02), xlabel="Largest peak storey drift ratio [%]", ylabel="Share of samples")
+    logarithmic(axes, "x", np.concatenate([drawn.values[~drawn.collapsed] for drawn in demands.values()]))
+    axes.set(ylim=(-0.02, 1.02), xlabel="Largest peak storey drift ratio [%]", ylabel="Share of samples")
     plain_numbers(axes.xaxis)
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
     grid(axes)
@@ -283,7 +288,7 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
     here = np.isclose(drawn.level, chosen, rtol=1e-6)
     if not here.any():
         raise ValueError(f"run {name!r} has no stripe of {chosen!r} g; it has {listed} g")
-    parts: Iterable[str] = ("values", "collapsed", "level", "structure", "motion")
+    parts: Iterable[str] = ("values", "collapsed", "level", "structure", "motion", "beyond")
     return Demands(**vars(drawn) | {each: getattr(drawn, each)[here] for each in parts})
 
 

@@ -36,10 +36,11 @@ LINE_STYLES = ("-", "--", "-.", ":")
 def fragility_curves(
     dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw the fitted curves and the stripe fractions with their intervals.
+    """Draw the fitted curves and, where there are stripes, their fractions, with intervals.
 
     Args:
-        dataset: What `fragility` returned, or a run merged with it.
+        dataset: What `fragility`, `fragility_from_capacities` or `fragility_of_cloud` returned, or a run merged with
+            it.
         colours: Colour of each damage state: a row from the lightest on, or a mapping by name.
         scale: Axis of the intensity measure: "log" or "linear".
         ax: Axes to draw into; None for a figure of its own.
@@ -58,7 +59,7 @@ def fragility_curves(
         row = dataset.sel(damage_state=state)
         limit = _limit(row)
         _draw_curve(axes, row, colour, f"{state}{f' ({limit})' if limit else ''}{_without_fit(row)}")
-    _finish(axes, dataset["stripe"].values, scale)
+    _finish(axes, _levels(dataset), scale)
     axes.set(xlabel=label_of_measure(dataset), ylabel="Probability of exceedance")
     legend(axes, loc="upper left" if scale == "log" else "lower right")
     confidence = 100 * dataset.attrs["confidence"]
@@ -79,8 +80,8 @@ def fragility_comparison(
     """Draw the fragility curves of several designs side by side, a panel for each damage state.
 
     Args:
-        curves: What `fragility` returned of each design's run, by its name, such as
-            `{"as it is": curves, "on isolators": others}`; the intensity measure is the same.
+        curves: What `fragility` (or `fragility_from_capacities`, `fragility_of_cloud`) returned of each design, by its
+            name, such as `{"as it is": curves, "on isolators": others}`; the intensity measure is the same.
         colours: Colour of each design: a row in their order, or a mapping by name.
         scale: Axis of the intensity measure: "log" or "linear".
         ax: Axes to draw into, one for each damage state; None for a figure of its own.
@@ -119,7 +120,7 @@ def fragility_comparison(
             limits.add(_limit(row))
             style = LINE_STYLES[number % len(LINE_STYLES)]
             _draw_curve(axes, row, colour, f"{name}{_without_fit(row)}", style=style)
-        _finish(axes, np.concatenate([dataset["stripe"].values for dataset in named.values()]), scale)
+        _finish(axes, np.concatenate([_levels(dataset) for dataset in named.values()]), scale)
         said = limits.pop() if len(limits) == 1 else ""
         title(axes, f"{state}{f': {said}' if said else ''}")
     for axes in all_axes[-columns:]:
@@ -135,9 +136,9 @@ def fragility_comparison(
 
 
 def _check_curves(function: str, dataset: xr.Dataset) -> None:
-    needed = ("fragility_curve", "confidence", "damage_state", "exceedance_fraction")
-    check_dataset(f"plots.{function}", dataset, *needed, advice=_CURVES)
-    for dim in ("damage_state", "stripe", "intensity"):
+    check_dataset(f"plots.{function}", dataset, "fragility_curve", "confidence", "damage_state", advice=_CURVES)
+    of_stripes = ("stripe",) if "exceedance_fraction" in dataset else ()  # curves of capacities or a cloud have none
+    for dim in ("damage_state", *of_stripes, "intensity"):
         if not dataset.sizes.get(dim):
             raise ValueError(f"plots.{function}: the curves have no {dim} left: select some by isel({dim}=[...])")
 
@@ -167,9 +168,21 @@ def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str
     bounds = row["fragility_curve_lower"], row["fragility_curve_upper"]
     axes.fill_between(intensity, *bounds, color=colour, alpha=0.18, lw=0)
     axes.plot(intensity, row["fragility_curve"], style, color=colour, label=label)
+    if "exceedance_fraction" not in row:
+        return
     fraction = row["exceedance_fraction"].values
     error = [fraction - row["exceedance_fraction_lower"].values, row["exceedance_fraction_upper"].values - fraction]
     axes.errorbar(row["stripe"], fraction, yerr=np.maximum(error, 0), fmt="o", ms=3.5, color=colour, lw=0.8, capsize=2)
+
+
+def _levels(dataset: xr.Dataset) -> np.ndarray:
+    """Return the stripes, or without them the intensities between which the curves rise."""
+    if "exceedance_fraction" in dataset:
+        return dataset["stripe"].values
+    curve = dataset["fragility_curve"].transpose("damage_state", "intensity").values
+    rises = ((curve > 0.001) & (curve < 0.999)).any(axis=0)
+    intensity = dataset["intensity"].values
+    return intensity[rises] if rises.any() else intensity[1:]
 
 
 def _finish(axes: Axes, stripes: np.ndarray, scale: str) -> None:

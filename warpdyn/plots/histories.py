@@ -50,8 +50,8 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
     count = displacement.shape[1]
     shades = colormaps["viridis"](np.linspace(0, 0.85, count)) if count > 1 else [COLOURS[0]]
     every = -(-count // MOST_LINES_NAMED)
-    words = "storey" if is_chain else "degree of freedom"
     for axes, (label, values) in zip(all_axes, rows, strict=True):
+        words = ("storey" if "drift" in label else "floor") if is_chain else "degree of freedom"
         for i, line in enumerate(values.T):
             name = f"{words} {i + 1}" if values.shape[1] > 1 and i % every == 0 else None
             axes.plot(time, line, color=shades[i] if values.shape[1] > 1 else COLOURS[0], lw=0.8, label=name)
@@ -65,7 +65,8 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
             axes.axvline(at, color=COLLAPSE_COLOUR, lw=1, ls="--", label=said)
         time = time[time <= max(BEYOND * at, time[1])]  # there is nothing after it
     if count > 1 or collapse:
-        legend(all_axes[0], beside=True)
+        for axes in all_axes[:2]:
+            legend(axes, beside=True)
     for axes in all_axes:
         axes.set_xlim(time[0], time[-1])
     all_axes[-1].set_xlabel("Time [s]")

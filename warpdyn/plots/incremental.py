@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from warpdyn.core.checks import check_dataset
+from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.plots.drifts import OF_STRIPES, limits_of
 from warpdyn.plots.samples import SHARES, Demands, demands_of, fractiles
 from warpdyn.plots.style import (
@@ -15,6 +15,7 @@ from warpdyn.plots.style import (
     COLOURS,
     DARK,
     PALE,
+    SCALES,
     SMALL,
     Drawn,
     grid,
@@ -52,21 +53,29 @@ def ida_curves(
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the run is not on at least two stripes, or has no drifts.
+        ValueError: If the run is not on at least two stripes, or has no drifts, or the scale is unknown.
         TypeError: If `dataset` is no Dataset.
     """
+    one_of("scale", scale, SCALES)
     drawn = demands_of("ida_curves", dataset, "peak_storey_drift_ratio", OF_STRIPES)
     if not drawn.is_striped or drawn.levels.size < 2:
         raise ValueError("plots.ida_curves: the run is not on two stripes or more, which make a curve for each motion")
     result, (axes,) = panels("ida_curves", ax, size=(6.4, 4.8))
-    farthest = 100 * BEYOND * float(np.max(drawn.values))
-    curves, ends = _curves(drawn)
-    shown = np.unique(np.linspace(0, len(curves) - 1, MOST_CURVES).astype(int))
-    collapses = [end for end in ends if end is not None]
-    words = f"{len(curves):,} curves" + (f", {shown.size} drawn" if shown.size < len(curves) else "")
-    axes.add_collection(LineCollection([curves[i] for i in shown], colors=PALE, linewidths=0.5, label=words))
-    if collapses:
-        flat = [np.array([end, (farthest, end[1])]) for i in shown if (end := ends[i]) is not None]
+    farthest = 100 * BEYOND * float(np.max(drawn.values)) or 1.0
+    paths = _paths(drawn)
+    shown = np.unique(np.linspace(0, len(paths) - 1, MOST_CURVES).astype(int))
+    words = f"{len(paths):,} curves" + (f", {shown.size} drawn" if shown.size < len(paths) else "")
+    points = np.stack([100 * drawn.values, drawn.level], axis=1)
+    curves = [np.vstack([np.zeros((1, 2)), points[paths[i]]]) for i in shown]
+    axes.add_collection(LineCollection(curves, colors=PALE, linewidths=0.5, label=words))
+    ends = np.array([path[-1] for path in paths])
+    collapses = points[ends[drawn.collapsed[ends]]]
+    if len(collapses):
+        flat = [
+            np.array([curves[k][-1], (farthest, curves[k][-1, 1])])
+            for k, i in enumerate(shown)
+            if drawn.collapsed[ends[i]]
+        ]
         axes.add_collection(LineCollection(flat, colors=PALE, linewidths=0.3))
         axes.plot(*np.unique(collapses, axis=0).T, "x", color=COLLAPSE_COLOUR, ms=4, mew=0.9)
         axes.plot([], [], "x", color=COLLAPSE_COLOUR, ms=4, label=f"collapse: {len(collapses):,}")
@@ -79,13 +88,16 @@ def ida_curves(
         axes.plot(*line, style, color=colour, lw=width, label=f"{100 * share:.0f} % of the drifts")
         if 0 < last < defined.size:
             # As of each curve: up to the level at which so many have collapsed, and flat from there on.
-            rise = [drift[last - 1], max(collapses)[0], farthest], [drawn.levels[last - 1], *2 * [drawn.levels[last]]]
+            rise = (
+                [drift[last - 1], collapses[:, 0].max(), farthest],
+                [drawn.levels[last - 1], *2 * [drawn.levels[last]]],
+            )
             axes.plot(*rise, style, color=colour, lw=width)
             axes.plot(drift[last - 1], drawn.levels[last - 1], "s", color=colour, ms=4)
     axes.set(xlabel="Largest peak storey drift ratio [%]", ylabel=drawn.measure, ylim=(0, 1.08 * drawn.levels[-1]))
     if scale == "log":
         positive = drawn.values[drawn.values > 0]
-        axes.set(xscale="log", xlim=(80 * float(positive.min(initial=farthest)), farthest))
+        axes.set(xlim=(80 * float(positive.min()) if positive.size else 0.1 * farthest, farthest), xscale="log")
         plain_numbers(axes.xaxis)
     else:
         axes.set_xlim(0, farthest)
@@ -189,17 +201,13 @@ def _name_limits(axes: Axes, limits: list[tuple[str, float]]) -> None:
             before = at
 
 
-def _curves(drawn: Demands) -> tuple[list[np.ndarray], list[tuple[float, float] | None]]:
-    """Return the points of each structure's curve under each motion, up to its first collapse, and that collapse."""
+def _paths(drawn: Demands) -> list[np.ndarray]:
+    """Return the samples of each structure's curve under each motion, by their level up to its first collapse."""
     order = np.lexsort((drawn.level, drawn.motion, drawn.structure))
-    pair = np.stack([drawn.structure[order], drawn.motion[order]])
-    starts = np.flatnonzero(np.append(True, (np.diff(pair, axis=1) != 0).any(axis=0)))
-    curves: list[np.ndarray] = []
-    ends: list[tuple[float, float] | None] = []
-    for own in np.split(order, starts[1:]):
-        collapses = np.flatnonzero(drawn.collapsed[own])
-        until = own[: collapses[0] + 1] if collapses.size else own
-        points = np.stack([100 * drawn.values[until], drawn.level[until]], axis=1)
-        curves.append(np.vstack([np.zeros((1, 2)), points]))
-        ends.append((points[-1, 0], points[-1, 1]) if collapses.size else None)
-    return curves, ends
+    is_first = np.append(True, (np.diff(drawn.structure[order]) != 0) | (np.diff(drawn.motion[order]) != 0))
+    starts = np.flatnonzero(is_first)
+    # How many collapses of the curve come before each sample.
+    before = np.cumsum(drawn.collapsed[order]) - drawn.collapsed[order]
+    before -= before[starts][np.cumsum(is_first) - 1]
+    kept = before == 0
+    return np.split(order[kept], np.flatnonzero(is_first[kept])[1:])

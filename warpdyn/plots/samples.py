@@ -26,6 +26,8 @@ class Demands:
         motion: Index of each sample's motion, shape [sample].
         is_striped: Whether each level has many samples.
         measure: The intensity measure with its units, for the label of an axis.
+        beyond: Where a demand exceeds every value: of a collapsed sample everywhere, or of demands by storey in the
+            storey that collapsed; the shape of `values`.
     """
 
     values: np.ndarray
@@ -35,6 +37,7 @@ class Demands:
     motion: np.ndarray
     is_striped: bool
     measure: str
+    beyond: np.ndarray
 
     @property
     def levels(self) -> np.ndarray:
@@ -43,9 +46,8 @@ class Demands:
 
     @property
     def unlimited(self) -> np.ndarray:
-        """The demand, infinite where a sample collapsed: what it would have come to, nothing says."""
-        collapsed = self.collapsed.reshape(-1, *[1] * (self.values.ndim - 1))
-        return np.where(collapsed, np.inf, self.values.astype(np.float64))
+        """The demand, infinite where it is beyond every value: what it would have come to, nothing says."""
+        return np.where(self.beyond, np.inf, self.values.astype(np.float64))
 
     def fractiles(self) -> np.ndarray:
         """Return the 16, 50 and 84 % fractiles of each level, shape [level, share, ...]; NaN where undefined."""
@@ -117,14 +119,21 @@ def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_s
         values = np.fmax.reduce(values, axis=1)  # storeys that a building of a portfolio does not have are NaN
     sample = np.arange(status.size)
     of_sample = {name: run[name].values if name in run else 0 * sample for name in ("structure", "motion_index")}
+    collapsed = status[kept] == COLLAPSED
+    beyond = np.broadcast_to(collapsed.reshape(-1, *[1] * (values.ndim - 1)), values.shape)
+    if values.ndim > 1 and {"storey_of_collapse", "storey"} <= run.keys() | run.coords.keys():
+        # Other storeys stand: their demands up to the collapse count, if they have any.
+        here = run["storey_of_collapse"].values[kept, None] == run["storey"].values
+        beyond = beyond & (here | ~np.isfinite(values))
     return Demands(
         values,
-        status[kept] == COLLAPSED,
+        collapsed,
         run["im_level"].values[kept].astype(np.float64),
         of_sample["structure"][kept],
         of_sample["motion_index"][kept],
         run["im_level"].attrs.get("design") == STRIPED,
         label_of_measure(run),
+        beyond,
     )
 
 
@@ -134,7 +143,8 @@ def label_of_measure(run: xr.Dataset) -> str:
         attributes = run["im_level"].attrs
         name = attributes.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
         return f"{name} [{attributes.get('units', 'g')}]"
-    return f"{run.attrs.get('intensity_measure', 'intensity measure')} [g]"
+    units = run["intensity"].attrs.get("units", "g") if "intensity" in run.coords else "g"
+    return f"{run.attrs.get('intensity_measure', 'intensity measure')} [{units}]"
 
 
 def percent(share: float) -> str:

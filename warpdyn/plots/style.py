@@ -12,6 +12,7 @@ from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import one_of
 
@@ -104,6 +105,13 @@ def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
         if not is_color_like(colour):
             raise ValueError(f"colours holds {colour!r}, which matplotlib does not know as a colour")
     return found
+
+
+def logarithmic(axes: Axes, which: str, values: ArrayLike) -> None:
+    """Make an axis ("x" or "y") logarithmic; if no value is positive, as where all samples collapsed, 0.1 to 10."""
+    if not np.any(np.asarray(values) > 0):
+        axes.set(**{f"{which}lim": (0.1, 10.0)})
+    axes.set(**{f"{which}scale": "log"})
 
 
 def plain_numbers(*axes: Any) -> None:

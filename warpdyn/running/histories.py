@@ -14,7 +14,7 @@ from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
 from warpdyn.integration.settings import Integration
-from warpdyn.integration.stability_guard import Findings, guard
+from warpdyn.integration.stability_guard import StabilityFindings, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.labels import history_variables
 
@@ -70,7 +70,7 @@ class KeptHistories:
         self.histories = histories
         asked = np.array(histories.samples)
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
-        findings = Findings(whole.sample.size, integration.method)  # the run's own are told
+        findings = StabilityFindings(whole.sample.size, integration.method)  # the run's own are told
         shorten_steps(whole, vibration, findings, divides=integration.divides_steps)
         guard(whole, vibration, integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))

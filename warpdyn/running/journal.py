@@ -56,9 +56,7 @@ class Journal:
                 f"cannot write {self.path}: another run stands there (of another scene, seed or arguments); {advice}"
             )
         self._header = self.folder / "run.json"
-        header: dict[str, Any] = {}
-        with suppress(OSError, ValueError):
-            header = json.loads(self._header.read_text())
+        header = _read_header(self._header)
         if header and header[FINGERPRINT] != digest and not overwrite:
             raise FileExistsError(
                 f"cannot write {self.path}: another run that is not finished stands there (of another scene, seed or "
@@ -103,21 +101,33 @@ class Journal:
         """Return whether a block is finished, and its files are whole."""
         return all(zipfile.is_zipfile(self._file(structures.start, structures.stop, event)) for event in range(events))
 
-    def keep(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
-        """Keep an event of a block: the outputs of its samples, their steps, and the reruns until then."""
+    def keep(
+        self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns, in_float64: int
+    ) -> None:
+        """Keep an event of a block: the outputs of its samples, their steps, and the reruns until then.
+
+        Args:
+            structures: The block's structures.
+            event: Index of the event.
+            run: All samples of the event.
+            found: Outputs of those that were integrated, sample first.
+            reruns: Reruns of failed samples until then.
+            in_float64: Number of the block's samples that were run again in float64, which is told at the end.
+        """
         columns = dict(zip(("intervals", "substeps", "step", "residual_steps"), run.schedule.columns, strict=True))
         arrays = {f"output_{name}": found[name] for name in run.model.shapes} | columns
         path = self._file(structures.start, structures.stop, event)
         part = path.with_suffix(".part")
         with self._unfinished.named_errors():
             with open(part, "wb") as file:
-                np.savez(file, reruns=json.dumps(reruns.state), **arrays)  # type: ignore[arg-type]
+                counts: dict[str, Any] = {"reruns": json.dumps(reruns.state), "in_float64": in_float64}
+                np.savez(file, **counts, **arrays)  # type: ignore[arg-type]
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(part, path)
 
-    def restore(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> None:
-        """Fill in what `keep` kept."""
+    def restore(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> int:
+        """Fill in what `keep` kept; return how many samples were run again in float64."""
         path = self._file(structures.start, structures.stop, event)
         try:
             with np.load(path) as kept:
@@ -125,6 +135,7 @@ class Journal:
                     np.copyto(found[name], kept[f"output_{name}"])
                 columns = [kept[name] for name in ("intervals", "substeps", "step", "residual_steps")]
                 reruns.state = json.loads(str(kept["reruns"]))
+                in_float64 = int(kept["in_float64"])
         except (zipfile.BadZipFile, KeyError, ValueError) as error:
             raise OSError(
                 f"{path}, from which the run of {self.path} was to go on, is damaged: give overwrite=True"
@@ -132,9 +143,19 @@ class Journal:
         run.schedule = replace(
             run.schedule, run_intervals=columns[0], substeps=columns[1], step=columns[2], residual_steps=columns[3]
         )
+        return in_float64
 
     def _file(self, first: int, last: int, event: int) -> Path:
         return self.folder / f"{first}-{last}.{event}.npz"
+
+
+def _read_header(path: Path) -> dict[str, Any]:
+    """Return what `run.json` holds; nothing if it is missing or damaged."""
+    with suppress(OSError, ValueError):
+        header = json.loads(path.read_text())
+        if isinstance(header, dict) and isinstance(header.get(FINGERPRINT), str):
+            return header if isinstance(header.get("settled"), dict) else {}
+    return {}
 
 
 def _replace(path: Path, content: bytes) -> None:

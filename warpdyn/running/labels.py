@@ -15,7 +15,7 @@ from warpdyn.core.output_variables import STATUS_MEANINGS, STRIPED
 from warpdyn.core.units import IN_G
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.excitation import Assignment
-from warpdyn.ground_motions.motions import motion_names, motion_numbers
+from warpdyn.ground_motions.motions import GroundMotion, motion_names, motion_numbers
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.model import Model
@@ -212,11 +212,16 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
     if not motions:
         return {}
     steps = np.array([motion.step for motion in motions])
-    return {
+    table: dict[str, tuple] = {
         "motion": motion_numbers(len(motions)),
         "motion_name": motion_names(motions),
         "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
     }
+    recorded = [motion.peak_ground_acceleration for motion in motions if isinstance(motion, GroundMotion)]
+    if len(recorded) == len(motions):
+        said = {"long_name": "peak ground acceleration of the motion as recorded", "units": "m s-2"}
+        table["motion_peak_acceleration"] = "motion", np.array(recorded), said
+    return table
 
 
 def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:

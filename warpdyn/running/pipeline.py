@@ -21,7 +21,7 @@ from warpdyn.core.thread_pool import result_of
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.run import Run
-from warpdyn.integration.stability_guard import Findings, Reruns, blank_failed, guard
+from warpdyn.integration.stability_guard import Reruns, StabilityFindings, blank_failed, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.blocks import blocks_ahead
 from warpdyn.running.cost import tell_cost
@@ -98,7 +98,7 @@ class Pipeline:
         self,
         run: Run,
         on_unstable: str,
-        findings: list[Findings],
+        findings: list[StabilityFindings],
         table: Table,
         kept: KeptHistories | None,
         estimates: list[ErrorEstimate],
@@ -217,23 +217,25 @@ class Pipeline:
         outputs = {name: block.own[name].T for name in whole.model.shapes}
         stands = np.zeros(whole.sample.size, dtype=bool)
         stands[block.standing] = True
+        in_float64 = 0
         if block.started is not None:
             began = time.perf_counter()
             found = {name: block.found[name].T for name in whole.model.shapes}
             if block.is_known and self.journal is not None:
-                self.journal.restore(block.structures, event, whole, block.found, self.reruns[event])
+                in_float64 = self.journal.restore(block.structures, event, whole, block.found, self.reruns[event])
             else:
                 block.started.finish(block.found, map_function)
                 if self.on_unstable == "substep":
                     self.reruns[event].settle(whole, block.standing, found)
-                self.findings[event].in_float64 += rerun_in_float64(whole, block.standing, found)
+                in_float64 = rerun_in_float64(whole, block.standing, found)
+            self.findings[event].in_float64 += in_float64
             self.seconds_integrating += time.perf_counter() - began
             self.findings[event].add_outcomes(found, ~unstable[block.standing])
             if block.found is not block.own:
                 for name, values in found.items():
                     outputs[name][..., block.standing] = values
         if self.journal is not None and not block.is_known:
-            self.journal.keep(block.structures, event, whole, block.found, self.reruns[event])
+            self.journal.keep(block.structures, event, whole, block.found, self.reruns[event], in_float64)
         outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)
         fill_outcomes(whole, block.own)

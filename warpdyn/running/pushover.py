@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers
 from warpdyn.core.description import to_json
-from warpdyn.core.plausibility import Findings
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.files.netcdf import trace
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.kernels.auxiliary.storey_step import storey_step_kernel
@@ -37,7 +37,7 @@ def _spring_and_coefficients(building: ShearBuilding) -> tuple[str, np.ndarray]:
 
 def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
     """Warn if a building is pushed through drifts that seem to be in another unit than m."""
-    findings = Findings()
+    findings = PlausibilityFindings()
     findings.add("pushed_drift_ratio", np.abs(drift_ratio).max())
     findings.warn()
 

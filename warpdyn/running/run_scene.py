@@ -20,7 +20,7 @@ from warpdyn.files.netcdf import GrowingFile
 from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
-from warpdyn.integration.stability_guard import Findings
+from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.integration.time_grid import warn_of_short_tail
 from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.compilation import compile_side_by_side
@@ -182,11 +182,11 @@ def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
         yield history_plan(run.model.plan)
 
 
-def _findings(run: Run, blocks: list[range], queue: Queue, integration: Integration) -> list[Findings]:
+def _findings(run: Run, blocks: list[range], queue: Queue, integration: Integration) -> list[StabilityFindings]:
     """Return the findings of each event; with "raise", raise an error if a step is beyond its limit."""
     events = run.model.scene.excitation.event_names
     counts = zip(run.samples_by_event, events, strict=True)
-    findings = [Findings(count, integration.method, name) for count, name in counts]
+    findings = [StabilityFindings(count, integration.method, name) for count, name in counts]
     if integration.on_unstable == "raise":
         for structures in blocks:
             for found, part in zip(findings, run.events(np.asarray(structures), queue), strict=True):

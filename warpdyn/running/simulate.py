@@ -13,7 +13,7 @@ from warpdyn.core.checks import check_kind
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.files.unfinished import Unfinished
-from warpdyn.ground_motions.designs import OneMotionPerStructure
+from warpdyn.ground_motions.designs import OneMotionPerStructure, Stripes
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.running.histories import Histories
 from warpdyn.running.run_portfolio import run_portfolio
@@ -25,7 +25,7 @@ from warpdyn.scene.scene import Scene
 def simulate(
     scene: Scene,
     *,
-    structures: int = 1,
+    structures: int | None = None,
     seed: int = 0,
     method: str | None = None,
     step: float | None = None,
@@ -57,7 +57,9 @@ def simulate(
         scene: The scene.
 
         structures: Number of structures to draw; each runs under every motion, at every level, of the scene's design.
-            Leave it out for a portfolio: each archetype has its `count`.
+            None for as many as the scene lists (in a scatter of GivenValues, or in a design that gives each motion
+            structures of its own), and for one where it lists none. Leave it out for a portfolio: each archetype has
+            its `count`.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
 
         method: Integration method, a row of METHODS; None for "rk4", or the choice made for `target_error`.
@@ -138,6 +140,8 @@ def simulate(
         raise ValueError("sample_error sees nothing of what resample cuts off a motion: leave out one of them")
     if sample_error is not None and len(scene.excitation.event_names) > 1:
         raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
+    if structures is None:
+        structures = 1 if scene.structure.is_many else scene.structures_given or 1
     _warn_of_copies(scene, structures)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     run = run_portfolio if scene.structure.is_many else run_scene
@@ -148,7 +152,9 @@ def simulate(
 def _warn_of_copies(scene: Scene, structures: object) -> None:
     """Warn of structures that are all alike, and so are their histories, which statistics would take for more data."""
     is_drawn = scene.structure.is_many or scene.scatter or not scene.excitation.is_design
-    if is_drawn or isinstance(scene.excitation, OneMotionPerStructure) or not isinstance(structures, int | np.integer):
+    one_each = isinstance(scene.excitation, OneMotionPerStructure)
+    one_each |= isinstance(scene.excitation, Stripes) and scene.excitation.structures_per_motion == 1
+    if is_drawn or one_each or not isinstance(structures, int | np.integer):
         return
     if structures > 1:
         warn_caller(

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warpdyn.core.plausibility import Findings
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.structures.modal import chain_stiffness_matrix
 from warpdyn.structures.physics import effective_stiffness, storey_weight_over_height
@@ -16,7 +16,9 @@ from warpdyn.structures.shear_building import ShearBuilding
 Values = Mapping[str, np.ndarray]
 
 
-def add_building(findings: Findings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool) -> None:
+def add_building(
+    findings: PlausibilityFindings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool
+) -> None:
     """Add what is implausible in a building.
 
     Args:
@@ -67,7 +69,9 @@ def add_building(findings: Findings, building: ShearBuilding, values: Values, wh
     _add_damping(findings, building, values, where, is_shaken=is_shaken)
 
 
-def _add_damping(findings: Findings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool) -> None:
+def _add_damping(
+    findings: PlausibilityFindings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool
+) -> None:
     """Add a damping ratio that is implausible; that of dashpots is theirs in the first mode."""
     if "damping_ratio" in values:
         ratio = values["damping_ratio"]

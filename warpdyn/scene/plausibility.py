@@ -6,18 +6,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warpdyn.core.plausibility import Findings
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.designs import OneMotionPerStructure, Stripes
 from warpdyn.ground_motions.event_sequences import EventSequence
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.ground_motions.filtered_noise import FilteredNoise
+from warpdyn.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.ground_motions.intensity_measures import (
     AverageSpectralAcceleration,
     IntensityMeasure,
     SpectralAcceleration,
 )
-from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce
+from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.scene.building_plausibility import add_building, first_periods, sound_rows
 from warpdyn.scene.portfolio import Portfolio
@@ -40,7 +41,7 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
         step: Integration step [s]; None where it is chosen.
         longest_step: Upper bound of chosen steps [s]; None for none.
     """
-    findings = Findings()
+    findings = PlausibilityFindings()
     structure, excitation = scene.structure, scene.excitation
     parts: list[tuple[str, Structure, Scatter]]
     if isinstance(structure, Portfolio):
@@ -65,7 +66,9 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     findings.warn()
 
 
-def _add_structure(findings: Findings, structure: Structure, scatter: Scatter, where: str, *, is_shaken: bool) -> float:
+def _add_structure(
+    findings: PlausibilityFindings, structure: Structure, scatter: Scatter, where: str, *, is_shaken: bool
+) -> float:
     """Add what is implausible in a structure and its scatter; return its longest first period [s]."""
     for name, spread in scatter.items():
         if isinstance(spread, RandomFactor | RandomValue):
@@ -106,7 +109,7 @@ def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:
     return found
 
 
-def _add_linear_system(findings: Findings, matrices: Mapping[str, np.ndarray], *, is_shaken: bool) -> float:
+def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np.ndarray], *, is_shaken: bool) -> float:
     """Add what is implausible in a system of matrices; return its first period [s]."""
     mass, damping, stiffness = matrices["mass"], matrices["damping"], matrices["stiffness"]
     factor = np.linalg.inv(np.linalg.cholesky(mass))
@@ -122,7 +125,7 @@ def _add_linear_system(findings: Findings, matrices: Mapping[str, np.ndarray], *
     return period
 
 
-def _add_start_and_forces(findings: Findings, excitation: Excitation, building: ShearBuilding) -> None:
+def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation, building: ShearBuilding) -> None:
     """Add an initial state or forces that are implausible for a building."""
     height, mass = building.parameters["height"], building.parameters["mass"]
     if isinstance(excitation, FreeVibration):
@@ -139,7 +142,7 @@ def _add_start_and_forces(findings: Findings, excitation: Excitation, building: 
             findings.add("drift_ratio_of_force", (shear / building.parameters["stiffness"] / height).max())
 
 
-def _add_excitation(findings: Findings, excitation: Excitation) -> None:
+def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> None:
     """Add what is implausible in what shakes the structures."""
     if isinstance(excitation, ForceHistory):
         findings.add("record_step", excitation.step, " of the force history", high=LONGEST_FORCE_STEP)
@@ -179,7 +182,7 @@ def _add_excitation(findings: Findings, excitation: Excitation) -> None:
         findings.add("strongest_motion", max(strongest))
 
 
-def _add_measure(findings: Findings, measure: IntensityMeasure, where: str) -> None:
+def _add_measure(findings: PlausibilityFindings, measure: IntensityMeasure, where: str) -> None:
     if isinstance(measure, SpectralAcceleration):
         findings.add("measure_period", measure.period, where)
     elif isinstance(measure, AverageSpectralAcceleration):

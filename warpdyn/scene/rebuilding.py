@@ -12,7 +12,8 @@ import numpy as np
 from warpdyn.core.description import NAMED_BY_SHAPE
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
-from warpdyn.ground_motions.motions import ForceHistory, FreeVibration, GroundMotion, HarmonicForce, checked_motions
+from warpdyn.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.scene import distributions, scatter
 from warpdyn.scene.portfolio import Archetype, Portfolio
 from warpdyn.structures.shear_building import LinearSystem, ShearBuilding

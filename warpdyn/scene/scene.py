@@ -18,7 +18,7 @@ from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.scene.correlation import check_correlation
 from warpdyn.scene.rebuilding import arguments_of_scene
-from warpdyn.scene.scatter import SAMPLING, Scatter, central, check_scatter, representative
+from warpdyn.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
 from warpdyn.structures.structure import Structure
 
 
@@ -32,7 +32,8 @@ class Scene:
             HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
         scatter: How structures differ: parameter name -> RandomFactor, RandomValue or GivenValues.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
-        sampling: "monte_carlo", "latin_hypercube" or "sobol".
+        sampling: "sobol" (scrambled; the default), whose medians vary least from seed to seed, "latin_hypercube" or
+            "monte_carlo", which is the default, and the only one, of a portfolio.
         recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
@@ -52,7 +53,7 @@ class Scene:
     excitation: Excitation
     scatter: Scatter = field(default_factory=dict)
     correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
-    sampling: str = "monte_carlo"
+    sampling: str = None  # type: ignore[assignment]  # a name once it is checked
     recorders: tuple[str, ...] = None  # type: ignore[assignment]  # a tuple once it is checked
     collapse_drift_ratio: float | None = None
     tail: float | None = None
@@ -75,6 +76,8 @@ class Scene:
                 f"the excitation of a portfolio must be Stripes, Cloud or OneMotionPerStructure, got {kind}"
             )
         excitation.check_fits(self.structure)
+        if self.sampling is None:
+            object.__setattr__(self, "sampling", "monte_carlo" if self.structure.is_many else "sobol")
         one_of("sampling", self.sampling, SAMPLING)
         if self.structure.is_many and self.sampling != "monte_carlo":
             raise ValueError(
@@ -123,6 +126,12 @@ class Scene:
         if self.collapse_drift_ratio is not None or self.structure.is_many:
             return self.collapse_drift_ratio
         return self.structure.default_collapse_drift_ratio
+
+    @property
+    def structures_given(self) -> int:
+        """How many structures the scene lists values or motions of; 0 if any number can be drawn."""
+        listed = [len(spread.values) for spread in self.scatter.values() if isinstance(spread, GivenValues)]
+        return max([*listed, self.excitation.structures_given])
 
     def description(self) -> dict[str, object]:
         """Return what the scene's JSON says."""

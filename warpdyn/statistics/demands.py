@@ -123,7 +123,7 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
     worst = np.zeros(status.size, dtype=np.uint8)
     columns: list[np.ndarray] = []
     for name, values in zip(limits.demands, limits.values, strict=True):
-        demand = _checked_demand(dataset, name, status)
+        demand = checked_demand(dataset, name, status)
         reached = [_reached(row, values) for row in demand]
         for each in reached:
             np.maximum(worst, each, out=worst)
@@ -149,7 +149,7 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
     return reached
 
 
-def _checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
+def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
     """Return a demand by place, shape [place, sample]."""
     if name not in dataset:
         known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]

@@ -7,21 +7,19 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
-from scipy.special import ndtr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import IN_G
+from warpdyn.statistics.curve_variables import DISCRETISATION, curves, draws, estimates, sandwich, variable, variances
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
-from warpdyn.statistics.jackknife import SOURCES, LeftOut, fraction_intervals, leave_out, spread_of, trusted
-from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, FITTED, check_confidence, levels_to_add, probability
+from warpdyn.statistics.estimators.binomial import PENALISED
+from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
+from warpdyn.statistics.jackknife import SOURCES, leave_out, trusted
+from warpdyn.statistics.lognormal_fit import FITTED, SEPARATED, check_confidence, levels_to_add
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
 OVER = ("records and structures", "records")
-DISCRETISATION = "discretisation"
-
-_CURVE_POINTS = 401
 
 
 def fragility(
@@ -29,6 +27,7 @@ def fragility(
     limits: Mapping[str, Limit],
     *,
     demand: str = DRIFT,
+    estimator: str = "lognormal",
     intervals_over: str = OVER[0],
     replicates: int = 1000,
     confidence: float = 0.95,
@@ -57,6 +56,8 @@ def fragility(
             `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
             a state has reached those before it. A warning names drift limits that seem to be in percent or mm.
         demand: Variable of the run that plain limits are of.
+        estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
+            cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so.
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions, which risks and
             losses carry on.
@@ -83,23 +84,25 @@ def fragility(
     replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
+    chosen = estimator_of(estimator)
     checked = DamageLimits.of(limits, demand)
     counts = count_stripes(dataset, checked)
     over_structures = intervals_over == OVER[0]
-    left, outcome = leave_out(counts, over_structures=over_structures)
+    left, outcome = leave_out(counts, chosen.fit, over_structures=over_structures)
     has_interval = trusted(left, outcome)
     _warn(checked, counts, outcome, has_interval)
-    variables = _estimates(counts, left, outcome, has_interval, confidence, over_structures)
-    curve, intensity = _curves(counts, left, has_interval, confidence)
+    variables = estimates(counts, left, outcome, has_interval, confidence, over_structures)
+    curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
     variables |= curve
-    variables |= _variances(dataset, checked, left, has_interval)
-    variables |= _draws(left, has_interval, replicates, seed, counts.units)
+    variables |= variances(dataset, checked, left, has_interval)
+    variables |= sandwich(counts, chosen, left, outcome[-1])
+    variables |= draws(left, has_interval, replicates, seed, counts.units)
     limit = checked.values[0] if checked.single else checked.values
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
     variables |= {
-        "valid_samples": _variable("stripe", counts.trials, "samples counted, collapsed ones included"),
-        "excluded_samples": _variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
-        "damage_limit": _variable(
+        "valid_samples": variable("stripe", counts.trials, "samples counted, collapsed ones included"),
+        "excluded_samples": variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
+        "damage_limit": variable(
             "damage_state" if checked.single else ("demand", "damage_state"),
             limit,
             f"limit of {checked.single or 'each demand'}",
@@ -110,8 +113,8 @@ def fragility(
     of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
     coordinates: dict[str, Any] = {
         "damage_state": ("damage_state", np.array(checked.states), {"long_name": "damage state"}),
-        "stripe": _variable("stripe", counts.levels, "intensity of the stripe", **of_measure),
-        "intensity": _variable("intensity", intensity, "intensity along the curve", **of_measure),
+        "stripe": variable("stripe", counts.levels, "intensity of the stripe", **of_measure),
+        "intensity": variable("intensity", intensity, "intensity along the curve", **of_measure),
         "source": ("source", np.array([*SOURCES, DISCRETISATION]), {"long_name": "source of variance"}),
     }
     if counts.dim:
@@ -129,7 +132,8 @@ def fragility(
             .attrs.get("long_name", "intensity measure")
             .removesuffix(" of the scaled motion"),
             "demand": ", ".join(checked.demands),
-            "fragility_method": "maximum binomial likelihood of a lognormal curve through stripes (Baker 2015)",
+            "fragility_method": chosen.method,
+            "fragility_shape": chosen.shape.name,
             "interval_method": f"jackknife over {len(left.records)} records"
             + (f" and {units} groups of structures" if units > 1 else "")
             + ", less its bias, with Student's t; stripe fractions: Korn and Graubard (1998)",
@@ -137,128 +141,6 @@ def fragility(
             "replicates_seed": seed,
         },
     )
-
-
-def _variable(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
-    return dimensions, values, {"long_name": long_name, "units": "1"} | attributes
-
-
-def _estimates(
-    counts: StripeCounts,
-    left: LeftOut,
-    outcome: np.ndarray,
-    has_interval: np.ndarray,
-    confidence: float,
-    over_structures: bool,
-) -> dict[str, tuple]:
-    """Return fractions, medians and dispersions with their bounds, of the worst place and of each."""
-    with np.errstate(invalid="ignore"):
-        fraction = counts.total / counts.trials
-    spread = spread_of(left.whole, left.records, left.groups, left.interaction)
-    bounds = np.where(has_interval, np.exp(spread.interval(confidence)), np.nan)
-    of_measure = {"units": counts.units, "comment": f"{IN_G}; {NO_FIT}" if counts.units == "g" else NO_FIT}
-    flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
-    median, dispersion = np.exp(left.whole)
-    fraction_bounds = fraction_intervals(counts, confidence, over_structures=over_structures)
-    rows: dict[str, tuple[np.ndarray, np.ndarray | None, str, dict[str, Any]]] = {
-        "exceedance_fraction": (fraction, fraction_bounds, "fraction of samples exceeding", {}),
-        "fragility_median": (median, bounds[:, 0], "median capacity", of_measure),
-        "fragility_dispersion": (dispersion, bounds[:, 1], "dispersion of the capacity", {"comment": NO_FIT}),
-        "fit_status": (outcome, None, "outcome of the lognormal fit", flags),
-    }
-    variables = {"exceeding_samples": _variable(_OF_STRIPES, counts.total[-1], "samples exceeding, worst place")}
-    for name, (values, bound, meaning, attributes) in rows.items():
-        dimensions: tuple[str, ...] = _OF_STRIPES[: values.ndim - 1]
-        for suffix, part, words in _with_bounds(values, bound, meaning, confidence):
-            variables[name + suffix] = _variable(dimensions, part[-1], f"{words}, worst place", **attributes)
-            if counts.dim:
-                by_place = np.moveaxis(part[:-1], 0, -1)
-                variables[f"{counts.dim}_{name}{suffix}"] = _variable(
-                    (*dimensions, counts.dim), by_place, words, **attributes
-                )
-    return variables
-
-
-NO_FIT = "NaN where the stripes have no lognormal fit"
-_OF_STRIPES = ("damage_state", "stripe")
-
-
-def _with_bounds(
-    values: np.ndarray, bounds: np.ndarray | None, meaning: str, confidence: float
-) -> list[tuple[str, np.ndarray, str]]:
-    """Return name suffix, values and wording of an estimate and, if it has them, of its bounds."""
-    parts = [("", values, meaning)]
-    for side, bound in zip(("lower", "upper"), () if bounds is None else bounds, strict=bounds is not None):
-        parts.append((f"_{side}", bound, f"{meaning}, {side} bound of the {100 * confidence:g} % interval"))
-    return parts
-
-
-def _curves(
-    counts: StripeCounts, left: LeftOut, has_interval: np.ndarray, confidence: float
-) -> tuple[dict[str, tuple], np.ndarray]:
-    """Return the curves of the worst place with their bounds, and their intensities."""
-    intensity = counts.levels.max() * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2  # close together at low levels
-    median, dispersion = np.exp(left.whole[:, -1])
-    curve = probability(intensity, median[:, None], dispersion[:, None])
-    with np.errstate(divide="ignore"):
-        logarithm = np.log(intensity[1:])
-
-    def scores(of: np.ndarray) -> np.ndarray:
-        return (logarithm - of[..., 0, -1, :, None]) * np.exp(-of[..., 1, -1, :, None])
-
-    slopes = np.stack([-np.exp(-left.whole[1, -1])[:, None] + 0 * logarithm, -scores(left.whole)])
-    interaction = (slopes**2 * left.interaction[:, -1, :, None]).sum(axis=0)  # without the covariance, which is small
-    spread = spread_of(scores(left.whole), scores(left.records), scores(left.groups), interaction)
-    bounds = ndtr(np.where(has_interval[-1, :, None], spread.interval(confidence), np.nan))
-    none = np.where(has_interval[-1], 0.0, np.nan)[None, :, None].repeat(2, axis=0)
-    bounds = np.concatenate([none, bounds], axis=-1)
-    variables = {
-        f"fragility_curve{suffix}": _variable(("damage_state", "intensity"), part, words, comment=NO_FIT)
-        for suffix, part, words in _with_bounds(curve, bounds, "fragility curve, worst place", confidence)
-    }
-    return variables, intensity
-
-
-def _variances(dataset: xr.Dataset, limits: DamageLimits, left: LeftOut, has_interval: np.ndarray) -> dict[str, tuple]:
-    """Return the variances of the logarithms of median and dispersion by their source, worst place."""
-    spread = spread_of(left.whole, left.records, left.groups, left.interaction)
-    by_source = np.where(has_interval, spread.by_source, np.nan)[:, :, -1]
-    error = np.full_like(left.whole[:, -1], np.nan)
-    if "estimated_relative_error" in dataset and limits.single in dataset["estimated_relative_error"]["demand"].values:
-        found = dataset["estimated_relative_error"].sel(demand=limits.single, error_statistic="median")
-        error[0] = float(found) ** 2
-    by_source = np.concatenate([by_source, error[None]])
-    variables = {}
-    for number, name in enumerate(("median", "dispersion")):
-        of_error = (
-            "; discretisation is the square of the median relative error of the demand, by `checked_share`"
-            if not number
-            else ""
-        )
-        comment = f"of its logarithm; record and structure: their interaction, and what is neither's{of_error}"
-        variables[f"{name}_variance"] = _variable(
-            ("damage_state", "source"), by_source[:, number].T, f"variance of the {name} by its source", comment=comment
-        )
-        variables[f"{name}_variance_if_independent"] = _variable(
-            "damage_state",
-            left.binomial[number, -1],
-            f"variance of the {name} if all samples were independent, which they are not",
-            comment="of its logarithm: the binomial likelihood's own",
-        )
-    return variables
-
-
-def _draws(left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str) -> dict[str, tuple]:
-    """Return draws from the joint sampling distribution of the medians and dispersions of the worst place."""
-    worst = (slice(None), slice(None), -1)
-    spread = spread_of(left.whole[:, -1], left.records[worst], left.groups[worst], left.interaction[:, -1])
-    draws = np.exp(np.where(has_interval[-1], spread.draw(count, seed), np.nan))
-    said = "draw from the sampling distribution of the"
-    of_replicates = ("replicate", "damage_state")
-    return {
-        "replicate_median": _variable(of_replicates, draws[:, 0], f"{said} median", units=units),
-        "replicate_dispersion": _variable(of_replicates, draws[:, 1], f"{said} dispersion"),
-    }
 
 
 def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_interval: np.ndarray) -> None:
@@ -278,8 +160,11 @@ def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_i
         if outcome[-1, state] != FITTED:
             meaning = FIT_MEANINGS[outcome[-1, state]]
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials)
-            said.append(f"damage state {name!r} has no lognormal fit: {meaning}{'; ' if advice else ''}{advice}")
-    lacking = (outcome == FITTED) & ~has_interval
+            what = f"has no lognormal fit: {meaning}"
+            if outcome[-1, state] == PENALISED:
+                what = f"has stripes that are {FIT_MEANINGS[SEPARATED]}, and a fit of penalised likelihood"
+            said.append(f"damage state {name!r} {what}{'; ' if advice else ''}{advice}")
+    lacking = ((outcome == FITTED) | (outcome == PENALISED)) & ~has_interval
     if len(counts.valid) > 1 and lacking.any():
         names = [
             f"{name!r} ({'worst place' if place == len(outcome) - 1 else f'{counts.dim} {counts.places[place]}'})"

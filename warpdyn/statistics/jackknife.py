@@ -12,11 +12,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import betaincinv, stdtrit
+from scipy.special import betaincinv, log_ndtr, stdtrit
 
-from warpdyn.statistics.lognormal_fit import FITTED, Fit, cell_influences, fit_stripes
+from warpdyn.statistics.estimators.binomial import PENALISED
+from warpdyn.statistics.lognormal_fit import FITTED, Fit, fit_stripes
 from warpdyn.statistics.stripe_counts import StripeCounts
 
+LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 SOURCES = ("record", "structure", "record and structure")  # of variance, besides that of the integration
 
 
@@ -107,7 +109,8 @@ def leave_out(
     is_crossed = over_structures and counts.is_crossed and counts.valid.shape[1] > 1
     groups = without(counts.of_groups, counts.valid.sum(axis=0)) if is_crossed else np.empty(shape)
     influences, binomial = cell_influences(counts.levels, counts.exceeding, counts.valid, median, dispersion)
-    return LeftOut(whole, records, groups, _interaction(influences) if is_crossed else 0 * whole, binomial), outcome
+    interaction = interaction_variance(influences) if is_crossed else 0 * whole
+    return LeftOut(whole, records, groups, interaction, binomial), outcome
 
 
 def spread_of(estimate: np.ndarray, records: np.ndarray, groups: np.ndarray, interaction: np.ndarray) -> Spread:
@@ -147,7 +150,7 @@ def _jackknife(estimate: np.ndarray, left_out: np.ndarray) -> tuple[np.ndarray, 
     return (units - 1) * (estimate - mean), (deviations**2).sum(axis=0), deviations
 
 
-def _interaction(influences: np.ndarray) -> np.ndarray:
+def interaction_variance(influences: np.ndarray) -> np.ndarray:
     """Return the variance of a sum over records and groups from their interaction; influences [record, group, ...]."""
     records, groups = influences.shape[:2]
     of_records, of_groups = influences.mean(axis=1), influences.mean(axis=0)
@@ -156,6 +159,48 @@ def _interaction(influences: np.ndarray) -> np.ndarray:
     squares -= groups * (of_records**2).sum(axis=0) + records * (of_groups**2).sum(axis=0)
     squares += records * groups * of_records.mean(axis=0) ** 2
     return records * groups / ((records - 1) * (groups - 1)) * np.maximum(squares, 0.0)
+
+
+def cell_influences(
+    levels: np.ndarray, exceeding: np.ndarray, valid: np.ndarray, median: np.ndarray, dispersion: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Samples of a cell that exceed, shape [record, group, im_level, row ...].
+        valid: Samples of a cell, shape [record, group, im_level].
+        median: Fitted medians, shape [row ...].
+        dispersion: Fitted dispersions.
+
+    Returns:
+        The score of each cell times the inverse of the whole's information, shape [record, group, 2, row ...]; and the
+        diagonal of that inverse, the variances if all samples were independent, shape [2, row ...]; NaN without a fit.
+    """
+    rows = median.shape
+    at = (slice(None), *(None,) * len(rows))
+    score = (np.log(levels)[at] - np.log(median)) / dispersion
+    log_density = -0.5 * score * score - LOG_SQRT_2PI
+    above, below = np.exp(log_density - log_ndtr(score)), np.exp(log_density - log_ndtr(-score))
+    slopes = np.stack([-1.0 / dispersion + 0.0 * score, -score])  # of the probit score in both logarithms
+    trials = valid.sum(axis=(0, 1))[at]
+    weight = trials * above * below  # phi^2 / (p (1 - p))
+    information = np.einsum("al...,bl...,l...->...ab", slopes, slopes, weight)
+    determinant = information[..., 0, 0] * information[..., 1, 1] - information[..., 0, 1] ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        flipped = np.stack(
+            [
+                np.stack([information[..., 1, 1], -information[..., 0, 1]], axis=-1),
+                np.stack([-information[..., 0, 1], information[..., 0, 0]], axis=-1),
+            ],
+            axis=-2,
+        )
+        inverse = flipped / determinant[..., None, None]
+    factors = np.einsum("...ab,bl...->al...", inverse, slopes)  # of a derivative in the probit score
+    passing = valid[(..., *(None,) * len(rows))] - exceeding
+    influences = np.einsum("rgl...,al...->rga...", exceeding, factors * above)
+    influences -= np.einsum("rgl...,al...->rga...", passing, factors * below)
+    return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)
 
 
 def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structures: bool = True) -> np.ndarray:
@@ -182,7 +227,7 @@ def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structur
         if is_crossed:
             expected = np.moveaxis(fraction, -1, 0) * counts.valid[..., None, None]
             residual = (counts.exceeding - expected) / trials[:, None, None]
-            interaction = np.moveaxis(_interaction(residual), 0, -1)
+            interaction = np.moveaxis(interaction_variance(residual), 0, -1)
         spread = spread_of(
             fraction,
             without(counts.of_records, counts.valid.sum(axis=1)) if len(counts.valid) > 1 else none,
@@ -204,4 +249,5 @@ def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structur
 def trusted(left: LeftOut, outcome: np.ndarray) -> np.ndarray:
     """Return where the whole and all that something is left out of have a fit, shape [row ...]."""
     parts = np.concatenate([left.records, left.groups])
-    return (outcome == FITTED) & np.isfinite(parts).all(axis=(0, 1)) & (len(left.records) > 1)
+    is_fitted = (outcome == FITTED) | (outcome == PENALISED)
+    return is_fitted & np.isfinite(parts).all(axis=(0, 1)) & (len(left.records) > 1)

@@ -153,48 +153,6 @@ def fit_stripes(
     return median.reshape(leading), dispersion.reshape(leading), outcome.reshape(leading)
 
 
-def cell_influences(
-    levels: np.ndarray, exceeding: np.ndarray, valid: np.ndarray, median: np.ndarray, dispersion: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
-
-    Args:
-        levels: Intensity of each stripe, shape [im_level].
-        exceeding: Samples of a cell that exceed, shape [record, group, im_level, row ...].
-        valid: Samples of a cell, shape [record, group, im_level].
-        median: Fitted medians, shape [row ...].
-        dispersion: Fitted dispersions.
-
-    Returns:
-        The score of each cell times the inverse of the whole's information, shape [record, group, 2, row ...]; and the
-        diagonal of that inverse, the variances if all samples were independent, shape [2, row ...]; NaN without a fit.
-    """
-    rows = median.shape
-    at = (slice(None), *(None,) * len(rows))
-    score = (np.log(levels)[at] - np.log(median)) / dispersion
-    log_density = -0.5 * score * score - _LOG_SQRT_2PI
-    above, below = np.exp(log_density - log_ndtr(score)), np.exp(log_density - log_ndtr(-score))
-    slopes = np.stack([-1.0 / dispersion + 0.0 * score, -score])  # of the probit score in both logarithms
-    trials = valid.sum(axis=(0, 1))[at]
-    weight = trials * above * below  # phi^2 / (p (1 - p))
-    information = np.einsum("al...,bl...,l...->...ab", slopes, slopes, weight)
-    determinant = information[..., 0, 0] * information[..., 1, 1] - information[..., 0, 1] ** 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        flipped = np.stack(
-            [
-                np.stack([information[..., 1, 1], -information[..., 0, 1]], axis=-1),
-                np.stack([-information[..., 0, 1], information[..., 0, 0]], axis=-1),
-            ],
-            axis=-2,
-        )
-        inverse = flipped / determinant[..., None, None]
-    factors = np.einsum("...ab,bl...->al...", inverse, slopes)  # of a derivative in the probit score
-    passing = valid[(..., *(None,) * len(rows))] - exceeding
-    influences = np.einsum("rgl...,al...->rga...", exceeding, factors * above)
-    influences -= np.einsum("rgl...,al...->rga...", passing, factors * below)
-    return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)
-
-
 def check_confidence(confidence: float) -> None:
     """Raise an error unless a confidence is between 0 and 1.
 

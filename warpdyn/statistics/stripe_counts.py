@@ -96,7 +96,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
         passed, structure = passed[:, kept], structure[kept]
         # Records whose samples are all excluded are left out.
         (records, record_index), (levels, stripe) = _indexed(record[kept]), _indexed(level[kept])
-    is_crossed, groups, group = _groups(structure, record_index, records.size, sampling)
+    is_crossed, groups, group = structure_groups(structure, record_index, records.size, sampling)
     cell = (record_index * groups + group) * levels.size + stripe
     cells, states = records.size * groups * levels.size, len(limits.states)
     valid = np.bincount(cell, minlength=cells)
@@ -123,7 +123,9 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     )
 
 
-def _groups(structure: np.ndarray, record: np.ndarray, records: int, sampling: str) -> tuple[bool, int, np.ndarray]:
+def structure_groups(
+    structure: np.ndarray, record: np.ndarray, records: int, sampling: str
+) -> tuple[bool, int, np.ndarray]:
     """Return whether structures are crossed with records, the number of groups of structures, and each sample's group.
 
     A group is what a jackknife leaves out at once. Independent structures are dealt out to the groups; those of a Sobol

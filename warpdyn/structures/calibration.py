@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, one_of, whole_number
-from warpdyn.core.plausibility import Findings
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Law
 from warpdyn.laws.lookup import law_name, laws_and_values
@@ -250,7 +250,7 @@ class CalibratedChain:
 
 def _warn_of_implausible_curve(chain: Mapping[str, Any]) -> None:
     """Warn if a chain's period or yield drift seems to be of a capacity curve in other units than m, N and m/s2."""
-    findings = Findings()
+    findings = PlausibilityFindings()
     modes = modal_properties(chain["mass"], chain_stiffness_matrix(chain["stiffness"]))
     findings.add("capacity_period", float(modes["period"][0]))
     weight = STANDARD_GRAVITY * chain["mass"].sum()

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 from collections.abc import Mapping
-from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
 from warpdyn.core.checks import one_of, real_number, whole_number
+from warpdyn.files.packaged import packaged_rows
 from warpdyn.structures.capacity.backbones import LEVEL_END, SHAPED, law_parameters
 from warpdyn.structures.lateral_loads import floor_loads, storey_shears
 
@@ -25,13 +24,8 @@ THIRD_CORNER = 1.0  # m: where MDOF-LU ends the level branch of ultimate strengt
 @functools.cache
 def _hazus_table() -> Mapping[tuple[str, str], Mapping[str, float]]:
     """Return the rows of hazus_buildings.csv by building type and design level."""
-    package = Path(__file__).parents[1]
-    # An installed package contains the table; in a checkout it stands beside the package.
-    paths = (package / "data" / "hazus_buildings.csv", package.parent / "data" / "hazus_buildings.csv")
-    text = next(path for path in paths if path.exists()).read_text(encoding="utf-8")
-    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
     table = {}
-    for row in rows:
+    for row in packaged_rows("hazus_buildings.csv"):
         key = row.pop("building_type"), row.pop("design_level")
         table[key] = MappingProxyType({name: float(value) for name, value in row.items()})
     return MappingProxyType(table)

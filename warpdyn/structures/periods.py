@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from warpdyn.core.checks import finite_numbers, one_of
 from warpdyn.structures.lateral_loads import floor_loads, storey_shears
@@ -55,6 +54,8 @@ def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarra
     The logarithm of the stiffness is that of the start plus a polynomial over the storeys. High terms are scaled down,
     so that a few periods give a smooth distribution; as many periods as storeys leave every stiffness free.
     """
+    from scipy.optimize import least_squares  # which takes a tenth of a second to import
+
     count, storeys = periods.size, start.size
     place = np.linspace(-1, 1, storeys)
     basis = np.linalg.qr(np.polynomial.legendre.legvander(place, storeys - 1))[0] / np.arange(1, storeys + 1) ** 2

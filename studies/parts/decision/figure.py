@@ -91,7 +91,7 @@ def _wasted(axes: Axes, result: xr.Dataset) -> None:
         chosen = np.flatnonzero((result["design"] == design).values & (result["size"] == size).values)
         if not chosen.size:
             continue
-        part = result.isel(plan=int(chosen[0])).sel(method="rk4", dtype="float32")
+        part = result.isel(plan=int(chosen[0])).sel({"method": "rk4", "dtype": "float32"})
         seconds, errors = part["seconds"].values, np.hypot(part["integration_error"], part["sampling_error"]).values
         axes.plot(seconds, errors, "-o", ms=3.5, lw=1, color=COLOURS[design])
         at = int(np.argmax(seconds))

@@ -88,6 +88,8 @@ def start():
             if past_share[j] > dtype(0.0):
                 collapse_time[j] = dtype(0.0)
                 last_interval[j] = int(0)
+            move[j] = dtype(0.0)  # it has moved there in no step
+            farthest_ratio[j] = dtype(0.0)
 
 
 def begin_interval():
@@ -225,7 +227,7 @@ def after_finish():
 def judge_demand():
     if collapse_time[j] >= dtype(0.0):
         status = collapsed
-        if collapse_time[j] > dtype(0.0) and not PROPAGATED:  # what is linear and exact cannot blow up
+        if not PROPAGATED:  # what is linear and exact cannot blow up
             if move[j] > longest_move:
                 status = unstable_step
             if farthest_ratio[j] > blown_up:

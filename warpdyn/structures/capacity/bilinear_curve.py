@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from warpdyn.core.checks import finite_numbers
 from warpdyn.core.messages import warn_caller
@@ -75,6 +74,8 @@ def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: flo
     The excess rises and may fall again. It is linear between the strengths whose secant points are points of the curve;
     where the curve falls before its peak, it jumps at such a strength.
     """
+    from scipy.optimize import brentq  # which takes a tenth of a second to import, and few scenes need
+
     ends = np.unique(capacity / SECANT_SHARE)
     ends = np.append(ends[(ends > 0) & (ends < top)], top)
     for begin, end in pairwise([0.0, *ends]):

@@ -1,0 +1,201 @@
+"""Hazard curves: their points, the files of OpenQuake and of the USGS, interpolation, logic trees, refusals."""
+
+import json
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+from warpdyn.risk.hazard_curves import same_measure
+
+pytestmark = pytest.mark.fast
+
+# What the engine 3.15 exported of its own test case 18, cut to five levels and two sites.
+OPENQUAKE = (
+    "#,,,,,,,\"generated_by='OpenQuake engine 3.15.0-gite40420dd8d', start_date='2022-05-13T12:42:07', "
+    "checksum=2967670219, kind='mean', investigation_time=1.0, imt='SA(0.2)'\"\n"
+    "lon,lat,depth,poe-0.0010197,poe-0.0101972,poe-0.0178450,poe-0.0305915,poe-0.3059150\n"
+    "-123.23738,49.27479,0.00000,3.417221E-02,3.090177E-03,9.733151E-04,2.144403E-04,0.000000E+00\n"
+    "-123.23282,49.26162,0.00000,3.388751E-02,3.008998E-03,9.390406E-04,2.045477E-04,0.000000E+00\n"
+)
+# From the example outputs of the USGS's nshmp-haz, cut to some levels.
+USGS = (
+    "name,lon,lat,0.128,0.288,0.649,1.46,3.28,4.92\n"
+    "Concord CA,-122.00000,37.95000,2.85270518e-03,2.83008128e-03,2.28696055e-03,6.77886373e-04,2.95347392e-05,0.0\n"
+    "Oakland CA,-122.25000,37.80000,2.44724494e-03,8.89662810e-04,5.37386169e-05,0.0,0.0,0.0\n"
+)
+POINTS = [0.1, 0.3, 1.0], [1e-2, 1e-3, 1e-5]
+
+
+def test_openquake_probabilities_become_rates(tmp_path):
+    path = tmp_path / "hazard_curve-mean-SA(0.2)_1.csv"
+    path.write_text(OPENQUAKE)
+    curve = wd.HazardCurve.from_openquake_csv(path, site=(-123.2328, 49.2616))
+    assert (curve.measure, curve.units) == ("SA(0.2)", "g")
+    np.testing.assert_array_equal(curve.intensity, [0.0010197, 0.0101972, 0.0178450, 0.0305915])
+    probability = np.array([3.388751e-02, 3.008998e-03, 9.390406e-04, 2.045477e-04])
+    np.testing.assert_allclose(1 - np.exp(-curve.annual_rate), probability, rtol=1e-12)  # rounding alone
+    # In 50 years the same probabilities are of rates 50 times smaller.
+    path.write_text(OPENQUAKE.replace("investigation_time=1.0", "investigation_time=50.0"))
+    in_50 = wd.HazardCurve.from_openquake_csv(path, site=(-123.2328, 49.2616))
+    np.testing.assert_allclose(50 * in_50.annual_rate, curve.annual_rate, rtol=1e-12)
+
+
+def test_openquake_velocities_and_saturated_points(tmp_path):
+    path = tmp_path / "hazard_curve-mean-PGV.csv"
+    text = OPENQUAKE.replace("SA(0.2)", "PGV").replace("3.417221E-02", "1.000000E+00")
+    path.write_text("\n".join(text.splitlines()[:3]))
+    curve = wd.HazardCurve.from_openquake_csv(path)  # one site needs no place
+    assert curve.units == "m s-1"
+    np.testing.assert_allclose(curve.intensity, [0.000101972, 0.000178450, 0.000305915])  # cm/s in the file
+
+
+BROKEN = {
+    "no first line": (OPENQUAKE.partition("\n")[2], "investigation_time"),
+    "no poe columns": (OPENQUAKE.replace("poe-", "iml-"), "poe-"),
+    "a broken number": (OPENQUAKE.replace("3.008998E-03", "3.0089x8E-03"), "line 4.*3.0089x8E-03"),
+    "a missing value": (OPENQUAKE.replace(",0.000000E+00", ""), "line 4"),
+    "above 1": (OPENQUAKE.replace("3.388751E-02", "3.388751E+02"), "from 0 to 1"),
+    "an unknown measure": (OPENQUAKE.replace("SA(0.2)", "MMI"), "MMI"),
+    "a curve that rises": (OPENQUAKE.replace("9.390406E-04", "9.390406E-03"), "never rises"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_broken_openquake_files_are_refused(case, tmp_path):
+    text, words = BROKEN[case]
+    path = tmp_path / "curve.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=words):
+        wd.HazardCurve.from_openquake_csv(path, site=(-123.2328, 49.2616))
+
+
+def test_sites_are_chosen(tmp_path):
+    path = tmp_path / "curve.csv"
+    path.write_text(OPENQUAKE)
+    with pytest.raises(ValueError, match=r"2 sites: give site="):
+        wd.HazardCurve.from_openquake_csv(path)
+    with pytest.raises(ValueError, match=r"the nearest is -123\.2"):
+        wd.HazardCurve.from_openquake_csv(path, site=(-120.0, 49.0))
+    with pytest.raises(FileNotFoundError):
+        wd.HazardCurve.from_openquake_csv(tmp_path / "none.csv")
+
+
+def test_usgs_csv(tmp_path):
+    path = tmp_path / "curves" / "SA0P2" / "total.csv"
+    path.parent.mkdir(parents=True)
+    path.write_text(USGS)
+    curve = wd.HazardCurve.from_usgs(path, site="Oakland CA")
+    assert curve.measure == "SA(0.2)"
+    np.testing.assert_array_equal(curve.intensity, [0.128, 0.288, 0.649])  # further points have no hazard
+    np.testing.assert_array_equal(curve.annual_rate, [2.44724494e-03, 8.89662810e-04, 5.37386169e-05])
+    by_place = wd.HazardCurve.from_usgs(path, site=(-122.0, 37.95))
+    assert by_place.annual_rate[-1] == 2.95347392e-05
+    elsewhere = tmp_path / "total.csv"
+    elsewhere.write_text(USGS)
+    with pytest.raises(ValueError, match="give measure="):
+        wd.HazardCurve.from_usgs(elsewhere, site="Oakland CA")
+    with pytest.raises(ValueError, match="no site 'Reno NV'; it has Concord CA, Oakland CA"):
+        wd.HazardCurve.from_usgs(path, site="Reno NV")
+
+
+def test_usgs_json_of_both_services(tmp_path):
+    x, y = [0.1, 0.3, 1.0, 4.0], [1e-2, 1e-3, 1e-5, 0.0]
+    total = {"component": "Total", "values": {"xs": x, "ys": y}}
+    part = {"component": "Fault", "values": {"xs": x, "ys": [v / 2 for v in y]}}
+    named = ("PGA", "Peak Ground Acceleration"), ("SA0P75", "0.75 Second Spectral Acceleration")
+    today = [{"imt": {"value": value, "display": text}, "data": [part, total]} for value, text in named]
+    older = [
+        {"metadata": {"imt": {"value": value}, "xvalues": x}, "data": [{"component": "Total", "yvalues": y}]}
+        for value, _ in named
+    ]
+    path = tmp_path / "hazard.json"
+    for response in ({"hazardCurves": today}, older):
+        path.write_text(json.dumps({"status": "success", "response": response}))
+        curve = wd.HazardCurve.from_usgs(path, measure="SA(0.75)")
+        assert curve.measure == "SA(0.75)"
+        np.testing.assert_array_equal(curve.annual_rate, y[:3])
+        with pytest.raises(ValueError, match=r"several .*: give measure=.*PGA, SA\(0.75\)"):
+            wd.HazardCurve.from_usgs(path)
+    path.write_text('{"status": "error"}')
+    with pytest.raises(ValueError, match="not the JSON of a USGS hazard service"):
+        wd.HazardCurve.from_usgs(path)
+
+
+def test_interpolation_is_in_logarithms_and_inverts():
+    curve = wd.HazardCurve(*POINTS)
+    assert curve.rate_of(np.sqrt(0.03)) == pytest.approx(np.sqrt(1e-5), rel=1e-14)  # halfway in both logarithms
+    np.testing.assert_allclose(curve.rate_of(curve.intensity), curve.annual_rate, rtol=1e-14)
+    assert curve.rate_of(np.inf) == 0
+    rates = np.geomspace(1e-5, 1e-2, 7)
+    np.testing.assert_allclose(curve.rate_of(curve.intensity_of(rates)), rates, rtol=1e-13)
+    with pytest.warns(UserWarning, match="extrapolated"):
+        beyond = curve.intensity_of(1e-6)
+    assert beyond == pytest.approx(10 ** (np.log10(1 / 0.3) / 2))  # a decade of rate is half of the last segment
+
+
+def test_a_level_curve_gives_its_largest_intensity():
+    curve = wd.HazardCurve([0.1, 0.2, 0.4, 0.8], [1e-2, 1e-3, 1e-3, 1e-4])
+    assert curve.intensity_of(1e-3) == pytest.approx(0.4)
+    level_first = wd.HazardCurve([0.1, 0.2, 0.4], [1e-3, 1e-3, 1e-4])
+    with pytest.raises(ValueError, match=r"more often than 0\.001"):
+        level_first.intensity_of(1e-2)
+
+
+REFUSED = {
+    "one point": (([0.1], [1e-2]), "at least 2 points"),
+    "unequal": (([0.1, 0.2], [1e-2]), "2 intensities and 1 annual rates"),
+    "rising": (([0.1, 0.2, 0.3], [1e-3, 1e-2, 1e-4]), r"goes from 0.001 at 0.1 g to 0.01 at 0.2 g"),
+    "no order": (([0.1, 0.1, 0.3], [1e-2, 1e-3, 1e-4]), "0.1 is followed by 0.1"),
+    "zero": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 0.0]), r"annual_rate\[2\] is 0.*leave out"),
+    "negative": (([-0.1, 0.2], [1e-2, 1e-3]), r"intensity\[0\] is -0.1"),
+    "not a number": (([0.1, np.nan], [1e-2, 1e-3]), r"intensity\[1\] is nan"),
+    "level end": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 1e-3]), "last two annual rates are equal"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_impossible_curves_are_refused(case):
+    points, words = REFUSED[case]
+    with pytest.raises(ValueError, match=words):
+        wd.HazardCurve(*points)
+
+
+def test_rates_and_probabilities_that_are_taken_for_each_other():
+    with pytest.raises(ValueError, match=r"probability\[0\] is 1.2; it must be below 1: give annual rates"):
+        wd.HazardCurve.from_probabilities([0.1, 0.2], [1.2, 0.1], years=50)
+    with pytest.warns(UserWarning, match="implausible input.*from_probabilities"):
+        wd.HazardCurve([0.01, 0.02, 0.1, 0.5], [0.9999, 0.995, 0.5, 0.02])
+    with pytest.warns(UserWarning, match="implausible input.*percent"):
+        wd.HazardCurve([0.01, 0.1, 0.5], [63.0, 10.0, 2.0])
+    wd.HazardCurve([0.01, 0.1, 0.5], [0.98, 0.05, 2e-3])  # frequent small motions are no mistake
+
+
+def test_logic_trees():
+    low, high = wd.HazardCurve(*POINTS), wd.HazardCurve([0.05, 0.5, 2.0], [2e-2, 1e-3, 1e-5])
+    tree = wd.HazardLogicTree([low, high], [0.25, 0.75])
+    assert tree.rate_of(0.2) == pytest.approx(0.25 * low.rate_of(0.2) + 0.75 * high.rate_of(0.2), rel=1e-14)
+    for curves, weights, words in (
+        ([low, high], [0.5, 0.4], "sum to 1, got 0.9"),
+        ([low, high], [1.0], "2 curves and 1 weights"),
+        ([low, wd.HazardCurve(*POINTS, units="m s-2")], [0.5, 0.5], "one measure and unit"),
+        ([], [], "at least one"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            wd.HazardLogicTree(curves, weights)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        ("SA(0.75)", "Sa(0.75 s, 5 %)", True),
+        ("SA(0.75)", "Sa(1 s, 5 %)", False),
+        ("SA(0.75)", "Sa(0.75 s, 2 %)", False),
+        ("PGA", "PGA", True),
+        ("PGA", "SA(0.2)", False),
+        ("", "PGA", True),
+        ("Housner intensity", "PGA", True),  # a name that is not understood is not judged
+    ],
+)
+def test_measures_are_compared(one, other, same):
+    assert same_measure(one, other) is same

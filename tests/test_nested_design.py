@@ -1,0 +1,59 @@
+"""Stripes that give each motion structures of its own, beside those where every structure runs under every motion."""
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+
+BUILDING = wd.ShearBuilding(mass=2e5, stiffness=4e7, height=3.2, damping="modal", damping_ratio=0.05)
+TIME = np.arange(0, 2, 0.02)
+MOTIONS = [wd.GroundMotion(np.sin(w * TIME) * np.hanning(TIME.size), 0.02, name=f"sine {w}") for w in (9, 14, 21)]
+SCATTER = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.3)), "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1))}
+LEVELS = (0.1, 0.4)
+
+
+def nested(own: int = 2) -> wd.Stripes:
+    return wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundAcceleration(), structures_per_motion=own)
+
+
+def scene(design: wd.Stripes, **settings) -> wd.Scene:
+    return wd.Scene(BUILDING, design, SCATTER, recorders=("drift",), tail=0.0, sampling="sobol", **settings)
+
+
+@pytest.mark.fast
+def test_structures_of_a_motion_follow_one_another():
+    design = nested()
+    assigned = design.assign(np.arange(6), seed=0)
+    np.testing.assert_array_equal(assigned.structure, np.repeat(np.arange(6), 2))
+    np.testing.assert_array_equal(assigned.motion, [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2])
+    np.testing.assert_allclose(assigned.im_level, np.tile(LEVELS, 6))
+    peaks = np.array([motion.peak_ground_acceleration for motion in MOTIONS]) / 9.80665
+    np.testing.assert_allclose(assigned.scale * peaks[assigned.motion], assigned.im_level, rtol=1e-12)
+    assert (design.samples_per_structure, design.structures_given) == (2, 6)
+    part = design.assign(np.array([3, 5]), seed=0)
+    np.testing.assert_array_equal(part.motion, [1, 1, 2, 2])
+    assert "2 structures a motion" in repr(design)
+
+
+def test_a_nested_run_holds_those_histories_of_the_crossed_one():
+    crossed = wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundAcceleration())
+    whole = wd.simulate(scene(crossed), structures=6, seed=4, device="cpu")
+    run = wd.simulate(scene(nested()), seed=4, device="cpu")  # as many structures as the design has
+    assert run.sizes["sample"] == 12
+    place = (run["structure"].values * 3 + run["motion_index"].values) * 2 + np.tile([0, 1], 6)
+    for name in ("peak_storey_drift_ratio", "im_level", "stiffness"):
+        np.testing.assert_array_equal(run[name], whole[name].values[place])
+    again = wd.Scene.from_json(run.attrs["scene"], MOTIONS)
+    assert again.excitation.structures_per_motion == 2
+    assert wd.Scene.from_json(whole.attrs["scene"], MOTIONS).excitation.structures_per_motion is None
+
+
+@pytest.mark.fast
+def test_bad_input_of_a_nested_design():
+    with pytest.raises(ValueError, match="structures_per_motion must be"):
+        nested(0)
+    with pytest.raises(ValueError, match="3 motions with structures_per_motion=2 have 6 structures, got structures=4"):
+        wd.simulate(scene(nested()), structures=4, device="cpu")
+    portfolio = wd.Portfolio({"frame": wd.Archetype(BUILDING, count=6)})
+    with pytest.raises(ValueError, match="structures_per_motion does not apply to a portfolio"):
+        wd.Scene(portfolio, nested())

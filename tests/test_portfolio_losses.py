@@ -1,0 +1,99 @@
+"""Losses of a portfolio, from shares of buildings that are counted by hand."""
+
+import numpy as np
+import pytest
+from test_damage import LIMITS, made
+
+import warpdyn as wd
+
+pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
+
+RATIOS = {"slight": (0.1, 0.5), "complete": 1.0}
+VALUES = {"light": 300.0, "heavy": 1000.0}
+# Buildings of each archetype that are in slight and in complete damage, [motion]: see test_damage.
+SLIGHT = {"light": [1, 0, 1, 1], "heavy": [1, 0, 1, 1]}
+COMPLETE = {"light": [0, 1, 1, 1], "heavy": [0, 1, 0, 0]}
+
+
+def losses(name):
+    count = {"light": 3, "heavy": 2}[name]
+    return VALUES[name] / count * (0.1 * np.array(SLIGHT[name]) + np.array(COMPLETE[name]))
+
+
+def shares():
+    return wd.damage_shares(made(), LIMITS)
+
+
+def test_losses_are_those_counted_by_hand():
+    found = wd.portfolio_losses(shares(), RATIOS, VALUES)
+    for name in VALUES:
+        np.testing.assert_allclose(found["archetype_loss"].sel(archetype=name), losses(name), rtol=1e-12)
+    total = losses("light") + losses("heavy")
+    np.testing.assert_allclose(found["loss"], total, rtol=1e-12)
+    np.testing.assert_allclose(found["loss_ratio"], total / 1300, rtol=1e-12)
+    # In slight damage, whose ratio scatters by 0.05, is one building of 100 and one of 500.
+    expected = 0.05 * np.hypot(100 * np.array(SLIGHT["light"]), 500 * np.array(SLIGHT["heavy"]))
+    np.testing.assert_allclose(found["loss_deviation"], expected, rtol=1e-12)
+    assert "expected_annual_loss" not in found
+
+
+def test_each_archetype_may_have_its_own_ratios():
+    own = {"light": RATIOS, "heavy": {"slight": 0.2, "complete": 0.8}}
+    found = wd.portfolio_losses(shares(), own, VALUES)["archetype_loss"]
+    np.testing.assert_allclose(found.sel(archetype="light"), losses("light"), rtol=1e-12)
+    np.testing.assert_allclose(found.sel(archetype="heavy"), [100, 400, 100, 100], rtol=1e-12)
+
+
+def test_events_with_rates():
+    # Events of 60, 600, 160 and 160.
+    rates = [0.02, 0.001, 0.004, 0.006]
+    found = wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=rates, return_periods=[10, 40, 95, 500, 5000])
+    total = losses("light") + losses("heavy")
+    np.testing.assert_allclose(total, [60, 600, 160, 160], rtol=1e-12)
+    assert float(found["expected_annual_loss"]) == pytest.approx(rates @ total, rel=1e-12)
+    by_archetype = found["archetype_expected_annual_loss"]
+    np.testing.assert_allclose(by_archetype, [rates @ losses("light"), rates @ losses("heavy")], rtol=1e-12)
+    np.testing.assert_allclose(found["loss_exceedance_rate"], [0.011, 0.0, 0.001, 0.001], rtol=1e-12)
+    # Losses occur 0.031 times a year, above 60 0.011 times, above 160 0.001 times, above 600 never.
+    np.testing.assert_allclose(found["return_period_loss"], [0, 60, 160, 160, 600], rtol=1e-12)
+
+
+def test_stripes_keep_their_dimension():
+    striped = shares().expand_dims(stripe=[0.2, 0.4], axis=-1)
+    striped["archetype_damage_share"] = striped["archetype_damage_share"].transpose(
+        "archetype", "motion", "stripe", "damage_state"
+    )
+    found = wd.portfolio_losses(striped, RATIOS, VALUES)
+    assert found["loss"].dims == ("motion", "stripe")
+    np.testing.assert_allclose(found["loss"].isel(stripe=1), losses("light") + losses("heavy"), rtol=1e-12)
+    with pytest.raises(ValueError, match="on stripes"):
+        wd.portfolio_losses(striped, RATIOS, VALUES, event_rates=[0.1] * 4)
+
+
+REFUSED = {
+    "no value": ({"replacement_values": {"light": 1.0}}, "light, heavy; heavy missing"),
+    "another archetype": ({"replacement_values": VALUES | {"new": 1.0}}, "new unknown"),
+    "no worth": ({"replacement_values": VALUES | {"heavy": 0.0}}, "'heavy' must be a finite number above 0"),
+    "a state missing": ({"loss_ratios": {"complete": 1.0}}, "slight missing"),
+    "ratios of one archetype": ({"loss_ratios": {"light": RATIOS}}, "heavy missing"),
+    "percent": (
+        {"loss_ratios": {"light": RATIOS, "heavy": {"slight": 2.0, "complete": 100.0}}},
+        "of archetype 'heavy'",
+    ),
+    "few rates": ({"event_rates": [0.1, 0.2]}, "each of the 4 events"),
+    "a negative rate": ({"event_rates": [0.1, -0.2, 0.1, 0.1]}, "none below 0"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_does_not_go_together_is_refused(case):
+    changed, words = REFUSED[case]
+    with pytest.raises(ValueError, match=words):
+        wd.portfolio_losses(shares(), **({"loss_ratios": RATIOS, "replacement_values": VALUES} | changed))
+
+
+def test_archetypes_without_counted_buildings_are_refused():
+    none = shares()
+    none["counted_buildings"] = none["counted_buildings"].copy(data=[[3, 3, 3, 3], [2, 0, 2, 2]])
+    with pytest.raises(ValueError, match="'heavy' has no counted building in motion 1"):
+        wd.portfolio_losses(none, RATIOS, VALUES)

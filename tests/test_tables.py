@@ -1,0 +1,133 @@
+"""Long tables of results: what plain pandas reads of them."""
+
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import warpdyn as wd
+
+pytestmark = pytest.mark.fast
+
+STATES = ["slight", "moderate"]
+MEDIAN = [0.1 + 0.2, 1.0 / 3.0]  # with digits up to the last
+FRACTION = [[0.1, 0.5, 1.0], [0.0, 0.25, 0.75]]
+VALID = [10, 20, 40]
+
+
+def make_curves():
+    """Build some of what `fragility` returns."""
+    flags = {"flag_values": np.arange(2, dtype=np.int8), "flag_meanings": "fitted no_exceedance", "units": "1"}
+    return xr.Dataset(
+        {
+            "fragility_median": ("damage_state", np.array(MEDIAN), {"units": "g"}),
+            "fragility_dispersion": ("damage_state", np.array([0.4, np.nan]), {"units": "1"}),
+            "fit_status": ("damage_state", np.array([0, 1], dtype=np.int8), flags),
+            "exceedance_fraction": (("damage_state", "stripe"), np.array(FRACTION), {"units": "1"}),
+            "valid_samples": ("stripe", np.array(VALID), {"units": "1"}),
+            "excluded_samples": ((), 3, {"units": "1"}),
+        },
+        {"damage_state": STATES, "stripe": ("stripe", np.array([0.1, 0.2, 0.4]), {"units": "g"})},
+        {"intensity_measure": "PGA", "confidence": 0.95, "bootstrap_seed": np.int64(3), "codes": np.arange(2)},
+    )
+
+
+def test_one_row_a_damage_state(tmp_path):
+    table = pd.read_csv(wd.write_table(make_curves(), tmp_path / "curves.csv"))
+    assert list(table.columns) == ["damage_state", "fragility_median_g", "fragility_dispersion", "fit_status"]
+    assert table.damage_state.tolist() == STATES
+    assert table.fragility_median_g.tolist() == MEDIAN  # to the last bit
+    assert table.fragility_dispersion[0] == 0.4
+    assert np.isnan(table.fragility_dispersion[1])
+    assert table.fit_status.tolist() == ["fitted", "no_exceedance"]
+
+
+def test_one_row_a_damage_state_and_stripe(tmp_path):
+    path = wd.write_table(make_curves(), tmp_path / "stripes.csv", rows=("damage_state", "stripe"))
+    table = pd.read_csv(path)
+    assert list(table.columns[:2]) == ["damage_state", "stripe_g"]
+    assert "excluded_samples" not in table
+    wide = table.pivot(index="damage_state", columns="stripe_g", values="exceedance_fraction")
+    assert wide.loc[STATES].values.tolist() == FRACTION
+    assert wide.columns.tolist() == [0.1, 0.2, 0.4]
+    assert table.fragility_median_g.tolist() == np.repeat(MEDIAN, 3).tolist()
+    assert table.valid_samples.tolist() == VALID * 2
+    other = pd.read_csv(wd.write_table(make_curves(), path, rows=["stripe", "damage_state"]))
+    assert other.exceedance_fraction.tolist() == np.transpose(FRACTION).ravel().tolist()
+
+
+def test_parquet_has_the_attributes(tmp_path):
+    pytest.importorskip("pyarrow")
+    table = pd.read_parquet(wd.write_table(make_curves(), tmp_path / "curves.parquet"))
+    assert table.fragility_median_g.tolist() == MEDIAN
+    assert table.damage_state.tolist() == STATES
+    assert table.attrs == {"intensity_measure": "PGA", "confidence": 0.95, "bootstrap_seed": 3, "codes": [0, 1]}
+
+
+def test_parquet_without_pyarrow_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(ImportError, match=r'pip install "warpdyn\[parquet\]"'):
+        wd.write_table(make_curves(), tmp_path / "curves.parquet")
+    assert not list(tmp_path.iterdir())
+
+
+def test_units_stand_in_the_names(tmp_path):
+    units = {
+        "acceleration": ("m s-2", "acceleration_m_per_s2"),
+        "shear": ("N", "shear_N"),
+        "energy": ("kg m2 s-2", "energy_kg_m2_per_s2"),
+        "rate": ("year-1", "rate_per_year"),
+        "share": ("%", "share_percent"),
+        "ratio": ("1", "ratio"),
+        "loss": ("", "loss"),
+    }
+    dataset = xr.Dataset({name: ("return_period", [1.0], {"units": unit}) for name, (unit, _) in units.items()})
+    dataset = dataset.assign_coords(return_period=("return_period", [475.0], {"units": "year"}))
+    table = pd.read_csv(wd.write_table(dataset, tmp_path / "losses.csv"))
+    assert list(table.columns) == ["return_period_year", *(column for _, column in units.values())]
+
+
+def test_a_dimension_without_labels_is_numbered(tmp_path):
+    dataset = xr.Dataset({"drift": (("sample", "storey"), [[1.0, 2.0], [3.0, 4.0]])}, {"storey": [1, 2]})
+    table = pd.read_csv(wd.write_table(dataset, tmp_path / "drifts.csv", rows=("sample", "storey")))
+    assert table.values.tolist() == [[0, 1, 1], [0, 2, 2], [1, 1, 3], [1, 2, 4]]
+
+
+def test_what_is_no_table_is_refused(tmp_path):
+    curves, path = make_curves(), tmp_path / "curves.csv"
+    cases = (
+        (curves.rename(damage_state="limit"), {}, "say by rows= which of the dimensions limit, stripe"),
+        (curves, {"rows": "stripes"}, "did you mean 'stripe'"),
+        (curves, {"rows": ()}, "must name dimensions"),
+        (curves, {"rows": ("stripe", "stripe")}, "each once"),
+        (
+            curves[["exceedance_fraction"]],
+            {"rows": "stripe"},
+            r"no variable lies along stripe alone.*exceedance_fraction\(",
+        ),
+        (curves[["excluded_samples"]], {}, "no dimension"),
+        (curves.assign(fragility_median_g=curves.fragility_dispersion), {}, "two variables would be called"),
+    )
+    for dataset, how, message in cases:
+        with pytest.raises(ValueError, match=message):
+            wd.write_table(dataset, path, **how)
+    with pytest.raises(ValueError, match=r"must end in '\.csv' or '\.parquet'"):
+        wd.write_table(curves, tmp_path / "curves.xlsx")
+    with pytest.raises(TypeError, match="Dataset"):
+        wd.write_table(curves["fragility_median"], path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_older_file_stays_where_the_new_one_fails(tmp_path, monkeypatch):
+    path = tmp_path / "curves.csv"
+    path.write_text("older")
+
+    def fail(*_, **__):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(pd.DataFrame, "to_csv", fail)
+    with pytest.raises(OSError, match="disk full"):
+        wd.write_table(make_curves(), path)
+    assert [each.read_text() for each in tmp_path.iterdir()] == ["older"]

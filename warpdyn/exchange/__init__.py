@@ -1,0 +1,1 @@
+"""Files of other tools: OpenQuake's NRML and tables, pelicun's demands, tables for pandas."""

@@ -1,0 +1,140 @@
+"""Names and units of intensity measures: warpdyn's and OpenQuake's."""
+
+from __future__ import annotations
+
+import re
+
+import xarray as xr
+
+from warpdyn.core.messages import warn_caller
+from warpdyn.core.units import STANDARD_GRAVITY
+
+# OpenQuake's measures (openquake.hazardlib.imt) that warpdyn has too, with its names of them and the unit of OpenQuake.
+NAMES = {
+    "PGA": ("PGA", "g"),
+    "PGV": ("PGV", "cm s-1"),
+    "PGD": ("PGD", "cm"),
+    "Arias intensity": ("IA", "m s-1"),
+    "CAV": ("CAV", "g s"),
+    "D5-95": ("RSD595", "s"),
+    "D5-75": ("RSD575", "s"),
+    "D20-80": ("RSD2080", "s"),
+}
+UNITS = {name: units for name, units in NAMES.values()} | {"SA": "g", "AvgSA": "g"}
+# Factors from units of datasets to OpenQuake's.
+FACTORS = {
+    ("g", "g"): 1.0,
+    ("m s-2", "g"): 1 / STANDARD_GRAVITY,
+    ("m s-1", "cm s-1"): 100.0,
+    ("m", "cm"): 100.0,
+    ("m s-1", "m s-1"): 1.0,
+    ("m s-1", "g s"): 1 / STANDARD_GRAVITY,
+    ("s", "s"): 1.0,
+}
+# Units of datasets that are read, by OpenQuake's.
+READ_UNITS = {"g": "g", "cm s-1": "m s-1", "cm": "m", "m s-1": "m s-1", "g s": "m s-1", "s": "s"}
+
+_NUMBER = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?"
+_OURS = re.compile(rf"(?:geometric mean of |RotD50 )?Sa\((?P<period>{_NUMBER}) s, (?P<damping>{_NUMBER}) %\)")
+_THEIRS = re.compile(rf"SA\((?P<period>{_NUMBER})\)")
+_AVERAGE = re.compile(rf"Sa_avg\(.*, (?P<damping>{_NUMBER}) %\)")
+_ALLOWED = f"{', '.join(sorted(UNITS.keys() - {'SA'}))} and SA(period in s), such as 'SA(0.3)'"
+
+
+def openquake_measure(text: str) -> str:
+    """Return OpenQuake's name of an intensity measure, such as "SA(0.3)" of "Sa(0.3 s, 5 %)".
+
+    The geometric mean and RotD50 of both components are SA too, since OpenQuake's ground-motion models say which of
+    them they predict. SA and AvgSA have a damping ratio of 5 %.
+
+    Args:
+        text: The name in a dataset's attribute `intensity_measure`, or OpenQuake's own.
+
+    Raises:
+        ValueError: If it is no measure that OpenQuake has.
+    """
+    if not isinstance(text, str):
+        raise ValueError(f"measure must be text, such as 'SA(0.3)', got {text!r}")
+    name = text.strip()
+    if name in UNITS and name != "SA":
+        return name
+    bare = name.removeprefix("geometric mean of ")
+    if bare in NAMES:
+        return NAMES[bare][0]
+    average, ours, theirs = _AVERAGE.fullmatch(bare), _OURS.fullmatch(name), _THEIRS.fullmatch(name)
+    damped = average or ours
+    if damped and float(damped["damping"]) != 5:
+        raise ValueError(
+            f"OpenQuake's spectral accelerations have a damping ratio of 5 %, and {text!r} has "
+            f"{damped['damping']} %; name the measure that the hazard is in as measure='SA(...)'"
+        )
+    spectral = ours or theirs
+    if average:
+        return "AvgSA"
+    if spectral and float(spectral["period"]) > 0:
+        return f"SA({float(spectral['period'])})"
+    raise ValueError(f"OpenQuake has no intensity measure {text!r}; allowed as measure= are {_ALLOWED}")
+
+
+def openquake_units(measure: str) -> str:
+    """Return the UDUNITS string of the unit that OpenQuake has a measure in."""
+    return UNITS[measure.partition("(")[0]]
+
+
+def own_name(measure: str) -> str:
+    """Return warpdyn's name of one of OpenQuake's measures; names that warpdyn lacks stay as they are."""
+    spectral = _THEIRS.fullmatch(measure.strip())
+    if spectral:
+        return f"Sa({float(spectral['period']):.4g} s, 5 %)"
+    return {theirs: ours for ours, (theirs, _) in NAMES.items()}.get(measure, measure)
+
+
+def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
+    """Return OpenQuake's name of the measure of a dataset, or of what the user gave instead.
+
+    Args:
+        what: What the dataset is, in errors.
+        dataset: The dataset, with the attribute `intensity_measure`.
+        given: The user's `measure`; None to take that of the dataset.
+
+    Raises:
+        ValueError: If neither names a measure that OpenQuake has.
+    """
+    text = dataset.attrs.get("intensity_measure") if given is None else given
+    if text is None:
+        raise ValueError(f"{what}: the dataset has no attribute 'intensity_measure'; give measure=, such as 'SA(0.3)'")
+    try:
+        return openquake_measure(text)
+    except ValueError as error:
+        raise ValueError(f"{what}: {error}") from None
+
+
+def to_openquake(what: str, units: object, measure: str) -> float:
+    """Return the factor from a dataset's unit of an intensity to OpenQuake's.
+
+    Args:
+        what: What the dataset is, in errors.
+        units: The attribute `units` of the intensity.
+        measure: OpenQuake's name of the measure.
+
+    Raises:
+        ValueError: If the unit is not one of the measure.
+    """
+    theirs = openquake_units(measure)
+    if (units, theirs) not in FACTORS:
+        allowed = " or ".join(repr(ours) for ours, other in FACTORS if other == theirs)
+        raise ValueError(f"{what}: the intensity is in {units!r}, and {measure} must be in {allowed}")
+    return FACTORS[units, theirs]  # type: ignore[index] # the check above
+
+
+def from_openquake(path: object, measure: str) -> tuple[str, float]:
+    """Return the unit that a measure of OpenQuake's is read in, and the factor to it.
+
+    An unknown measure is read as it is, with a warning.
+    """
+    name = measure.partition("(")[0]
+    if name not in UNITS:
+        warn_caller(f"{path}: warpdyn does not know the intensity measure {measure!r}; its values are read as they are")
+        return "1", 1.0
+    ours = READ_UNITS[UNITS[name]]
+    return ours, 1 / FACTORS[ours, UNITS[name]]

@@ -1,0 +1,116 @@
+"""Reader of fragility models in OpenQuake's NRML 0.5."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ElementTree
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.checks import one_of
+from warpdyn.core.units import IN_G
+from warpdyn.exchange import nrml
+from warpdyn.exchange.measures import from_openquake, own_name
+
+READER = "read_nrml_fragility"
+
+
+def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
+    """Read a fragility model of OpenQuake (NRML 0.5), as `write_nrml_fragility` writes it or another tool.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Of each taxonomy a dataset as `fragility` returns it: of continuous functions `fragility_median(damage_state)`
+        [g or SI] and `fragility_dispersion(damage_state)` [1], with the least and greatest intensity and that without
+        damage as attributes in the same unit; of discrete ones `exceedance_fraction(damage_state, stripe)` [1].
+
+    Raises:
+        ValueError: If it is no such file, or functions lack what the format demands; the error names the function.
+        FileNotFoundError: If there is no such file.
+
+    Example:
+        >>> curves = wd.read_nrml_fragility("fragility.xml")["CR/LFM/HEX:5"]
+    """
+    model = nrml.read_model(READER, os.fspath(path), "fragilityModel")
+    states = (nrml.child(path, model, "limitStates").text or "").replace(",", " ").split()
+    described = (nrml.child(path, model, "description").text or "").strip()
+    if not states:
+        raise ValueError(f"{path}: limitStates names no state")
+    found: dict[str, xr.Dataset] = {}
+    for function in model.iter("fragilityFunction"):
+        taxonomy = nrml.attribute(path, function, "id")
+        if taxonomy in found:
+            raise ValueError(f"{path}: two functions have the id {taxonomy!r}; files of several measures are not read")
+        levels = nrml.child(path, function, "imls")
+        imt = nrml.attribute(path, levels, "imt")
+        units, factor = from_openquake(path, imt)
+        format = nrml.attribute(path, function, "format").lower()
+        one_of(f"format of {taxonomy!r} in {path}", format, ("continuous", "discrete"))
+        attributes: dict[str, Any] = {
+            "intensity_measure": own_name(imt),
+            "fragility_method": f"read from {os.path.basename(path)}: {described}",
+        }
+        limit = levels.get("noDamageLimit")
+        if limit is not None:
+            attributes["no_damage_limit"] = nrml.number(path, levels, "noDamageLimit") * factor
+        read = _continuous if format == "continuous" else _discrete
+        variables, coordinates = read(path, function, states, units, factor, attributes)
+        coordinates["damage_state"] = ("damage_state", np.array(states), {"long_name": "damage state"})
+        found[taxonomy] = xr.Dataset(variables, coordinates, attributes)
+    return found
+
+
+def _rows(path: object, function: ElementTree.Element, tag: str, states: list[str]) -> list[ElementTree.Element]:
+    """Return the elements of each state, in the order of the states, which the file must have too."""
+    rows = function.findall(tag)
+    names = [nrml.attribute(path, row, "ls") for row in rows]
+    if names != states:
+        raise ValueError(
+            f"{path}: function {function.get('id')!r} has {tag} of {', '.join(names) or 'no state'}; limitStates are "
+            f"{', '.join(states)}"
+        )
+    return rows
+
+
+def _continuous(
+    path: object, function: ElementTree.Element, states: list[str], units: str, factor: float, attributes: dict
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the variables and coordinates of a continuous function, and add its bounds to the attributes."""
+    rows = _rows(path, function, "params", states)
+    mean, stddev = (np.array([nrml.number(path, row, name) for row in rows]) for name in ("mean", "stddev"))
+    for state, m, s in zip(states, mean, stddev, strict=True):
+        if not (0 < m < np.inf and 0 < s < np.inf):
+            where = f"function {function.get('id')!r}, {state!r}"
+            raise ValueError(f"{path}: {where}: mean {m:g} and stddev {s:g} must be finite, above 0")
+    variance = np.log1p((stddev / mean) ** 2)
+    levels = nrml.child(path, function, "imls")
+    for name, key in (("minIML", "minimum_intensity"), ("maxIML", "maximum_intensity")):
+        attributes[key] = nrml.number(path, levels, name) * factor
+    said = {"long_name": "median capacity", "units": units} | ({"comment": IN_G} if units == "g" else {})
+    return {
+        "fragility_median": ("damage_state", mean * np.exp(-variance / 2) * factor, said),
+        "fragility_dispersion": (
+            "damage_state",
+            np.sqrt(variance),
+            {"long_name": "dispersion of the capacity", "units": "1"},
+        ),
+    }, {}
+
+
+def _discrete(
+    path: object, function: ElementTree.Element, states: list[str], units: str, factor: float, attributes: dict
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the variables and coordinates of a discrete function."""
+    rows = _rows(path, function, "poes", states)
+    levels = nrml.numbers(path, nrml.child(path, function, "imls"))
+    probability = np.array([nrml.numbers(path, row, len(levels)) for row in rows])
+    if not levels.size or (np.diff(levels) <= 0).any():
+        raise ValueError(f"{path}: the intensities of function {function.get('id')!r} do not increase")
+    said = {"long_name": "intensity of the stripe", "units": units} | ({"comment": IN_G} if units == "g" else {})
+    share = {"long_name": "probability of exceedance", "units": "1"}
+    variables = {"exceedance_fraction": (("damage_state", "stripe"), probability, share)}
+    return variables, {"stripe": ("stripe", levels * factor, said)}

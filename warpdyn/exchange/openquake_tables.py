@@ -1,0 +1,228 @@
+"""OpenQuake's tables beside its models: which functions a taxonomy has, and what damage states lead to."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from warpdyn.core.checks import check_kind, one_of, real_number
+from warpdyn.exchange import nrml
+from warpdyn.exchange.text_files import checked_path, write_text
+
+TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
+# Kinds of consequences whose values are shares, and those that count people, per occupant.
+KINDS = ("losses", "collapsed", "non_operational", "injured", "fatalities", "homeless")
+SUM_TOLERANCE = 1e-7  # of weights; the engine's pmf.PRECISION
+
+
+def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], path: str | os.PathLike) -> Path:
+    """Write which fragility or vulnerability functions OpenQuake takes for each taxonomy of an exposure.
+
+    Args:
+        mapping: Of each taxonomy the id of its function, or the weight [1] of each of several, with a sum of 1.
+        path: The file, whose name ends in ".csv"; an older one is replaced.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: If weights are not above 0 or do not sum to 1, or a name has characters that the engine refuses.
+        TypeError: If `mapping` is no mapping.
+        OSError: If the file cannot be written.
+
+    Example:
+        >>> wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
+    """
+    path = checked_path(TAXONOMIES, path, ".csv")
+    check_kind(TAXONOMIES, "a mapping of taxonomies to ids of functions", mapping, Mapping)
+    if not mapping:
+        raise ValueError(f"{TAXONOMIES}() takes at least one taxonomy, got an empty mapping")
+    rows: list[Sequence[object]] = [("taxonomy", "risk_id", "weight")]
+    for taxonomy, given in mapping.items():
+        nrml.check_taxonomy(TAXONOMIES, taxonomy)
+        weights = given if isinstance(given, Mapping) else {given: 1.0}
+        for risk_id, weight in weights.items():
+            nrml.check_taxonomy(TAXONOMIES, risk_id, f"id of taxonomy {taxonomy!r}")
+            weight = real_number(f"{TAXONOMIES}: weight of {risk_id!r} for taxonomy {taxonomy!r}", weight, above=0)
+            rows.append((taxonomy, risk_id, repr(weight)))
+        total = sum(weights.values())
+        if abs(total - 1) > SUM_TOLERANCE:
+            raise ValueError(
+                f"{TAXONOMIES}: the weights of taxonomy {taxonomy!r} sum to {total:.9g}; they must sum to 1"
+            )
+    return write_text(path, _csv_text(rows))
+
+
+def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]]:
+    """Read which functions OpenQuake takes for each taxonomy, with their weights.
+
+    Args:
+        path: The CSV file, with columns `taxonomy`, `risk_id` (or `conversion`, as of old) and, if it has them,
+            `weight`.
+
+    Returns:
+        Of each taxonomy the weight [1] of each function.
+
+    Raises:
+        ValueError: If a column is missing, a weight is no number or the weights of a taxonomy do not sum to 1.
+        FileNotFoundError: If there is no such file.
+
+    Example:
+        >>> wd.read_taxonomy_mapping("mapping.csv")["W"]
+        {'W1': 1.0}
+    """
+    found: dict[str, dict[str, float]] = {}
+    for row in _csv_rows(path, ("taxonomy",)):
+        risk_id = row.get("risk_id") or row.get("conversion")
+        if not risk_id:
+            raise ValueError(f"{path}: taxonomy {row['taxonomy']!r} has no risk_id")
+        own = found.setdefault(row["taxonomy"], {})
+        if risk_id in own:
+            raise ValueError(f"{path}: taxonomy {row['taxonomy']!r} has {risk_id!r} twice")
+        own[risk_id] = _csv_number(path, f"weight of {risk_id!r}", row.get("weight") or "1")
+    for taxonomy, weights in found.items():
+        if abs(sum(weights.values()) - 1) > SUM_TOLERANCE:
+            raise ValueError(
+                f"{path}: the weights of taxonomy {taxonomy!r} sum to {sum(weights.values()):.9g}, not to 1"
+            )
+    return found
+
+
+def write_consequences(
+    consequences: Mapping[str, Mapping[str, float | Sequence[float]]],
+    path: str | os.PathLike,
+    *,
+    consequence: str = "losses",
+    loss_type: str = "structural",
+) -> Path:
+    """Write what each damage state leads to, for OpenQuake's damage calculations.
+
+    Args:
+        consequences: Of each id of a function the share [1] for each damage state, from the lightest on: of the value
+            lost ("losses"), of buildings ("collapsed", "non_operational") or of people ("injured", "fatalities",
+            "homeless"). Of a pair, such as mean and coefficient of variation, the mean is written.
+        path: The file, whose name ends in ".csv"; an older one is replaced.
+        consequence: What it is: "losses" or another of those above.
+        loss_type: "structural", "nonstructural", "contents" or another of the engine's.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: If a share is outside 0 to 1 or falls from one state to the next, ids have different states, or a
+            name has characters that the engine refuses.
+        TypeError: If `consequences` maps no ids to shares.
+        OSError: If the file cannot be written.
+
+    Example:
+        >>> wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv")
+    """
+    path = checked_path(CONSEQUENCES, path, ".csv")
+    check_kind(CONSEQUENCES, "a mapping of ids to shares by damage state", consequences, Mapping)
+    one_of("consequence", consequence, KINDS)
+    one_of("loss_type", loss_type, nrml.LOSS_TYPES)
+    if not consequences:
+        raise ValueError(f"{CONSEQUENCES}() takes at least one id, got an empty mapping")
+    states: list[str] = []
+    rows: list[Sequence[object]] = []
+    for risk_id, shares in consequences.items():
+        nrml.check_taxonomy(CONSEQUENCES, risk_id, "id")
+        check_kind(CONSEQUENCES, f"shares by damage state for {risk_id!r}", shares, Mapping)
+        own = list(shares)
+        nrml.check_state_names(CONSEQUENCES, own)
+        if not own or (states and own != states):
+            raise ValueError(
+                f"{CONSEQUENCES}: {risk_id!r} has the damage states {', '.join(own) or 'none'}, and the first id "
+                f"{', '.join(states)}; they must be the same for all"
+            )
+        states = own
+        values = [_share(risk_id, state, shares[state]) for state in states]
+        for lighter, heavier, one, other in zip(states, states[1:], values, values[1:], strict=False):
+            if other < one:
+                raise ValueError(
+                    f"{CONSEQUENCES}: {risk_id!r}: the share falls from {one:g} of {lighter!r} to {other:g} of "
+                    f"{heavier!r}; damage states must come from the lightest on"
+                )
+        rows.append((risk_id, consequence, loss_type, *(repr(value) for value in values)))
+    return write_text(path, _csv_text([("risk_id", "consequence", "loss_type", *states), *rows]))
+
+
+def _share(risk_id: str, state: str, given: object) -> float:
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        given = given[0]
+    what = f"{CONSEQUENCES}: share of {state!r} of {risk_id!r}"
+    value = real_number(what, given, least=0)
+    if value > 1:
+        raise ValueError(f"{what} is {value:g}; it must be at most 1 (2 % is 0.02)")
+    return value
+
+
+def read_consequences(
+    path: str | os.PathLike, *, consequence: str = "losses", loss_type: str = "structural"
+) -> dict[str, dict[str, float]]:
+    """Read what each damage state leads to.
+
+    Args:
+        path: The CSV file, with columns `risk_id` (or `taxonomy`, as of old), `consequence`, if it has them `loss_type`
+            and `peril`, and one for each damage state.
+        consequence: What is read, such as "losses".
+        loss_type: Of which loss type.
+
+    Returns:
+        Of each id the share [1] for each damage state, as `write_consequences` takes it.
+
+    Raises:
+        ValueError: If a column is missing, a share is no number, or the file has no such consequence or an id twice.
+        FileNotFoundError: If there is no such file.
+
+    Example:
+        >>> wd.read_consequences("consequences.csv")["C1M_H"]["complete"]
+    """
+    found: dict[str, dict[str, float]] = {}
+    named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
+    for row in _csv_rows(path, ("consequence",)):
+        of_shaking = (row.get("peril") or "groundshaking") == "groundshaking"
+        if row["consequence"] != consequence or (row.get("loss_type") or "structural") != loss_type or not of_shaking:
+            continue
+        risk_id = row.get("risk_id") or row.get("taxonomy")
+        if not risk_id:
+            raise ValueError(f"{path}: a row has no risk_id")
+        if risk_id in found:
+            raise ValueError(f"{path}: {risk_id!r} has {consequence} of {loss_type} twice")
+        states = [name for name in row if name not in named]
+        found[risk_id] = {state: _csv_number(path, f"{state} of {risk_id!r}", row[state]) for state in states}
+    if not found:
+        raise ValueError(f"{path} has no consequence {consequence!r} of loss type {loss_type!r}")
+    return found
+
+
+def _csv_text(rows: Sequence[Sequence[object]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def _csv_rows(path: str | os.PathLike, needed: Sequence[str]) -> list[dict[str, str]]:
+    """Return the rows of a CSV file by the names of its columns."""
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        reader = csv.DictReader(file, skipinitialspace=True, restval="", strict=True)
+        for name in needed:
+            if name not in (reader.fieldnames or ()):
+                raise ValueError(
+                    f"{path} has no column {name!r}; it has {', '.join(reader.fieldnames or ()) or 'none'}"
+                )
+        rows = list(reader)
+    for place, row in enumerate(rows, 2):
+        if None in row:
+            raise ValueError(f"{path}, line {place}: more values than columns")
+    return rows
+
+
+def _csv_number(path: object, what: str, word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise ValueError(f"{path}: {what} must be a number, got {word!r}") from None

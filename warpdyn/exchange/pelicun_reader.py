@@ -1,0 +1,123 @@
+"""Reader of pelicun's demand samples."""
+
+from __future__ import annotations
+
+import os
+import re
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.core.checks import whole_number
+from warpdyn.core.units import IN_G, STANDARD_GRAVITY
+from warpdyn.exchange.measures import own_name
+
+FUNCTION = "read_pelicun_demands"
+# Factors from pelicun's units to SI. An unknown unit is taken as 1 by pelicun, and refused here.
+ACCELERATIONS = {"mps2": 1.0, "g": STANDARD_GRAVITY, "inps2": 0.0254, "inchps2": 0.0254, "ftps2": 0.3048}
+RATIOS = {"rad": 1.0, "unitless": 1.0}
+VELOCITIES = {"mps": 1.0, "cmps": 0.01, "inps": 0.0254, "inchps": 0.0254, "ftps": 0.3048}
+LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "inch": 0.0254, "ft": 0.3048}
+FACTORS = {"PFA": ACCELERATIONS, "PID": RATIOS, "RID": RATIOS, "PGA": ACCELERATIONS, "SA": ACCELERATIONS}
+FACTORS |= {"PGV": VELOCITIES, "PGD": LENGTHS}
+INTENSITY_UNITS = {"PGA": "g", "SA": "g", "PGV": "m s-1", "PGD": "m"}
+
+
+def read_pelicun_demands(path: str | os.PathLike, *, direction: int = 1) -> xr.Dataset:
+    """Read a demand sample of pelicun, as `write_pelicun_demands` writes it or another tool, in one direction.
+
+    Args:
+        path: The CSV file, with columns `[event-]TYPE-location-direction` and a row of units.
+        direction: The direction that is read.
+
+    Returns:
+        Dataset as `simulate` returns it, of what the file has: `peak_storey_drift_ratio(sample, storey)` [1],
+        `residual_drift_ratio(sample, storey)` [1], `peak_floor_acceleration(sample, floor)` [m/s2],
+        `peak_ground_acceleration(sample)` [m/s2] of floor 0, the coordinate `im_level(sample)` [g, of PGV and PGD SI]
+        (of several measures each by pelicun's name) and `failed(sample)`, which is 1 where the file says
+        ERROR. A collapse is NaN, or a drift of at least the limit that the file was written with.
+
+    Raises:
+        ValueError: If the file has no units, a unit that is none of the demand, or no demand in this direction.
+        FileNotFoundError: If there is no such file.
+
+    Example:
+        >>> demands = wd.read_pelicun_demands("demands.csv")
+        >>> demands.peak_storey_drift_ratio.median("sample")
+    """
+    direction = whole_number("direction", direction, 0)
+    table = pd.read_csv(path, index_col=0, dtype=str, keep_default_na=False)
+    rows = [row for row in table.index if str(row).strip().lower() == "units"]
+    if len(rows) != 1:
+        raise ValueError(f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one, called 'Units'")
+    units, table = table.loc[rows[0]], table.drop(index=rows[0])
+    found: dict[str, dict[int, np.ndarray]] = {}
+    failed = np.zeros(len(table), dtype=np.int8)
+    for name in table.columns:
+        parts = [part.strip() for part in str(name).split("-")]
+        if "ERROR" in parts[:2]:
+            failed |= (_numbers(path, name, table[name]) != 0).astype(np.int8)
+            continue
+        kind, place, along = parts[-3:] if len(parts) in (3, 4) else ("", "", "")
+        if not (place.isdigit() and along.isdigit()):
+            raise ValueError(f"{FUNCTION}: {path} has a column {name!r}; names are [event-]TYPE-location-direction")
+        family = kind.partition("_")[0]
+        if int(along) != direction or family not in FACTORS:
+            continue
+        unit = units[name].strip()
+        if unit not in FACTORS[family]:
+            allowed = ", ".join(FACTORS[family])
+            raise ValueError(f"{FUNCTION}: {path}: column {name!r} is in {unit!r}; {kind} may be in {allowed}")
+        by_place = found.setdefault(kind, {})
+        if int(place) in by_place:
+            raise ValueError(f"{FUNCTION}: {path} has {kind} at location {place} of direction {direction} twice")
+        by_place[int(place)] = _numbers(path, name, table[name]) * FACTORS[family][unit]
+    if not found:
+        raise ValueError(f"{FUNCTION}: {path} has no demand in direction {direction}")
+    return _labelled(found, failed)
+
+
+def _numbers(path: object, name: object, column: pd.Series) -> np.ndarray:
+    """Return a column as numbers, NaN where it is empty."""
+    words = [re.sub(r"^(nan|na|n/a|)$", "nan", word.strip(), flags=re.IGNORECASE) for word in column]
+    try:
+        return np.array([float(word) for word in words])
+    except ValueError as error:
+        raise ValueError(f"{FUNCTION}: {path}: column {name!r}: {error}") from None
+
+
+def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr.Dataset:
+    """Return the dataset of demands by kind and location."""
+    numbers = {"sample": np.arange(len(failed), dtype=np.int32)}
+    dataset = xr.Dataset(
+        {"failed": ("sample", failed, {"long_name": "1 where the sample failed", "units": "1"})}, numbers
+    )
+    ground = found.get("PFA", {}).pop(0, None)
+    if ground is not None:
+        said = {"long_name": "peak ground acceleration of the scaled motion", "units": "m s-2"}
+        dataset["peak_ground_acceleration"] = "sample", ground, said
+    for kind, name, along, long_name, units in (
+        ("PID", "peak_storey_drift_ratio", "storey", "peak absolute storey drift ratio", "1"),
+        ("RID", "residual_drift_ratio", "storey", "residual storey drift ratio", "1"),
+        ("PFA", "peak_floor_acceleration", "floor", "peak absolute floor acceleration", "m s-2"),
+    ):
+        by_place = found.pop(kind, {})
+        if by_place:
+            places = sorted(by_place)
+            values = np.stack([by_place[place] for place in places], axis=1)
+            own = xr.DataArray(
+                values, {along: places}, ("sample", along), name, {"long_name": long_name, "units": units}
+            )
+            dataset[name] = own
+    for kind, by_place in found.items():
+        family, _, period = kind.partition("_")
+        units = INTENSITY_UNITS[family]
+        measure = own_name(f"SA({period})") if period else family
+        said = {"long_name": f"{measure} of the scaled motion", "units": units} | (
+            {"comment": IN_G} if units == "g" else {}
+        )
+        values = by_place[min(by_place)] / (STANDARD_GRAVITY if units == "g" else 1.0)
+        name = "im_level" if len(found) == 1 else kind  # a file may have spectral accelerations at several periods
+        dataset = dataset.assign_coords({name: ("sample", values, said)})
+    return dataset

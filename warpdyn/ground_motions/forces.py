@@ -1,0 +1,191 @@
+"""Nodal forces on a structure, or an initial state alone, as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import finite_numbers, real_number
+from warpdyn.ground_motions.excitation import (
+    THE_DURATION,
+    SingleLoad,
+    Timeline,
+    resampled_columns,
+    substeps_of,
+)
+
+if TYPE_CHECKING:
+    from warpdyn.structures.structure import Structure
+
+
+class FormulaLoad(SingleLoad):
+    """A load that is a formula of the time, over a duration that nothing follows."""
+
+    duration: float
+    has_tail = False
+
+    def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
+        """Return a grid of steps that divide the duration."""
+        count = substeps_of(self.duration, step, target, THE_DURATION)
+        return Timeline((), np.array([self.duration / count]), np.array([1]), np.array([count]))
+
+
+def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
+    row = np.atleast_1d(finite_numbers(name, values))
+    if row.ndim != 1:
+        raise ValueError(f"{name} must be a row of values, one a degree of freedom, got shape {row.shape}")
+    return row
+
+
+@dataclass(frozen=True, eq=False)
+class HarmonicForce(FormulaLoad):
+    """Nodal forces F0 sin(w t + phase) on a structure at rest.
+
+    Args:
+        amplitude: F0 [N], shape [dof]; zero where no force acts.
+        circular_frequency: w [rad/s]; 0 for a constant force F0 sin(phase).
+        duration: Length of the run [s].
+        phase: Phase [rad].
+    """
+
+    amplitude: ArrayLike
+    circular_frequency: float
+    duration: float
+    phase: float = 0.0
+
+    kernel_load = "harmonic_force"
+    is_force = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "amplitude", _checked_row("amplitude", self.amplitude))
+        object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
+        frequency = real_number("circular_frequency [rad/s]", self.circular_frequency, least=0)
+        object.__setattr__(self, "circular_frequency", frequency)
+        object.__setattr__(self, "phase", real_number("phase", self.phase))
+
+    @property
+    def forcing_frequency(self) -> float:
+        """Circular frequency of the sine [rad/s]."""
+        return self.circular_frequency
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless there is an amplitude for each degree of freedom."""
+        _check_width("HarmonicForce.amplitude", self.amplitude, structure, serves_all=False)
+
+    def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
+        """Return amplitude, circular frequency and phase."""
+        return {
+            "amplitude": np.asarray(self.amplitude),
+            "circular_frequency": np.array([self.circular_frequency]),
+            "phase": np.array([self.phase]),
+        }
+
+    def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
+        """Return the modes' share of the sine."""
+        return np.asarray(self.amplitude) @ shape
+
+
+@dataclass(frozen=True, eq=False)
+class ForceHistory(SingleLoad):
+    """Nodal forces sampled in time on a structure at rest, linear between samples and zero after the last.
+
+    Args:
+        force: Nodal forces [N], shape [time, dof].
+        step: Sampling step [s].
+    """
+
+    force: ArrayLike
+    step: float
+
+    def __repr__(self) -> str:
+        times, dofs = self.values.shape
+        return f"ForceHistory({times} values every {self.step:g} s, {dofs} degrees of freedom)"
+
+    kernel_load = "force_history"
+    label = "force history"
+    is_force = True
+
+    def __post_init__(self) -> None:
+        force = finite_numbers("force", self.force)
+        if force.ndim != 2 or force.shape[0] < 2:
+            raise ValueError(f"force must have shape [time, dof] with at least 2 times, got shape {force.shape}")
+        object.__setattr__(self, "force", force)
+        object.__setattr__(self, "step", real_number("step [s]", self.step, above=0))
+
+    @property
+    def values(self) -> np.ndarray:
+        """What is sampled, time first."""
+        return np.asarray(self.force)
+
+    @property
+    def motions(self) -> tuple[ForceHistory, ...]:
+        """The history itself."""
+        return (self,)
+
+    def resampled(self, step: float) -> ForceHistory:
+        """Return the forces on a grid of another step [s], straight between the new samples."""
+        return replace(self, force=resampled_columns(self.values, self.step, step), step=step)
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless there is a column for each degree of freedom."""
+        columns = self.values.shape[1]
+        if columns != structure.dofs:
+            raise ValueError(f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom")
+
+    def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
+        """Return the modes' share of a unit force on each degree of freedom."""
+        return shape
+
+
+@dataclass(frozen=True, eq=False)
+class FreeVibration(FormulaLoad):
+    """No load: the structure moves on from an initial state.
+
+    Args:
+        duration: Length of the run [s].
+        displacement: Initial displacement [m], shape [dof]; zero by default.
+        velocity: Initial velocity [m/s], shape [dof]; zero by default.
+    """
+
+    duration: float
+    displacement: ArrayLike = 0.0
+    velocity: ArrayLike = 0.0
+
+    kernel_load = "free_vibration"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
+        object.__setattr__(self, "displacement", _checked_row("displacement", self.displacement))
+        object.__setattr__(self, "velocity", _checked_row("velocity", self.velocity))
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless the state is one of the structure, in which it may be at rest."""
+        for name in ("displacement", "velocity"):
+            _check_width(f"FreeVibration.{name}", getattr(self, name), structure, serves_all=True)
+        if np.any(self.displacement) and not structure.forgets:
+            raise ValueError(
+                f"FreeVibration.displacement needs an elastic structure: the force of a {structure.law!r} "
+                "storey at a displacement depends on how it came there; start from a velocity"
+            )
+
+    def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
+        """Return nothing: there is but the initial state."""
+        return {}
+
+    def initial_state(self, dofs: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the state, one value a degree of freedom."""
+        return np.broadcast_to(self.displacement, dofs), np.broadcast_to(self.velocity, dofs)
+
+    def modal_start(self, momentum: np.ndarray) -> np.ndarray:
+        """Return the modes' share of the state."""
+        return np.array([part @ momentum for part in self.initial_state(momentum.shape[1])])
+
+
+def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_all: bool) -> None:
+    """Raise a ValueError unless there is one value a degree of freedom, or one that serves all."""
+    size = np.size(values)
+    if size != structure.dofs and (size != 1 or not serves_all):
+        raise ValueError(f"{name} has {size} values for {structure.dofs} degrees of freedom")

@@ -1,0 +1,168 @@
+"""Annual rates of damage states: fragility curves and a hazard curve put together."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.checks import real_number
+from warpdyn.core.messages import warn_caller
+from warpdyn.risk.curves import curves_of, interval_attributes
+from warpdyn.risk.hazard_curves import Hazard, HazardCurve, branches_of
+from warpdyn.risk.integrals import rates_by_bin, rates_by_segment
+from warpdyn.statistics.lognormal_fit import check_confidence
+
+LEAST_KNOWN_SHARE = 0.95  # of the replicates; with fewer no interval is given
+EXTRAPOLATED_SHARE = 0.01  # of an answer from beyond the points of the hazard curve: with more a warning is given
+SOURCE = "Cornell and others (2002), J. Struct. Eng. 128(4); in closed form for each power-law segment of the hazard"
+
+
+def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, confidence: float = 0.95) -> xr.Dataset:
+    """Return the annual rate at which a building reaches each damage state, and the probability in a period.
+
+    The integral of the lognormal curves over the hazard curve, a power law between its points, is exact. The
+    replicates of the curves and the branches of a logic tree, each replicate with each branch, give the interval;
+    the estimate is that of the fitted curves with the mean over the branches.
+
+    Args:
+        curves: What `fragility` returned: `fragility_median(damage_state)` and `fragility_dispersion(damage_state)`,
+            and for an interval `replicate_median` and `replicate_dispersion(replicate, damage_state)`.
+        hazard: The hazard of the curves' intensity measure.
+        years: The period [year], in which occurrences are a Poisson process.
+        confidence: Probability that the intervals cover.
+
+    Returns:
+        `annual_rate(damage_state)` of reaching or exceeding the state [1/year], `return_period` [year],
+        `probability_in_period` [1], each with `_lower` and `_upper` (NaN without replicates and branches);
+        `branch_annual_rate(branch, damage_state)`, `share_below_hazard` and `share_above_hazard(damage_state)`, the
+        shares of the rate that come from beyond the points of the hazard curve, and, with replicates,
+        `replicate_annual_rate(replicate, damage_state)`. A warning names states whose shares are above 1 %.
+
+    Raises:
+        TypeError: If `curves` is no Dataset or `hazard` no hazard.
+        ValueError: If a state has no fit, or the hazard is of another unit or intensity measure.
+
+    Example:
+        >>> rates = wd.annual_rates(wd.fragility(run, limits), hazard)
+        >>> rates["probability_in_period"]
+    """
+    tree = branches_of("annual_rates", hazard)
+    found = curves_of("annual_rates", curves, tree)
+    years = real_number("years", years, above=0)
+    check_confidence(confidence)
+    rate = np.stack([rates_by_segment(each, found.median, found.dispersion).sum(axis=-1) for each in tree.curves])
+    # Rates from intensities beyond the points, not of capacities beyond them.
+    outside = np.zeros((2, len(found.names)))
+    for weight, each in zip(tree.weights, tree.curves, strict=True):
+        ends = each.intensity[[0, -1]]
+        outside += weight * np.stack(rates_by_bin(each, ends, found.median, found.dispersion)[1:])
+    mean = tree.weights @ rate
+    shares = outside / mean
+    warn_of_extrapolation(tuple(found.names), shares, tree.curves, "annual rate")
+
+    sampled = rate[None]
+    if found.replicate_median is not None and found.replicate_dispersion is not None:
+        sampled = np.stack(
+            [
+                rates_by_segment(each, found.replicate_median, found.replicate_dispersion).sum(axis=-1)
+                for each in tree.curves
+            ],
+            axis=1,
+        )
+    bounds = weighted_bounds(sampled, tree.weights, confidence)
+    state = "damage_state"
+    per_year = {"units": "year-1"}
+    variables: dict[str, tuple] = {}
+    reaching = "of reaching or exceeding the damage state"
+    for suffix, part, words in (
+        ("", mean, ""),
+        ("_lower", bounds[0], ", lower bound"),
+        ("_upper", bounds[1], ", upper bound"),
+    ):
+        # The longest return period is that of the smallest rate.
+        inverse = bounds[1] if suffix == "_lower" else bounds[0] if suffix == "_upper" else mean
+        variables[f"annual_rate{suffix}"] = state, part, per_year | {"long_name": f"annual rate {reaching}{words}"}
+        variables[f"return_period{suffix}"] = (
+            state,
+            1 / inverse,
+            {"units": "year", "long_name": f"return period {reaching}{words}"},
+        )
+        variables[f"probability_in_period{suffix}"] = (
+            state,
+            -np.expm1(-part * years),
+            {"units": "1", "long_name": f"probability {reaching} in {years:g} years{words}"},
+        )
+    variables["branch_annual_rate"] = (
+        ("branch", state),
+        rate,
+        per_year | {"long_name": f"annual rate {reaching} by each branch of the hazard"},
+    )
+    variables["branch_weight"] = "branch", tree.weights, {"units": "1", "long_name": "weight of the branch"}
+    for name, part, where in (("below", shares[0], "the first"), ("above", shares[1], "the last")):
+        long_name = f"share of the annual rate from intensities {name} {where} point of the hazard curve"
+        variables[f"share_{name}_hazard"] = state, part, {"units": "1", "long_name": long_name}
+    if found.replicate_median is not None:
+        variables["replicate_annual_rate"] = (
+            ("replicate", state),
+            np.einsum("rbs,b->rs", sampled, tree.weights),
+            per_year | {"long_name": f"annual rate {reaching}, by replicate of the fragility curves"},
+        )
+    return xr.Dataset(
+        variables,
+        {state: (state, np.array(found.names), {"long_name": "damage state"})},
+        {
+            "intensity_measure": tree.measure or found.measure,
+            "years": years,
+            "rate_method": SOURCE,
+            **interval_attributes(found, len(tree.curves), confidence),
+        },
+    )
+
+
+def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float) -> np.ndarray:
+    """Return the interval of values over replicates and weighted branches, shape [2, ...]; NaN of a single value.
+
+    Args:
+        sampled: Values, shape [replicate, branch, ...]; NaN where a replicate has none.
+        weights: Weights of the branches, of sum 1, shape [branch].
+        confidence: Probability that the interval covers.
+    """
+    replicates, branches, *rest = sampled.shape
+    if replicates * branches < 2:
+        return np.full((2, *rest), np.nan)
+    values = sampled.reshape(replicates * branches, -1)
+    order = np.argsort(values, axis=0)  # NaN stand last
+    ordered = np.take_along_axis(values, order, axis=0)
+    known = np.isfinite(ordered)
+    each = np.where(known, (np.tile(weights, replicates) / replicates)[order], 0.0)
+    whole = each.sum(axis=0)
+    # Each value stands in the middle of its own weight; between two of them the quantile is interpolated.
+    upto = (np.cumsum(each, axis=0) - 0.5 * each) / np.where(whole > 0, whole, 1.0)
+    bounds = np.full((2, values.shape[1]), np.nan)
+    # With fewer replicates that are known, these would give too narrow an interval.
+    for i in np.flatnonzero(whole >= LEAST_KNOWN_SHARE):
+        shares = 0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence
+        bounds[:, i] = np.interp(shares, upto[known[:, i], i], ordered[known[:, i], i])
+    return bounds.reshape(2, *rest)
+
+
+def warn_of_extrapolation(
+    names: tuple[str, ...], shares: np.ndarray, curves: tuple[HazardCurve, ...], what: str
+) -> None:
+    """Warn of the shares of an answer that come from beyond the points of the hazard, shape [2, name]."""
+    units = curves[0].units
+    ends = (
+        f"below the first point of the hazard curve ({min(each.intensity[0] for each in curves):.3g} {units})",
+        f"above the last point of the hazard curve ({max(each.intensity[-1] for each in curves):.3g} {units})",
+    )
+    for side, row in zip(ends, shares, strict=True):
+        told = [
+            f"{100 * share:.2g} % of {name!r}"
+            for name, share in zip(names, row, strict=True)
+            if share > EXTRAPOLATED_SHARE
+        ]
+        if told:
+            warn_caller(
+                f"{what}: {', '.join(told)} comes from intensities {side}, where it is extrapolated with the slope of "
+                "its end; give a curve that goes further"
+            )

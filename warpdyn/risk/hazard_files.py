@@ -1,0 +1,173 @@
+"""Files of hazard curves: those that the OpenQuake engine and the USGS's tools write."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warpdyn.core.checks import real_number
+
+SAME_PLACE = 1e-3  # degrees, some 100 m
+# What OpenQuake gives intensities in, and what we make of them: accelerations stay in g.
+_OPENQUAKE_UNITS = {"PGV": ("m s-1", 0.01), "PGD": ("m", 0.01), "IA": ("m s-1", 1.0)}
+_IN_G = re.compile(r"PGA|SA\([\d.]+\)|AvgSA(\([^)]*\))?")
+_USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
+
+Points = tuple[np.ndarray, np.ndarray]
+Site = tuple[float, float]
+
+
+def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray, np.ndarray, str, str]:
+    """Return intensities, annual rates, measure and units of a hazard curve of the OpenQuake engine."""
+    lines = _text(path).splitlines()
+    header = lines[0] if lines[0].startswith("#") else ""
+    years = re.search(r"investigation_time=([\d.eE+-]+)", header)
+    named = re.search(r"imt='([^']+)'|imt=\"+([^\",]+)\"+", header)
+    if not years or not named:
+        raise ValueError(
+            f"{path}: the first line must be a comment with investigation_time=... and imt='...', as the OpenQuake "
+            "engine writes it"
+        )
+    measure = named[1] or named[2]
+    units, factor = _OPENQUAKE_UNITS.get(measure, ("g", 1.0))
+    if units == "g" and not _IN_G.fullmatch(measure):
+        raise ValueError(f"{path}: the units of {measure!r} are not known; PGA, SA(period), PGV, PGD and IA are read")
+    rows = list(csv.reader(lines[1:]))
+    columns = [(i, name[4:]) for i, name in enumerate(rows[0]) if name.startswith("poe-")]
+    if not columns or not {"lon", "lat"} <= set(rows[0]):
+        raise ValueError(f"{path}, line 2: the columns must be lon, lat, ... and poe-<intensity>, got {rows[0][:5]}")
+    place = _row_of_site(path, rows[0], rows[1:], site, first_line=3)
+    row, where = rows[1 + place], f"{path}, line {3 + place}"
+    intensity = np.array([_number(name, f"{path}, line 2") for _, name in columns])
+    probability = np.array([_number(row[i], where) if i < len(row) else np.nan for i, _ in columns])
+    if not np.all((probability >= 0) & (probability <= 1)):
+        raise ValueError(f"{where}: probabilities must lie from 0 to 1")
+    # A probability of 1 to the digits of the file says no rate.
+    kept = (probability > 0) & (probability < 1)
+    time = real_number(f"{path}: investigation_time", _number(years[1], f"{path}, line 1"), above=0)
+    rate = -np.log1p(-probability[kept]) / time
+    return *_checked(path, factor * intensity[kept], rate), measure, units
+
+
+def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return intensities [g], annual rates and measure of a hazard curve of the USGS, from JSON or CSV."""
+    text = _text(path)
+    if text.lstrip().startswith("{"):
+        return _usgs_json(path, text, measure)
+    rows = list(csv.reader(text.splitlines()))
+    header = [name.strip() for name in rows[0]]
+    if not {"lon", "lat"} <= set(header):
+        raise ValueError(f"{path}: neither JSON of a USGS service nor CSV with the columns name, lon, lat, <intensity>")
+    columns = [i for i, name in enumerate(header) if re.fullmatch(r"[\d.]+(?:[eE][+-]?\d+)?", name)]
+    folder = _usgs_name(Path(path).resolve().parent.name)
+    named = measure or (folder if _IN_G.fullmatch(folder) else None)
+    if named is None:
+        raise ValueError(f"{path}: its folder's name is no intensity measure (PGA, SA0P2): give measure='SA(0.2)'")
+    place = _row_of_site(path, header, rows[1:], site, first_line=2)
+    row, where = rows[1 + place], f"{path}, line {2 + place}"
+    intensity = np.array([float(header[i]) for i in columns])
+    rate = np.array([_number(row[i], where) if i < len(row) else np.nan for i in columns])
+    return *_positive(path, intensity, rate), named
+
+
+def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.ndarray, np.ndarray, str]:
+    """Read the JSON of the services: `hazardCurves` of today's, a list of `yvalues` of those before 2022."""
+    try:
+        response = json.loads(text)["response"]
+        found: dict[str, Points] = {}
+        for each in response["hazardCurves"] if isinstance(response, dict) else response:
+            about = each if isinstance(response, dict) else each["metadata"]
+            total = next(part for part in each["data"] if part["component"] == "Total")
+            points = total.get("values") or {"xs": about["xvalues"], "ys": total["yvalues"]}
+            values = np.array(points["xs"], dtype=np.float64), np.array(points["ys"], dtype=np.float64)
+            found[_usgs_name(about["imt"]["value"])] = values
+    except (KeyError, TypeError, ValueError, StopIteration) as error:
+        raise ValueError(
+            f"{path}: not the JSON of a USGS hazard service: it needs response.hazardCurves with imt.value and, of the "
+            "component 'Total', xs and ys"
+        ) from error
+    wanted = _usgs_name(measure) if measure else None
+    if wanted is None and len(found) == 1:
+        wanted = next(iter(found))
+    if wanted not in found:
+        asked = f"has no {measure!r}" if measure else "holds several intensity measures: give measure="
+        raise ValueError(f"{path} {asked}; it has {', '.join(found)}")
+    return *_positive(path, *found[wanted]), wanted
+
+
+def _usgs_name(name: str) -> str:
+    """Return "SA(0.2)" of the USGS's "SA0P2", and other names as they are."""
+    found = _USGS_PERIOD.fullmatch(name)
+    return f"SA({float(f'{found[1]}.{found[2]}'):g})" if found else name
+
+
+def _row_of_site(
+    path: str | Path, header: Sequence[str], rows: Sequence[Sequence[str]], site: Any, *, first_line: int
+) -> int:
+    """Return the row of a site by its place or name, or the only row."""
+    if not rows:
+        raise ValueError(f"{path}: the file has no site")
+    if site is None:
+        if len(rows) > 1:
+            raise ValueError(f"{path} has {len(rows)} sites: give site=(longitude, latitude)")
+        return 0
+    if isinstance(site, str):
+        names = [row[header.index("name")] for row in rows] if "name" in header else []
+        if site not in names:
+            raise ValueError(f"{path} has no site {site!r}; it has {', '.join(names[:8]) or 'no names'}")
+        return names.index(site)
+    if not isinstance(site, Sequence) or len(site) != 2:
+        raise ValueError(f"site must be longitude and latitude [degree], got {site!r}")
+    places = np.array(
+        [
+            [_number(row[header.index(axis)], f"{path}, line {first_line + i}") for axis in ("lon", "lat")]
+            for i, row in enumerate(rows)
+        ]
+    )
+    apart = np.abs(places - np.array([real_number("site", value) for value in site])).max(axis=1)
+    nearest = int(np.argmin(apart))
+    if apart[nearest] > SAME_PLACE:
+        raise ValueError(
+            f"{path} has no site at longitude {site[0]:g}, latitude {site[1]:g}; the nearest is "
+            f"{places[nearest][0]:g}, {places[nearest][1]:g}"
+        )
+    return nearest
+
+
+def _positive(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Points:
+    """Leave out the points without hazard, which stand beyond the largest motion."""
+    if not np.all(rate >= 0):
+        raise ValueError(f"{path}: annual rates must be numbers of at least 0")
+    kept = rate > 0
+    return _checked(path, intensity[kept], rate[kept])
+
+
+def _checked(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Points:
+    if rate.size < 2:
+        raise ValueError(f"{path}: fewer than 2 points of the curve have a rate above 0")
+    return intensity, rate
+
+
+def _text(path: str | Path) -> str:
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    text = Path(path).read_text(encoding="utf-8-sig")
+    if not text.strip():
+        raise ValueError(f"{path}: the file is empty")
+    return text
+
+
+def _number(token: str, where: str) -> float:
+    try:
+        value = float(token)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise ValueError(f"{where}: {token!r} is not a finite number")
+    return value

@@ -1,0 +1,163 @@
+"""Losses of a portfolio: damage shares, damage-to-loss ratios and replacement values put together, event by event."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import cast
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import check_dataset, finite_numbers, real_number
+from warpdyn.risk.loss_ratios import LossRatios, Ratios, checked_ratios
+from warpdyn.risk.losses import RETURN_PERIODS
+from warpdyn.statistics.damage_shares import NO_DAMAGE
+
+_FUNCTION = "portfolio_losses"
+
+
+def portfolio_losses(
+    shares: xr.Dataset,
+    loss_ratios: Ratios | Mapping[str, Ratios],
+    replacement_values: Mapping[str, float],
+    *,
+    event_rates: ArrayLike | None = None,
+    return_periods: Sequence[float] = RETURN_PERIODS,
+) -> xr.Dataset:
+    """Return the losses of a portfolio in each event, by archetype and in total, and of a year if events have rates.
+
+    Buildings of an archetype are taken to be of equal value. Undamaged ones cost nothing.
+
+    Args:
+        shares: What `damage_shares` returned.
+        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, the same for
+            all archetypes; or of each archetype such a mapping.
+        replacement_values: Value of all buildings of each archetype together, in one currency.
+        event_rates: Annual rate of each event (or motion) [1/year], shape [event]; None for losses of events alone.
+        return_periods: Return periods [year] of the total loss, if events have rates.
+
+    Returns:
+        `archetype_loss_ratio` [1] and `archetype_loss(archetype, event)`, `loss(event)` and `loss_ratio(event)` of the
+        portfolio, and `loss_deviation(event)`, the standard deviation that the scatter of the loss ratios alone makes,
+        independent from building to building; on stripes the dimension `stripe` follows. With `event_rates`
+        `archetype_expected_annual_loss(archetype)`, `expected_annual_loss`, `loss_exceedance_rate(event)`, at which
+        losses above that of the event occur, and `return_period_loss(return_period)`, the least loss of an event that
+        is exceeded no more often (0 where events are rarer).
+
+    Raises:
+        TypeError: If `shares` is no Dataset or ratios or values are no mappings.
+        ValueError: If a state or an archetype is missing or unknown, a value is not positive, an archetype has no
+            counted building in an event, or rates are not one for each event, are negative, or are given on stripes.
+
+    Example:
+        >>> shares = wd.damage_shares(run, limits)
+        >>> wd.portfolio_losses(shares, wd.hazus_loss_ratios("RES3"), {"low": 3e8, "tall": 1.2e9})["loss"]
+    """
+    needed = "archetype_damage_share", "counted_buildings"
+    check_dataset(_FUNCTION, shares, *needed, advice="give what damage_shares(run, limits) returned")
+    names = [str(name) for name in shares["archetype"].values]
+    states = [str(state) for state in shares["damage_state"].values if str(state) != NO_DAMAGE]
+    ratios = _ratios_of_archetypes(names, states, loss_ratios)
+    values = _checked_values(names, replacement_values)
+    share = shares["archetype_damage_share"].sel(damage_state=states)
+    along = str(share.dims[1])  # event or motion
+    counted = shares["counted_buildings"]
+    if not (counted > 0).all():
+        archetype, event = (int(place[0]) for place in np.nonzero(~(counted > 0).values)[:2])
+        raise ValueError(
+            f"{_FUNCTION}: archetype {names[archetype]!r} has no counted building in {along} {event}: its loss "
+            "is unknown"
+        )
+
+    def by_state(rows: np.ndarray) -> xr.DataArray:
+        return xr.DataArray(rows, dims=("archetype", "damage_state"))
+
+    means, variances = (np.stack(part) for part in zip(*((r.mean, r.deviation**2) for r in ratios), strict=True))
+    value = xr.DataArray(values, dims="archetype")
+    plain = share.drop_vars(list(share.coords))
+    of_archetype = (plain * by_state(means)).sum("damage_state")
+    loss = of_archetype * value
+    total = loss.sum("archetype")
+    each_variance = (plain * by_state(variances)).sum("damage_state") / counted.drop_vars(list(counted.coords))
+    deviation = (each_variance * value**2).sum("archetype") ** 0.5
+    money, unit = {"units": "1", "comment": "in the unit of replacement_values"}, {"units": "1"}
+    result = xr.Dataset(
+        {
+            "archetype_loss_ratio": of_archetype.assign_attrs(unit, long_name="mean loss ratio of the archetype"),
+            "archetype_loss": loss.assign_attrs(money, long_name="loss of the archetype's buildings"),
+            "loss": total.assign_attrs(money, long_name="loss of the portfolio"),
+            "loss_ratio": (total / values.sum()).assign_attrs(unit, long_name="loss over the portfolio's value"),
+            "loss_deviation": deviation.assign_attrs(
+                money, long_name="standard deviation of the loss by the scatter of the loss ratios"
+            ),
+            "replacement_value": value.assign_attrs(money, long_name="value of the archetype's buildings"),
+        },
+        {name: shares[name] for name in ("archetype", along, "stripe") if name in shares.coords},
+        {name: text for name, text in shares.attrs.items() if name in ("title", "history", "seed")},
+    )
+    if event_rates is None:
+        return result
+    if "stripe" in total.dims:
+        raise ValueError(f"{_FUNCTION}: event_rates are of events as they were, and these shares are on stripes")
+    rates = np.atleast_1d(finite_numbers("event_rates", event_rates))
+    if rates.shape != (total.sizes[along],) or np.any(rates < 0):
+        raise ValueError(
+            f"{_FUNCTION}: event_rates must hold the annual rate of each of the {total.sizes[along]} events, none "
+            f"below 0, got {rates}"
+        )
+    periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
+    if np.any(periods <= 0):
+        raise ValueError("return_periods must be years above 0")
+    per_year = xr.DataArray(rates, dims=along)
+    exceeded = rates @ (total.values[:, None] > total.values[None, :])
+    ordered = np.sort(np.append(total.values, 0.0))
+    rate_above = rates @ (total.values[:, None] > ordered[None, :])
+    at_periods = [ordered[np.argmax(rate_above <= 1 / period)] for period in periods]
+    return result.assign(
+        archetype_expected_annual_loss=(loss * per_year)
+        .sum(along)
+        .assign_attrs(money, long_name="expected loss of a year of the archetype's buildings"),
+        expected_annual_loss=(total * per_year).sum().assign_attrs(money, long_name="expected loss of a year"),
+        loss_exceedance_rate=(
+            along,
+            exceeded,
+            {"units": "year-1", "long_name": "annual rate of losses above that of the event"},
+        ),
+        return_period_loss=(
+            "return_period",
+            at_periods,
+            money | {"long_name": "least loss of an event that is exceeded at most once in the return period"},
+        ),
+    ).assign_coords(return_period=("return_period", periods, {"units": "year", "long_name": "return period"}))
+
+
+def _ratios_of_archetypes(
+    names: Sequence[str], states: Sequence[str], given: Ratios | Mapping[str, Ratios]
+) -> list[LossRatios]:
+    """Return the loss ratios of each archetype: its own, or those of all."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{_FUNCTION}: loss_ratios must map damage states, or archetypes, got {given!r}")
+    if not any(isinstance(each, Mapping) for each in given.values()):
+        return [checked_ratios(_FUNCTION, cast("Ratios", given), states)] * len(names)
+    _check_names(names, given, "loss_ratios")
+    own = cast("Mapping[str, Ratios]", given)
+    return [checked_ratios(_FUNCTION, own[name], states, f" of archetype {name!r}") for name in names]
+
+
+def _checked_values(names: Sequence[str], given: Mapping[str, float]) -> np.ndarray:
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{_FUNCTION}: replacement_values must map each archetype to its value, got {given!r}")
+    _check_names(names, given, "replacement_values")
+    return np.array([real_number(f"replacement value of {name!r}", given[name], above=0) for name in names])
+
+
+def _check_names(names: Sequence[str], given: Mapping[str, object], what: str) -> None:
+    missing = [name for name in names if name not in given]
+    unknown = [str(name) for name in given if name not in names]
+    if missing or unknown:
+        raise ValueError(
+            f"{_FUNCTION}: {what} must name the archetypes {', '.join(names)}"
+            + (f"; {', '.join(missing)} missing" if missing else "")
+            + (f"; {', '.join(unknown)} unknown" if unknown else "")
+        )

@@ -1,0 +1,152 @@
+"""Losses storey by storey: storey loss functions of drifts and floor accelerations, added up for every sample."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import check_dataset, finite_numbers, real_number
+from warpdyn.core.output_variables import COLLAPSED, STRIPED
+from warpdyn.core.units import IN_G
+from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
+
+LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
+_FUNCTION = "storey_losses"
+
+
+def storey_losses(
+    run: xr.Dataset,
+    drift_loss: LossFunction | None = None,
+    acceleration_loss: LossFunction | None = None,
+    *,
+    collapse_loss: float = 1.0,
+) -> xr.Dataset:
+    """Return the loss ratio of every sample: storey losses by their drifts and floor accelerations, added up.
+
+    A storey loss function is the expected repair cost of a storey's components at a demand, over the replacement value
+    of the building; between its points it is linear, above the last one level. A collapsed sample loses
+    `collapse_loss`, and no sample loses more. Losses of samples that failed are NaN.
+
+    Source: Ramirez and Miranda (2009), "Building-specific loss estimation methods and tools for simplified
+    performance-based earthquake engineering", Blume Center report 171, chapter 3.
+
+    Args:
+        run: A run of a ShearBuilding with the recorders "drift" and, for `acceleration_loss`, "acceleration".
+        drift_loss: Peak storey drift ratios [1], shape [point], and the loss of a storey at them [1], shape [point] or,
+            where storeys differ, [storey, point]. The first loss is 0, losses do not fall.
+        acceleration_loss: Peak floor accelerations [m/s2] and the loss at a floor at them [1], likewise.
+        collapse_loss: Loss of a collapsed sample [1].
+
+    Returns:
+        `loss_ratio(sample)` [1] and, of samples that stand, its parts `drift_loss_ratio(sample, storey)` and
+        `acceleration_loss_ratio(sample, floor)`. Of a run on stripes also `mean_loss_ratio(intensity)`,
+        `coefficient_of_variation(intensity)` (over all samples of the stripe) and `collapsed_share(intensity)`, which
+        `plots.vulnerability` draws.
+
+    Raises:
+        TypeError: If `run` is no Dataset.
+        ValueError: If no function is given, a demand is not recorded, points do not increase, losses fall, do not begin
+            at 0 or are above 1, or more than 1 % of the samples failed.
+
+    Example:
+        >>> drift = [0.0, 0.004, 0.01, 0.03], [0.0, 0.005, 0.05, 0.12]  # of five equal storeys
+        >>> losses = wd.storey_losses(run, drift, ([0.0, 3.0, 12.0], [0.0, 0.0, 0.06]))
+    """
+    check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned")
+    worst = real_number("collapse_loss", collapse_loss, above=0)
+    given = {
+        "drift": ("peak_storey_drift_ratio", "storey", drift_loss),
+        "acceleration": ("peak_floor_acceleration", "floor", acceleration_loss),
+    }
+    if drift_loss is None and acceleration_loss is None:
+        raise ValueError(f"{_FUNCTION} needs drift_loss, acceleration_loss or both")
+    status = decoded_status(run["status"])
+    failed = status > COLLAPSED
+    if failed.sum() > LARGEST_EXCLUDED_FRACTION * status.size:
+        raise ValueError(
+            f"{failed.sum()} of {status.size} samples failed; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: take "
+            "a smaller step or another method"
+        )
+    unit = {"units": "1"}
+    variables: dict[str, tuple] = {}
+    total = np.zeros(status.size)
+    for recorder, (variable, dim, function) in given.items():
+        if function is None:
+            continue
+        if variable not in run:
+            raise ValueError(f"{_FUNCTION}: the run has no {variable}: record {recorder!r}")
+        demand = run[variable].transpose("sample", dim).values.astype(np.float64)
+        part = _losses_at(f"{recorder}_loss", function, demand)
+        part[status != 0] = np.nan
+        name = f"{recorder}_loss_ratio"
+        variables[name] = ("sample", dim), part, unit | {"long_name": f"loss of the {dim} by its {recorder}"}
+        total += part.sum(axis=1)
+    total = np.where(status == COLLAPSED, worst, np.minimum(total, worst))
+    total[failed] = np.nan
+    variables["loss_ratio"] = "sample", total, unit | {"long_name": "loss over the replacement value"}
+    coordinates = {name: run[name] for name in ("sample", "storey", "floor", "im_level") if name in run.coords}
+    result = xr.Dataset(
+        variables, {name: value for name, value in coordinates.items() if set(value.dims) <= _dims(variables)}
+    )
+    if "im_level" not in run or run["im_level"].attrs.get("design") != STRIPED:
+        return result
+    levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
+    rows = [total[(stripe == i) & ~failed] for i in range(levels.size)]
+    mean = np.array([row.mean() if row.size else np.nan for row in rows])
+    spread = np.array([row.std(ddof=1) if row.size > 1 else np.nan for row in rows])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variation = np.where(mean > 0, spread / mean, np.nan)
+    collapsed = [
+        (status[(stripe == i) & ~failed] == COLLAPSED).mean() if rows[i].size else np.nan for i in range(levels.size)
+    ]
+    measure = run["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    return (
+        result.assign(
+            mean_loss_ratio=("intensity", mean, unit | {"long_name": "mean loss ratio of the stripe"}),
+            coefficient_of_variation=(
+                "intensity",
+                variation,
+                unit | {"long_name": "coefficient of variation of the loss ratio"},
+            ),
+            collapsed_share=(
+                "intensity",
+                np.array(collapsed),
+                unit | {"long_name": "share of the stripe that collapsed"},
+            ),
+        )
+        .assign_coords(
+            intensity=("intensity", levels, {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G})
+        )
+        .assign_attrs(intensity_measure=measure)
+    )
+
+
+def _dims(variables: dict[str, tuple]) -> set[str]:
+    """Return the dimensions of some variables."""
+    found: set[str] = set()
+    for dims, *_ in variables.values():
+        found |= {dims} if isinstance(dims, str) else set(dims)
+    return found
+
+
+def _losses_at(what: str, function: LossFunction, demand: np.ndarray) -> np.ndarray:
+    """Return the losses at demands of each storey or floor, of the same shape; a storey that is not there loses 0."""
+    if not isinstance(function, tuple | list) or len(function) != 2:
+        raise ValueError(f"{what} must be a pair: demands, and losses at them")
+    points, losses = finite_numbers(f"{what}: demands", function[0]), finite_numbers(f"{what}: losses", function[1])
+    if points.ndim != 1 or points.size < 2 or points[0] < 0 or np.any(np.diff(points) <= 0):
+        raise ValueError(f"{what}: demands must be a row of at least 2 increasing numbers, none below 0, got {points}")
+    places = demand.shape[1]
+    if losses.shape not in ((points.size,), (places, points.size)):
+        raise ValueError(
+            f"{what}: losses must have the shape [{points.size}] of the demands or [{places}, {points.size}], a row "
+            f"for each storey or floor, got {list(losses.shape)}"
+        )
+    table = np.broadcast_to(losses, (places, points.size))
+    if np.any(table[:, 0] != 0) or np.any(np.diff(table, axis=1) < 0) or np.any(table > 1):
+        raise ValueError(f"{what}: losses must begin at 0, not fall, and be shares of the replacement value, at most 1")
+    each = [np.interp(np.nan_to_num(demand[:, i]), points, table[i]) for i in range(places)]
+    return np.stack(each, axis=1)

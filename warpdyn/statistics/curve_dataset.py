@@ -1,0 +1,149 @@
+"""The dataset of fragility curves that were not fitted to stripes: from capacities, and from clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy.special import ndtr, ndtri
+
+from warpdyn.core.units import IN_G
+from warpdyn.statistics.estimators import FIT_MEANINGS
+from warpdyn.statistics.jackknife import SOURCES, LeftOut, spread_of, trusted
+from warpdyn.statistics.leave_out import Observations
+
+_CURVE_POINTS = 401
+_LEAST_PROBABILITY = 1e-12  # below it, and so near to 1, the bounds of a curve are the curve
+
+
+def dataset_of_curves(
+    observed: Observations,
+    states: tuple[str, ...],
+    left: LeftOut,
+    outcome: np.ndarray,
+    *,
+    curves: Callable[[np.ndarray], np.ndarray],
+    highest: float,
+    units: str,
+    covariance: np.ndarray | None,
+    confidence: float,
+    replicates: int,
+    seed: int,
+) -> xr.Dataset:
+    """Return curves with their intervals, the variance by its source, and draws from their sampling distribution.
+
+    Args:
+        observed: The observations.
+        states: Names of the damage states.
+        left: Logarithms of median and dispersion, whole and with parts left out.
+        outcome: Outcome of each fit, an index into FIT_MEANINGS.
+        curves: Returns of intensities the probability of exceedance, for each row of weights, shape
+            [row, damage_state, intensity].
+        highest: Highest intensity of the curves.
+        units: Units of the intensity.
+        covariance: Cluster-robust covariance of ln median and dispersion, shape [damage_state, 2, 2]; None for none.
+        confidence: Probability that the intervals cover.
+        replicates: Number of draws.
+        seed: Their seed.
+    """
+    spread = spread_of(left.whole, left.records, left.groups, left.interaction)
+    known = trusted(left, outcome)
+    bounds = np.exp(np.where(known, spread.interval(confidence), np.nan))
+    draws = np.exp(np.where(known, spread.draw(replicates, seed), np.nan))
+    median, dispersion = np.exp(left.whole)
+    no_fit = "NaN where there is no fit"
+    of_measure = {"units": units} | ({"comment": f"{IN_G}; {no_fit}"} if units == "g" else {"comment": no_fit})
+    of_state = "damage_state"
+    variables: dict[str, tuple] = {}
+    for number, (name, values, words, said) in enumerate(
+        (
+            ("median", median, "median capacity", of_measure),
+            ("dispersion", dispersion, "dispersion of the capacity", {"comment": no_fit}),
+        )
+    ):
+        variables |= _bounded(f"fragility_{name}", of_state, values, bounds[:, number], words, confidence, **said)
+        by_source = np.where(known[:, None], spread.by_source[:, number].T, np.nan)
+        text = f"variance of the {name} by its source"
+        variables[f"{name}_variance"] = _variable(
+            (of_state, "source"), by_source, text, comment="of its logarithm; record and structure: their interaction"
+        )
+        alone = f"variance of the {name} if all observations were independent, which they are not"
+        variables[f"{name}_variance_if_independent"] = _variable(
+            of_state, left.binomial[number], alone, comment="of its logarithm"
+        )
+        text = f"draw from the sampling distribution of the {name}"
+        of_draw = {"units": units} if name == "median" else {}
+        variables[f"replicate_{name}"] = _variable(("replicate", of_state), draws[:, number], text, **of_draw)
+    flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
+    variables["fit_status"] = _variable(of_state, outcome.astype(np.int8), "outcome of the fit", **flags)
+    intensity = highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2  # close together at low levels
+    curve, between = _curves(observed, left, curves, intensity, confidence)
+    curve = np.where(np.isfinite(median)[:, None], curve, np.nan)
+    between = np.where(known[:, None], between, np.nan)
+    on_curve = (of_state, "intensity")
+    variables |= _bounded("fragility_curve", on_curve, curve, between, "fragility curve", confidence, comment=no_fit)
+    coordinates: dict[str, Any] = {
+        of_state: (of_state, np.array(states), {"long_name": "damage state"}),
+        "intensity": _variable("intensity", intensity, "intensity along the curve", **of_measure),
+        "source": ("source", np.array(SOURCES), {"long_name": "source of variance"}),
+    }
+    if covariance is not None:
+        text = "cluster-robust covariance of ln median and dispersion; records are the clusters"
+        dims = (of_state, "parameter", "other_parameter")
+        variables["fragility_covariance"] = _variable(dims, covariance, text)
+        names = np.array(["ln median", "dispersion"])
+        for dim in dims[1:]:
+            coordinates[dim] = (dim, names, {"long_name": "parameter of the curve"})
+    parts = "" if observed.parts == observed.records else f" in {observed.parts} parts"
+    groups = f"{parts} and {observed.groups} groups of structures" if observed.groups else parts
+    attributes = {
+        "interval_method": f"jackknife over {observed.records} records{groups}, less its bias, with Student's t",
+        "confidence": float(confidence),
+        "replicates_seed": seed,
+    }
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _curves(
+    observed: Observations,
+    left: LeftOut,
+    curves: Callable[[np.ndarray], np.ndarray],
+    intensity: np.ndarray,
+    confidence: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the curves and their bounds, shape [damage_state, intensity] and [2, damage_state, intensity]."""
+    probability = curves(intensity)
+    curve = probability[0]
+    score = ndtri(np.clip(probability, _LEAST_PROBABILITY, 1.0 - _LEAST_PROBABILITY))
+    whole, records, groups = observed.split(score)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # Of the score (ln intensity - ln median) / dispersion, by the derivatives of a lognormal curve.
+        slopes = np.stack([np.exp(-left.whole[1])[:, None] + 0.0 * whole, whole])
+        interaction = (slopes**2 * left.interaction[:, :, None]).sum(axis=0)
+        bounds = ndtr(spread_of(whole, records, groups, interaction).interval(confidence))
+    certain = (curve < _LEAST_PROBABILITY) | (curve > 1.0 - _LEAST_PROBABILITY)
+    return curve, np.where(certain, curve, bounds)
+
+
+def _variable(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
+    return dimensions, values, {"long_name": long_name, "units": "1"} | attributes
+
+
+def _bounded(
+    name: str,
+    dimensions: str | tuple[str, ...],
+    values: np.ndarray,
+    bounds: np.ndarray,
+    words: str,
+    confidence: float,
+    **attributes: object,
+) -> dict[str, tuple]:
+    """Return an estimate and its bounds as variables."""
+    found = {name: _variable(dimensions, values, words, **attributes)}
+    for side, bound in zip(("lower", "upper"), bounds, strict=True):
+        text = f"{words}, {side} bound of the {100 * confidence:g} % interval"
+        found[f"{name}_{side}"] = _variable(dimensions, bound, text, **attributes)
+    return found

@@ -1,0 +1,235 @@
+"""Curves through binomial stripe counts by probit or logit, with a penalised fit for separated stripes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import expit, log_expit, log_ndtr
+
+from warpdyn.statistics.estimators.newton import Evaluation, cluster_covariance, maximise
+from warpdyn.statistics.lognormal_fit import FITTED, NO_FINITE_MEDIAN, SEPARATED, fit_stripes
+
+PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a fit, after those of `fit_stripes`
+
+_LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """Distribution of the standardised capacity, which turns a score into a probability.
+
+    Args:
+        log_cumulative: Logarithm of the probability of a score; that of its complement is that of minus the score.
+        log_density: Logarithm of the density.
+        slope: Derivative of the logarithm of the density.
+        deviation: Standard deviation of the distribution.
+    """
+
+    log_cumulative: Callable[[np.ndarray], np.ndarray]
+    log_density: Callable[[np.ndarray], np.ndarray]
+    slope: Callable[[np.ndarray], np.ndarray]
+    deviation: float
+
+
+PROBIT = Link(log_ndtr, lambda z: -0.5 * z * z - _LOG_SQRT_2PI, lambda z: -z, 1.0)
+LOGIT = Link(log_expit, lambda z: log_expit(z) + log_expit(-z), lambda z: 1.0 - 2.0 * expit(z), np.pi / np.sqrt(3.0))
+
+
+def likelihood(
+    link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
+) -> Evaluation:
+    """Return log-likelihood, gradient and negative second derivatives of score = intercept + slope x position.
+
+    Args:
+        link: Probit or logit.
+        position: Logarithm of each level, shape [im_level].
+        parameters: Intercept and slope, shape [row, 2].
+        exceeding: Exceeding samples, shape [row, im_level].
+        passing: All others.
+    """
+    score = parameters[:, :1] + parameters[:, 1:] * position
+    above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
+    rise, fall, bend = np.exp(density - above), np.exp(density - below), link.slope(score)
+    value = (exceeding * above + passing * below).sum(axis=1)
+    slope = exceeding * rise - passing * fall
+    curvature = np.maximum(exceeding * rise * (rise - bend) + passing * fall * (fall + bend), 0.0)
+    return value, _gradient(slope, position), _information(curvature, position)
+
+
+def penalised_likelihood(
+    link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
+) -> Evaluation:
+    """Return what `likelihood` does, with the logarithm of Jeffreys' prior added; the information is the expected one.
+
+    The penalty is half the logarithm of the determinant of the expected information. Its maximum is finite for any
+    counts (Firth 1993, Biometrika 80; Kosmidis and Firth 2021, Biometrika 108).
+    """
+    score = parameters[:, :1] + parameters[:, 1:] * position
+    above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
+    rise, fall = np.exp(density - above), np.exp(density - below)
+    weight = (exceeding + passing) * np.exp(2.0 * density - above - below)
+    information = _information(weight, position)
+    determinant = np.linalg.det(information)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = (exceeding * above + passing * below).sum(axis=1) + 0.5 * np.log(determinant)
+        # The leverage of a level: its row of the design, through the inverse of the information.
+        a, b, c = (information[:, i, j, None] for i, j in ((0, 0), (0, 1), (1, 1)))
+        leverage = (c - 2.0 * b * position + a * position**2) / determinant[:, None]
+    slope = exceeding * rise - passing * fall
+    slope += 0.5 * weight * leverage * (2.0 * link.slope(score) - rise + fall)
+    return value, _gradient(slope, position), information
+
+
+def _gradient(slope: np.ndarray, position: np.ndarray) -> np.ndarray:
+    return np.stack([slope.sum(axis=1), slope @ position], axis=1)
+
+
+def _information(weight: np.ndarray, position: np.ndarray) -> np.ndarray:
+    moments = [weight.sum(axis=1), weight @ position, weight @ position**2]
+    return np.stack([moments[0], moments[1], moments[1], moments[2]], axis=1).reshape(-1, 2, 2)
+
+
+def fit_probit(
+    levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit lognormal curves by maximum likelihood, and those of separated stripes by penalised likelihood.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Number of exceedances, shape [..., im_level].
+        total: Number of trials, broadcast with `exceeding`.
+        start: Median and dispersion that the search starts from; None for none.
+
+    Returns:
+        Median, dispersion [1] and outcome (an index into FIT_MEANINGS), of the leading shape.
+
+    Raises:
+        ValueError: As `fit_stripes`.
+
+    Example:
+        >>> median, dispersion, outcome = fit_probit([0.2, 0.4, 0.6, 0.8], [0, 0, 11, 11], 11)
+        >>> float(median.round(3)), int(outcome) == PENALISED
+        (0.49, True)
+    """
+    median, dispersion, outcome = fit_stripes(levels, exceeding, total, start)
+    return _penalised_where_separated(PROBIT, levels, exceeding, total, median, dispersion, outcome)
+
+
+def fit_logit(
+    levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit loglogistic curves as `fit_probit` does lognormal ones.
+
+    The dispersion is the standard deviation of the logarithm of the capacity, pi / sqrt(3) over the slope of the logit.
+    """
+    median, dispersion, outcome = (np.atleast_1d(part) for part in fit_stripes(levels, exceeding, total, start))
+    position, centre, spread = _positions(levels)
+    exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
+    rows = np.flatnonzero(outcome.ravel() == FITTED)  # a finite maximum exists for the same counts (Albert, Anderson)
+    counted = exceeding.reshape(-1, exceeding.shape[-1])[rows]
+    passing = total.reshape(-1, exceeding.shape[-1])[rows] - counted
+    slope = LOGIT.deviation * spread / dispersion.ravel()[rows]
+    first = np.stack([slope * (centre - np.log(median.ravel()[rows])) / spread, slope], axis=1)
+    found = maximise(lambda p, row: likelihood(LOGIT, position, p, counted[row], passing[row]), first)
+    _set(median, dispersion, outcome, rows, found, (centre, spread, LOGIT.deviation), FITTED)
+    shape = exceeding.shape[:-1]
+    parts = median.reshape(shape), dispersion.reshape(shape), outcome.reshape(shape)
+    return _penalised_where_separated(LOGIT, levels, exceeding, total, *parts)
+
+
+def _penalised_where_separated(
+    link: Link,
+    levels: np.ndarray,
+    exceeding: np.ndarray,
+    total: np.ndarray,
+    median: np.ndarray,
+    dispersion: np.ndarray,
+    outcome: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the fits with those of separated stripes replaced by penalised ones."""
+    shape = outcome.shape
+    median, dispersion, outcome = (np.array(part).reshape(-1) for part in (median, dispersion, outcome))
+    rows = np.flatnonzero(outcome == SEPARATED)
+    if rows.size:
+        position, centre, spread = _positions(levels)
+        exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
+        counted = exceeding.reshape(-1, exceeding.shape[-1])[rows]
+        passing = total.reshape(-1, exceeding.shape[-1])[rows] - counted
+        # The search starts from a straight line through the fractions, moved off 0 and 1 by half a sample.
+        share = (counted + 0.5) / (counted + passing + 1.0)
+        score, weight = np.log(share / (1.0 - share)) * link.deviation / LOGIT.deviation, counted + passing
+        mean, rise = (weight @ position) / weight.sum(axis=1), (weight * score).sum(axis=1) / weight.sum(axis=1)
+        away = position - mean[:, None]
+        slope = (weight * away * score).sum(axis=1) / (weight * away**2).sum(axis=1)
+        first = np.stack([rise - slope * mean, slope], axis=1)
+        found = maximise(lambda p, row: penalised_likelihood(link, position, p, counted[row], passing[row]), first)
+        _set(median, dispersion, outcome, rows, found, (centre, spread, link.deviation), PENALISED)
+    return median.reshape(shape), dispersion.reshape(shape), outcome.reshape(shape)
+
+
+def _positions(levels: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Return centred and scaled logarithms of the levels, with centre and scale."""
+    logarithm = np.log(np.asarray(levels, dtype=np.float64))
+    centre, spread = float(logarithm.mean()), float(logarithm.std())
+    return (logarithm - centre) / spread, centre, spread
+
+
+def _set(
+    median: np.ndarray,
+    dispersion: np.ndarray,
+    outcome: np.ndarray,
+    rows: np.ndarray,
+    found: np.ndarray,
+    scales: tuple[float, float, float],
+    success: int,
+) -> None:
+    """Write fitted intercepts and slopes into rows of medians, dispersions and outcomes."""
+    centre, spread, deviation = scales
+    with np.errstate(all="ignore"):
+        middle, scatter = np.exp(centre - spread * found[:, 0] / found[:, 1]), deviation * spread / found[:, 1]
+    good = np.isfinite(middle) & (middle > 0) & np.isfinite(scatter) & (scatter > 0)
+    median.reshape(-1)[rows] = np.where(good, middle, np.nan)
+    dispersion.reshape(-1)[rows] = np.where(good, scatter, np.nan)
+    outcome.reshape(-1)[rows] = np.where(good, success, NO_FINITE_MEDIAN)
+
+
+def covariance_by_record(
+    link: Link,
+    levels: np.ndarray,
+    exceeding: np.ndarray,
+    total: np.ndarray,
+    median: np.ndarray,
+    dispersion: np.ndarray,
+    outcome: np.ndarray,
+) -> np.ndarray:
+    """Return the cluster-robust covariance of ln median and dispersion; the clusters are records.
+
+    Args:
+        link: Probit or logit.
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Number of exceedances, shape [record, ..., im_level].
+        total: Number of trials, broadcast with `exceeding`.
+        median: What was fitted to the sums over the records, shape [...].
+        dispersion: Likewise.
+        outcome: Likewise. A penalised fit has no covariance: its stripes hold no scatter to tell it from.
+
+    Returns:
+        Shape [..., 2, 2]; NaN where there is no fit.
+    """
+    exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
+    records, shape = len(exceeding), np.shape(median)
+    position = np.log(np.asarray(levels, dtype=np.float64))
+    counted = exceeding.reshape(records, -1, position.size)
+    passing = total.reshape(records, -1, position.size) - counted
+    middle, scatter = np.ravel(median), np.ravel(dispersion)
+    covariance = np.full((middle.size, 2, 2), np.nan)
+    for row in np.flatnonzero((np.ravel(outcome) == FITTED) & np.isfinite(middle)):
+        slope = link.deviation / scatter[row]
+        parameters = np.tile([-slope * np.log(middle[row]), slope], (records, 1))
+        _, scores, information = likelihood(link, position, parameters, counted[:, row], passing[:, row])
+        # ln median = -intercept / slope and dispersion = deviation / slope, by their derivatives.
+        change = np.array([[-1.0, -np.log(middle[row])], [0.0, -scatter[row]]]) / slope
+        covariance[row] = change @ cluster_covariance(scores, information.sum(axis=0)) @ change.T
+    return covariance.reshape(*shape, 2, 2)
