@@ -56,13 +56,17 @@ def capacities(
     The demand of each pair of a structure and a motion is evaluated on a ladder of levels, up to the first that passes
     the last limit; then two levels at a time between the last level that stays within a limit and the first that passes
     it, where a power law between them passes it, until the bracket is as narrow as the tolerance. All pairs are run at
-    once, in some eight launches, and a history informs every damage state. A limit is passed by a demand above it, and
-    by a collapse. Structures are those that `simulate` draws with the same seed.
+    once, in some ten launches, and a history informs every damage state. A limit is passed by a demand above it, and
+    by a collapse. Structures are those that `simulate` draws with the same seed. Where either of two demands brings a
+    damage state about, its capacity is the smaller of two calls.
 
     What a bracket promises: the demand at `capacity_lower` is within the limit, as it is at every lower level that was
     run, and at `capacity_upper` it is above. A demand need not grow with the intensity: it may pass a limit between two
-    rungs of the ladder and return, which a finer `ladder` sees. Levels above a capacity at which the demand is within
-    the limit again (resurrections) are counted, as far as the level that passes the last limit, and warned of.
+    rungs of the ladder and return. Where rungs give a sign of it (a peak or a shoulder near the limit), levels between
+    them are run; a collapse at single levels gives none, and a finer `ladder` sees more of these. Of the README's first
+    study no capacity comes after the first passage on 200 levels, in 11,264 cases; of a frame whose storeys deteriorate
+    a few in a thousand do, at collapse, and none with `ladder=1.03`. Levels above a capacity at which the demand is
+    within the limit again (resurrections) are counted, up to the level that passes the last limit, and warned of.
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
     Dynamics 31(3); the search is theirs (hunt and fill, 2004, Earthquake Spectra 20(2)) over all pairs at once.
