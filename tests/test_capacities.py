@@ -49,7 +49,8 @@ def motions(count: int = 3) -> list[wd.GroundMotion]:
 
 
 def scene(**rest) -> wd.Scene:
-    given = {"excitation": wd.Cloud(motions()), "scatter": SCATTER, "collapse_drift_ratio": COLLAPSE} | rest
+    given = {"excitation": wd.Cloud(motions()), "scatter": SCATTER, "sampling": "monte_carlo"} | rest
+    given = {"collapse_drift_ratio": COLLAPSE} | given
     return wd.Scene(BUILDING, **given)
 
 

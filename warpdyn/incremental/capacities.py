@@ -35,7 +35,7 @@ def capacities(
     scene: Scene,
     limits: Mapping[str, float],
     *,
-    structures: int = 1,
+    structures: int | None = None,
     demand: str = DRIFT_RATIO,
     tolerance: float = 0.02,
     highest: float | None = None,
@@ -71,7 +71,9 @@ def capacities(
             intensity. Its recorders are not needed.
         limits: Limit of each damage state, from the lightest on, in the units of the demand (storey drift ratio [1],
             floor acceleration [m/s2]). A limit of `math.inf` is passed by collapse alone.
-        structures: Number of structures to draw.
+        structures: Number of structures to draw, 1 by default. Leave it out where Stripes have
+            `structures_per_motion`: then the dimension `structure` numbers the structures of each motion, and
+            `drawn_structure` says which were drawn.
         demand: Name of a recorded variable, such as "peak_floor_acceleration", of which the worst storey or floor
             counts, as an absolute value.
         tolerance: Relative width of a bracket: capacity_upper / capacity_lower - 1 is at most this.
@@ -121,7 +123,8 @@ def capacities(
         warn_of_implausible_limits(finite)
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step)
-    run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), structures, integration, execution, seed)
+    count = structures if structures is not None else scene.structures_given or 1
+    run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, which collapse alone passes, and nothing collapses "
@@ -132,17 +135,18 @@ def capacities(
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
         highest = float(design.levels_in_g[-1])
-    findings = StabilityFindings(run.structures * len(design.motions), integration.method)
+    own = getattr(design, "structures_per_motion", None) or run.structures
+    findings = StabilityFindings(own * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
-    starts = range(0, run.structures, size)
+    starts = range(0, own, size)
     with interruptible(), counted_histories(0) as progress:
         for start in starts:
-            part = np.arange(start, min(start + size, run.structures))
+            part = np.arange(start, min(start + size, own))
             pairs = Pairs(run, part, demand, integration, queue, first, findings, reuse_elastic=reuse_elastic)
             if highest is None:
-                highest = _highest_of(pairs, limit)
+                highest = _highest_of(pairs, limit, ladder)
             search = Search(pairs, limit, highest, ladder, tolerance)
             search.run()
             found.add(search)
@@ -222,13 +226,17 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
     return tuple({*drift, filled[demand]})
 
 
-def _highest_of(pairs: Pairs, limit: np.ndarray) -> float:
-    """Return the highest level of a cloud, from the elastic response of its first pairs."""
+def _highest_of(pairs: Pairs, limit: np.ndarray, ladder: float) -> float:
+    """Return the highest level of a cloud, from the elastic response of its first pairs.
+
+    It is a whole number of rungs above the level of the elastic run, so that more pairs leave the ladder as it is.
+    """
     finite = limit[np.isfinite(limit)]
     needed = pairs.elastic_level_of(finite[-1]) if finite.size else pairs.collapse_level
     needed = np.maximum(needed, pairs.collapse_level) if np.isinf(limit[-1]) else needed
     known = needed[np.isfinite(needed)]
-    return BEYOND_ELASTIC * float(known.max()) if known.size else BEYOND_ELASTIC * pairs.first_level / FIRST_SHARE
+    highest = BEYOND_ELASTIC * (float(known.max()) if known.size else pairs.first_level / FIRST_SHARE)
+    return pairs.first_level * ladder ** float(np.ceil(np.log(highest / pairs.first_level) / np.log(ladder)))
 
 
 def _refuse_failed(found: Found, run: Run) -> None:

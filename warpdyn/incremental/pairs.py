@@ -25,12 +25,27 @@ DRIFT_RATIO = "peak_storey_drift_ratio"
 WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with room for rounding
 
 
+def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
+    """Return the structure that runs under each motion, shape [structure, motion].
+
+    Args:
+        design: The design.
+        structures: Indices of the structures; where each motion has structures of its own, their numbers among these.
+    """
+    own = getattr(design, "structures_per_motion", None)
+    motions = np.arange(len(design.motions))
+    if own:
+        return structures[:, None] + own * motions
+    return np.repeat(structures[:, None], motions.size, axis=1)
+
+
 class Pairs:
     """Every pair of some structures and every motion of a run.
 
     Args:
         run: The run; its scene's excitation is a design.
-        structures: Indices of the structures, increasing.
+        structures: Indices of the structures, increasing; where each motion has structures of its own, their numbers
+            among those of a motion.
         demand: Name of the demand, of which the worst storey, floor or degree of freedom counts.
         integration: How they are integrated.
         queue: Where they run.
@@ -39,6 +54,7 @@ class Pairs:
         findings: Collects messages on the stability of the pairs.
 
     Attributes:
+        structures: Index of each pair's structure, shape [structure, motion].
         count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
         first_demand: Demand at `first_level`, shape [pair].
         exponent: The demand of an elastic response goes with the level to this power.
@@ -65,16 +81,18 @@ class Pairs:
         assert isinstance(design, Design)
         self.demand, self.integration, self.reruns = demand, integration, Reruns()
         self.intensities, self.power = design.intensities, design.measure.power
+        self.structures = structures_of_pairs(design, structures)
+        structures, place = np.unique(self.structures.ravel(), return_inverse=True)
         drawn, vibration = run.draw(structures)
         motions = len(design.motions)
-        self.count = structures.size * motions
-        motion = np.tile(np.arange(motions, dtype=np.int32), structures.size)
-        place = np.repeat(np.arange(structures.size, dtype=np.int32), motions)
+        self.count = self.structures.size
+        motion = np.tile(np.arange(motions, dtype=np.int32), len(self.structures))
+        place = place.astype(np.int32)
         row = place if drawn else np.zeros_like(place)
         held = structures[place].astype(np.int32), motion, np.ones(self.count), self.intensities[motion]
         assignment = Assignment(*held, design.measure.name)
         schedule = build_schedule(run.model.scene, run.model.timeline, vibration, assignment, row)
-        sample = (structures[0] * motions + np.arange(self.count)).astype(np.int32)
+        sample = (self.structures * motions + np.arange(motions)).ravel().astype(np.int32)
         self.whole = Ensemble(
             run.model, structures, drawn, vibration.rayleigh, assignment, row, schedule, sample, queue
         )

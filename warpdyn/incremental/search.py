@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -160,7 +161,21 @@ class Search:
 
     def _rungs(self, below_highest: np.ndarray) -> np.ndarray:
         """Return levels of the ladder, by their number of steps below the highest."""
+        if self._is_above_first:  # the same bits whatever the highest
+            return self.pairs.first_level * self.ratio ** (
+                self._rungs_above_first - np.asarray(below_highest, dtype=float)
+            )
         return self.highest * self.ratio ** -np.asarray(below_highest, dtype=float)
+
+    @cached_property
+    def _rungs_above_first(self) -> float:
+        return float(np.round(np.log(self.highest / self.pairs.first_level) / np.log(self.ratio)))
+
+    @cached_property
+    def _is_above_first(self) -> bool:
+        """Whether the highest level is a whole number of rungs above the first."""
+        level = self.pairs.first_level * self.ratio**self._rungs_above_first
+        return bool(abs(level / self.highest - 1) < 1e-12)
 
     def _steps_below(self, level: np.ndarray) -> np.ndarray:
         """Return the number of steps below the highest of the last rung that is not above a level."""

@@ -76,6 +76,8 @@ def fragility_from_capacities(
     known = ~np.isnan(lower).any(axis=-1).ravel()
     structure, motion = np.divmod(np.arange(known.size), motions)
     sampling = str(json.loads(capacities.attrs.get("scene", "{}")).get("sampling", ""))
+    if "drawn_structure" in capacities.coords:
+        structure = capacities["drawn_structure"].transpose("structure", "motion").values.ravel()
     observed = Observations(motion[known], structure[known], sampling, intervals_over == OVER[0])
     with np.errstate(divide="ignore"):
         low, high = np.log(lower.reshape(-1, states)[known]), np.log(upper.reshape(-1, states)[known])
