@@ -166,10 +166,6 @@ def _design_of(scene: Scene) -> Design:
         raise TypeError("capacities() takes a scene of one structure, got a Portfolio: give it an archetype's scene")
     if not isinstance(design, Cloud | Stripes):
         raise TypeError(f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}")
-    if isinstance(design, Stripes) and design.structures_per_motion:
-        raise ValueError(
-            "capacities() runs every structure under every motion: leave structures_per_motion out of the Stripes"
-        )
     if design.measure.power == 0:
         raise ValueError(
             f"{design.measure.name} does not grow with a motion's scale: take another intensity measure, such as "
