@@ -197,7 +197,13 @@ def test_a_fine_ladder_passes_each_limit_first_within_the_bracket(found):
 @pytest.mark.thorough
 @pytest.mark.meant_as_given("strongest_motion")
 @pytest.mark.parametrize(
-    ("demand", "limits"), [("peak_floor_acceleration", {"a": 1.0, "b": 4.0}), ("input_energy", {"a": 1e3, "b": 1e5})]
+    ("demand", "limits"),
+    [
+        ("peak_floor_acceleration", {"a": 1.0, "b": 4.0}),
+        ("input_energy", {"a": 1e3, "b": 1e5}),
+        ("residual_drift_ratio", {"a": 1e-3, "b": 4e-3}),
+        ("hysteretic_energy", {"a": 1e3, "b": 5e4}),
+    ],
 )
 def test_other_demands(demand, limits):
     """The run at a level just within a bracket and just beyond it says the same."""
@@ -224,6 +230,27 @@ def test_other_demands(demand, limits):
 def found_intensities() -> np.ndarray:
     """Return the peak ground accelerations of the motions [g]."""
     return np.array([motion.peak_ground_acceleration for motion in motions()]) / STANDARD_GRAVITY
+
+
+@pytest.mark.meant_as_given(
+    "first_period", "first_period_over_height", "yield_base_shear_coefficient", "yield_drift_ratio", "integration_step"
+)
+def test_failed_pairs_are_refused_where_they_are_many():
+    # At .01 s its second mode, of 3000 rad/s and more, is far beyond rk4's limit of 2.8 / .01 s.
+    stiff = wd.ShearBuilding(
+        MASS,
+        1e5 * STIFFNESS,
+        HEIGHT,
+        law="bilinear",
+        yield_force=1e9,
+        hardening_ratio=HARDENING,
+        damping="storey",
+        damping_coefficient=1e6,
+    )
+    given = wd.Scene(stiff, wd.Cloud([motions()[1]]), collapse_drift_ratio=COLLAPSE)
+    step = motions()[1].step
+    with pytest.raises(ValueError, match=r"1 of 1 pairs .* structure 0 under motion 0: unstable_step; at most 1 % may"):
+        wd.capacities(given, LIMITS, device="cpu", step=step, on_unstable="flag")
 
 
 @pytest.mark.fast

@@ -27,7 +27,7 @@ from warpdyn.scene.scene import Scene
 
 PAIRS_AT_A_TIME = 2**16
 FIRST_SHARE = 1e-3  # level of the elastic run, over the middle of the intensities as recorded
-BEYOND_ELASTIC = 3.0  # highest level of a cloud, over the largest that an elastic response would need
+BEYOND_ELASTIC = 4.0  # highest level of a cloud, over the largest that the first structure's elastic response needs
 LARGEST_FAILED_FRACTION = 0.01  # with a larger fraction of failed pairs an error is raised
 
 
@@ -78,8 +78,9 @@ def capacities(
             counts, as an absolute value.
         tolerance: Relative width of a bracket: capacity_upper / capacity_lower - 1 is at most this.
         highest: Highest level [g, or SI units of a measure that is no acceleration]: a limit that is not passed there
-            has an infinite capacity. None for the last level of Stripes, and for three times as much as the elastic
-            response of any pair of a Cloud would need.
+            has an infinite capacity. None for the last level of Stripes, and of a Cloud for four times the level at
+            which the first structure's elastic response passes the last limit, and the drift of collapse, under every
+            motion.
         ladder: Ratio of neighbouring levels of the ladder.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
         keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
@@ -123,6 +124,8 @@ def capacities(
         warn_of_implausible_limits(finite)
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step)
+    if not scene.scatter and structures not in (None, 1):
+        warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
     count = structures if structures is not None else scene.structures_given or 1
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
@@ -144,13 +147,14 @@ def capacities(
     with interruptible(), counted_histories(0) as progress:
         for start in starts:
             part = np.arange(start, min(start + size, own))
-            pairs = Pairs(run, part, demand, integration, queue, first, findings, reuse_elastic=reuse_elastic)
+            pairs = Pairs(
+                run, part, demand, integration, queue, first, findings, progress.update, reuse_elastic=reuse_elastic
+            )
             if highest is None:
-                highest = _highest_of(pairs, limit, ladder)
+                highest = _highest_of(pairs, limit, len(design.motions))
             search = Search(pairs, limit, highest, ladder, tolerance)
             search.run()
             found.add(search)
-            progress.update(pairs.histories)
     findings.warn(on_unstable)
     _refuse_failed(found, run)
     result = labelled_capacities(found, run, integration, float(highest or np.nan))
@@ -222,17 +226,13 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
     return tuple({*drift, filled[demand]})
 
 
-def _highest_of(pairs: Pairs, limit: np.ndarray, ladder: float) -> float:
-    """Return the highest level of a cloud, from the elastic response of its first pairs.
-
-    It is a whole number of rungs above the level of the elastic run, so that more pairs leave the ladder as it is.
-    """
+def _highest_of(pairs: Pairs, limit: np.ndarray, motions: int) -> float:
+    """Return the highest level of a cloud, from the first structure's elastic response: more of them change nothing."""
     finite = limit[np.isfinite(limit)]
-    needed = pairs.elastic_level_of(finite[-1]) if finite.size else pairs.collapse_level
-    needed = np.maximum(needed, pairs.collapse_level) if np.isinf(limit[-1]) else needed
-    known = needed[np.isfinite(needed)]
-    highest = BEYOND_ELASTIC * (float(known.max()) if known.size else pairs.first_level / FIRST_SHARE)
-    return pairs.first_level * ladder ** float(np.ceil(np.log(highest / pairs.first_level) / np.log(ladder)))
+    needed = [pairs.collapse_level[:motions]] + ([pairs.elastic_level_of(finite[-1])[:motions]] if finite.size else [])
+    known = np.concatenate(needed)
+    known = known[np.isfinite(known)]
+    return BEYOND_ELASTIC * float(known.max(initial=pairs.first_level / FIRST_SHARE))
 
 
 def _refuse_failed(found: Found, run: Run) -> None:

@@ -128,8 +128,11 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
     label = "number among the structures of a motion" if is_nested else "index of the drawn structure"
     of_structure = numbers | {"long_name": "index of the drawn structure", "sampling": scene.sampling}
     text = f"{design.measure.name} at which the limit is first passed"
-    of_limit = {"units": _demand_units(found.demand, run), "long_name": f"limit of {found.demand}"}
-    limit_name = "drift_ratio_limit" if found.demand == DRIFT_RATIO else "demand_limit"
+    of_limit = {
+        "long_name": f"limit of {found.demand}; infinite: collapse alone passes it",
+        "units": _demand_units(found.demand, run),
+        "demand": found.demand,
+    }
     variables: dict[str, tuple] = {
         "capacity": (dims, capacity, {"long_name": text} | of_level),
         "capacity_lower": (dims, lower, {"long_name": f"{text}, lower end of the bracket"} | of_level),
@@ -140,11 +143,11 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
             np.concatenate(found.resurrections).astype(np.int16),
             {"long_name": "levels above the capacity at which the demand is within the limit again", "units": "1"},
         ),
-        limit_name: ("damage_state", found.limit, of_limit),
+        "damage_limit": ("damage_state", found.limit, of_limit),
         "motion_name": motion_names(design.motions),
     }
     if found.keep_curves:
-        variables |= _curves(found, run, of_level)
+        variables |= _levels_run(found, run, of_level)
     return xr.Dataset(
         variables,
         coords={
@@ -177,7 +180,7 @@ def _demand_units(demand: str, run: Run) -> str:
     return "1" if demand == DRIFT_RATIO else run.model.variables[demand].units
 
 
-def _curves(found: Found, run: Run, of_level: dict[str, Any]) -> dict[str, tuple]:
+def _levels_run(found: Found, run: Run, of_level: dict[str, Any]) -> dict[str, tuple]:
     """Return the levels that were run with their demands, by pair and level."""
     structure, motion, level, demand = (np.concatenate(column) for column in zip(*found.curves, strict=True))
     status = np.where(np.isnan(demand), DIVERGED, np.isposinf(demand)).astype(np.int8)
