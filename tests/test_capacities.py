@@ -150,6 +150,19 @@ def test_scaling_the_elastic_response_changes_no_result():
     assert once["capacity"].values == pytest.approx(again["capacity"].values, rel=1e-5)
 
 
+def test_a_nested_design_gives_each_motion_structures_of_its_own(found):
+    levels = [0.01, found.attrs["highest"]]
+    stripes = wd.Stripes(motions(), levels, wd.PeakGroundAcceleration(), structures_per_motion=2)
+    nested, _ = searched(scene(excitation=stripes), seed=3)
+    assert nested["drawn_structure"].values.tolist() == [[0, 2, 4], [1, 3, 5]]
+    # The first four structures are those of the crossed design.
+    for number, motion in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        drawn = nested["drawn_structure"].values[number, motion]
+        assert np.array_equal(nested["capacity"][number, motion], found["capacity"][drawn, motion])
+    curves = wd.fragility_from_capacities(nested)
+    assert "groups" not in curves.attrs["interval_method"], "records tell all"
+
+
 def test_more_structures_leave_those_before_them_as_they_are(found):
     fewer, _ = searched(scene(), structures=2, seed=3)
     assert np.array_equal(fewer["capacity"], found["capacity"][:2])
