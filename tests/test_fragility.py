@@ -298,6 +298,14 @@ def test_separated_stripes_have_a_penalised_fit_that_says_so():
         curves = wd.fragility(run, {"light": 0.02})
     assert FIT_MEANINGS_OF_ESTIMATORS[curves["fit_status"].item()] == "penalised"
     assert 1.0 < curves["fragility_median"].item() < 1.5
+    # None of 11 records exceeds at 1 g: by Clopper and Pearson fewer than 28.5 % do, and at 1.5 g more than 71.5 %.
+    assert [curves[f"fragility_median_{side}"].item() for side in ("lower", "upper")] == [1.0, 1.5]
+    assert np.isnan(curves["fragility_dispersion_upper"]).all()
+    assert np.isnan(curves["median_variance_by_sandwich"]).all()
+    # With two records nothing is sure: 0 of 2 leaves up to 84 %.
+    with pytest.warns(UserWarning, match="penalised"):
+        few = wd.fragility(run.isel(sample=slice(0, 8)), {"light": 0.02})
+    assert np.isnan(few["fragility_median_lower"]).all()
 
 
 def test_one_record_has_no_interval():

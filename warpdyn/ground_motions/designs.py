@@ -80,8 +80,8 @@ class Stripes(Design):
     By default every structure runs under every motion (a crossed design). Samples are ordered by structure, then
     motion, then level, so that more structures only add samples at the end. With `structures_per_motion` each motion
     has structures of its own (a nested design): structures 0, 1, ... are those of the first motion, then come those of
-    the second. A few structures to each motion then tell as much of the structures' scatter as many crossed ones, for
-    far fewer histories, since what one motion's structures differ by averages out over the motions.
+    the second. Three structures to each of 44 motions are 132 different ones, where 64 crossed ones take twenty times
+    the histories; what can be known is bounded by the motions in either case.
 
     Args:
         motions: Ground motions.

@@ -46,8 +46,10 @@ def fragility_of_cloud(
     as it is (right-censored): the curve of a limit c is lognormal, with the median exp((ln c - intercept) / slope) and
     the dispersion deviation / slope. Estimator "collapse" fits the line to the samples that stand, and the probability
     of collapse by itself; a sample exceeds a limit if it collapses, or stands and has a larger demand. Its curves are
-    not lognormal: their dispersion is half of ln of the ratio of the intensities exceeded by 84 and 16 %. Both take the
-    demand of the worst storey or floor. Intervals are those of `fragility`: a jackknife over records and structures.
+    not lognormal: their dispersion is half of ln of the ratio of the intensities exceeded by 84 and 16 %. Where samples
+    collapse because their demand is large, those that stand have the smaller ones, which biases their line; "censored"
+    has no such bias. Both take the demand of the worst storey or floor. Intervals are those of `fragility`: a jackknife
+    over records and structures.
 
     Args:
         dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it (a run on stripes is taken as a

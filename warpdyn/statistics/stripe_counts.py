@@ -17,7 +17,7 @@ MOST_GROUPS = 64  # of structures; more would not make the variance among them b
 
 _NEEDS_STRIPES = (
     "curves are fitted to stripes, where each record is scaled to each of a list of levels; "
-    "a cloud of unscaled records and a motion for each sample have none"
+    "a cloud of unscaled records and a motion for each sample have none: take fragility_of_cloud"
 )
 
 
