@@ -17,7 +17,7 @@ from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
 from warpdyn.integration.settings import Integration
-from warpdyn.integration.stability_guard import StabilityFindings, Reruns, guard
+from warpdyn.integration.stability_guard import Reruns, StabilityFindings, guard
 from warpdyn.integration.time_grid import build_schedule
 from warpdyn.kernels.queues import Queue
 
