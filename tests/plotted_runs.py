@@ -25,7 +25,7 @@ def found_capacities() -> xr.Dataset:
     return xr.Dataset(
         {
             "capacity": (dims, capacity, {"units": "g"}),
-            "drift_ratio_limit": ("damage_state", [0.01, 0.02, np.inf]),
+            "damage_limit": ("damage_state", [0.01, 0.02, np.inf], {"demand": "peak_storey_drift_ratio", "units": "1"}),
             "im_level": ("sample", level, {"units": "g"}),
             "peak_storey_drift_ratio": ("sample", drift),
             "status": ("sample", np.isnan(drift).astype(np.int8)),
@@ -33,7 +33,7 @@ def found_capacities() -> xr.Dataset:
             "motion_index": ("sample", motion),
         },
         {"damage_state": ["slight", "extensive", "collapse"]},
-        {"demand": "peak_storey_drift_ratio", "intensity_measure": "PGA"},
+        {"intensity_measure": "PGA"},
     )
 
 

@@ -49,7 +49,8 @@ def motions(count: int = 3) -> list[wd.GroundMotion]:
 
 
 def scene(**rest) -> wd.Scene:
-    given = {"excitation": wd.Cloud(motions()), "scatter": SCATTER, "collapse_drift_ratio": COLLAPSE} | rest
+    given = {"excitation": wd.Cloud(motions()), "scatter": SCATTER, "sampling": "monte_carlo"} | rest
+    given = {"collapse_drift_ratio": COLLAPSE} | given
     return wd.Scene(BUILDING, **given)
 
 
@@ -149,8 +150,22 @@ def test_scaling_the_elastic_response_changes_no_result():
     assert once["capacity"].values == pytest.approx(again["capacity"].values, rel=1e-5)
 
 
+def test_a_nested_design_gives_each_motion_structures_of_its_own(found):
+    levels = [0.01, found.attrs["highest"]]
+    stripes = wd.Stripes(motions(), levels, wd.PeakGroundAcceleration(), structures_per_motion=2)
+    nested, _ = searched(scene(excitation=stripes), seed=3)
+    assert nested["drawn_structure"].values.tolist() == [[0, 2, 4], [1, 3, 5]]
+    # The first four structures are those of the crossed design.
+    for number, motion in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        drawn = nested["drawn_structure"].values[number, motion]
+        assert np.array_equal(nested["capacity"][number, motion], found["capacity"][drawn, motion])
+    curves = wd.fragility_from_capacities(nested)
+    assert "groups" not in curves.attrs["interval_method"], "records tell all"
+
+
 def test_more_structures_leave_those_before_them_as_they_are(found):
-    fewer, _ = searched(scene(), structures=2, seed=3)
+    # The ladder ends at the highest level, which of a cloud all structures decide unless it is given.
+    fewer, _ = searched(scene(), structures=2, seed=3, highest=found.attrs["highest"])
     assert np.array_equal(fewer["capacity"], found["capacity"][:2])
 
 
@@ -196,7 +211,13 @@ def test_a_fine_ladder_passes_each_limit_first_within_the_bracket(found):
 @pytest.mark.thorough
 @pytest.mark.meant_as_given("strongest_motion")
 @pytest.mark.parametrize(
-    ("demand", "limits"), [("peak_floor_acceleration", {"a": 1.0, "b": 4.0}), ("input_energy", {"a": 1e3, "b": 1e5})]
+    ("demand", "limits"),
+    [
+        ("peak_floor_acceleration", {"a": 1.0, "b": 4.0}),
+        ("input_energy", {"a": 1e3, "b": 1e5}),
+        ("residual_drift_ratio", {"a": 1e-3, "b": 4e-3}),
+        ("hysteretic_energy", {"a": 1e3, "b": 5e4}),
+    ],
 )
 def test_other_demands(demand, limits):
     """The run at a level just within a bracket and just beyond it says the same."""
@@ -223,6 +244,27 @@ def test_other_demands(demand, limits):
 def found_intensities() -> np.ndarray:
     """Return the peak ground accelerations of the motions [g]."""
     return np.array([motion.peak_ground_acceleration for motion in motions()]) / STANDARD_GRAVITY
+
+
+@pytest.mark.meant_as_given(
+    "first_period", "first_period_over_height", "yield_base_shear_coefficient", "yield_drift_ratio", "integration_step"
+)
+def test_failed_pairs_are_refused_where_they_are_many():
+    # At .01 s its second mode, of 3000 rad/s and more, is far beyond rk4's limit of 2.8 / .01 s.
+    stiff = wd.ShearBuilding(
+        MASS,
+        1e5 * STIFFNESS,
+        HEIGHT,
+        law="bilinear",
+        yield_force=1e9,
+        hardening_ratio=HARDENING,
+        damping="storey",
+        damping_coefficient=1e6,
+    )
+    given = wd.Scene(stiff, wd.Cloud([motions()[1]]), collapse_drift_ratio=COLLAPSE)
+    step = motions()[1].step
+    with pytest.raises(ValueError, match=r"1 of 1 pairs .* structure 0 under motion 0: unstable_step; at most 1 % may"):
+        wd.capacities(given, LIMITS, device="cpu", step=step, on_unstable="flag")
 
 
 @pytest.mark.fast
@@ -258,6 +300,16 @@ def test_scenes_that_have_no_capacities():
         wd.capacities(scene(excitation=wd.Cloud(motions(), wd.SignificantDuration())), LIMITS)
     with pytest.raises(ValueError, match="nothing collapses"):
         wd.capacities(replace(scene(), collapse_drift_ratio=None), LIMITS, device="cpu")
+
+
+def test_curves_of_capacities_have_their_moments(found):
+    curves = wd.fragility_from_capacities(found)
+    logarithm = np.log(found["capacity"].values.reshape(12, -1))
+    # A bracket is 2 % wide: where in it a capacity lies changes a mean of 12 by less than 1 %, and a scatter by less.
+    np.testing.assert_allclose(curves["fragility_median"], np.exp(logarithm.mean(axis=0)), rtol=0.01)
+    np.testing.assert_allclose(curves["fragility_dispersion"], logarithm.std(axis=0), rtol=0.02)
+    assert curves.attrs["intensity_measure"] == found.attrs["intensity_measure"]
+    assert (curves["fragility_median_lower"] < curves["fragility_median"]).all()
 
 
 @pytest.mark.fast

@@ -102,6 +102,25 @@ def test_a_passage_between_two_rungs_is_found_beside_the_peak():
     assert lower[0, 0] <= edge <= upper[0, 0]
 
 
+def test_a_passage_before_the_highest_of_the_rungs_is_found():
+    rung = HIGHEST * 1.1**-25
+    x = np.log(rung) + np.log([1e-5, 1.1**-1, 1.0, 1.05, 1.1, 1.1**2, 2.0])
+    y = np.log([0.0288e-5 * 1.1, 0.0288, 0.0290, 0.0305, 0.0292, 0.025, 0.05])
+    _, _, lower, upper = searched(lambda level: float(np.exp(np.interp(np.log(level), x, y))), limit=[0.03])
+    true = rung * np.exp(np.log(0.03 / 0.0290) / (np.log(0.0305 / 0.0290) / np.log(1.05)))
+    assert lower[0, 0] <= true <= upper[0, 0]
+
+
+def test_a_passage_between_two_rungs_that_both_rise_is_found():
+    # Between the two it passes the limit and returns; the upper one is the higher, but hardly.
+    rung = HIGHEST * 1.1**-25
+    x = np.log(rung) + np.log([1e-5, 1.0, 1.05, 1.1, 3.0])
+    y = np.log([0.0292e-5, 0.0292, 0.0305, 0.0297, 0.0297 * 3.0 / 1.1])
+    _, _, lower, upper = searched(lambda level: float(np.exp(np.interp(np.log(level), x, y))), limit=[0.03])
+    true = rung * np.exp(np.log(0.03 / 0.0292) / (np.log(0.0305 / 0.0292) / np.log(1.05)))
+    assert lower[0, 0] <= true <= upper[0, 0]
+
+
 def test_a_limit_that_is_never_passed_is_censored_at_the_highest_level():
     curves, _, lower, upper = searched(lambda x: 0.02 * (1 - np.exp(-x)), limit=[0.01, 0.03])
     assert upper[0, 1] == np.inf
@@ -115,6 +134,14 @@ def test_a_demand_far_above_the_elastic_one_is_searched_below_the_first_rung():
     _, _, lower, upper = searched(lambda x: 0.03 * x * (1 if x <= 0.02 else 20), limit=[0.01, 0.3])
     assert lower[0, 0] <= 0.02 <= upper[0, 0]
     assert upper[0, 0] / lower[0, 0] - 1 <= TOLERANCE
+
+
+def test_an_early_passage_below_the_first_rung_is_found():
+    def early(x):
+        return 0.03 * x if x <= 0.02 else 0.0105 if x < 0.03 else 0.007 if x < 0.05 else 0.5
+
+    _, _, lower, upper = searched(early, limit=[0.01])
+    assert lower[0, 0] <= 0.02 <= upper[0, 0]
 
 
 def test_a_failed_history_fails_its_pair_alone():

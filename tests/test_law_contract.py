@@ -263,3 +263,16 @@ def test_a_law_is_one_folder(tmp_path, monkeypatch):
     motion = wd.GroundMotion(0.5 * np.sin(np.arange(100) * 0.2), 0.02)
     run = wd.simulate(wd.Scene(building, motion), structures=2, step=0.005, device="cpu")
     assert run.status.values.tolist() == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("name", "row"), [pair for pair in ROWS if pair[0] in LAWS and LAWS[pair[0]].is_linear_until_yield]
+)
+def test_a_law_that_says_so_is_linear_until_it_yields(name, row):
+    building = drawn_building(name, row)
+    p = building.parameters
+    last = p["yield_force"] / p["stiffness"] if "yield_force" in p else np.full(building.storeys, YIELD_DRIFT)
+    drift = 0.999 * last * np.sin(np.arange(200) * 0.37)[:, None] * np.linspace(0.1, 1, 200)[:, None]
+    force = wd.storey_hysteresis(building, drift)["storey_force"].values
+    # Springs side by side add up to the stiffness but for rounding.
+    np.testing.assert_allclose(force, p["stiffness"] * drift, rtol=1e-9, atol=1e-9 * (p["stiffness"] * last).max())

@@ -27,7 +27,7 @@ from warpdyn.scene.scene import Scene
 
 PAIRS_AT_A_TIME = 2**16
 FIRST_SHARE = 1e-3  # level of the elastic run, over the middle of the intensities as recorded
-BEYOND_ELASTIC = 3.0  # highest level of a cloud, over the largest that an elastic response would need
+BEYOND_ELASTIC = 4.0  # highest level of a cloud, over the largest that the first structure's elastic response needs
 LARGEST_FAILED_FRACTION = 0.01  # with a larger fraction of failed pairs an error is raised
 
 
@@ -35,7 +35,7 @@ def capacities(
     scene: Scene,
     limits: Mapping[str, float],
     *,
-    structures: int = 1,
+    structures: int | None = None,
     demand: str = DRIFT_RATIO,
     tolerance: float = 0.02,
     highest: float | None = None,
@@ -71,13 +71,16 @@ def capacities(
             intensity. Its recorders are not needed.
         limits: Limit of each damage state, from the lightest on, in the units of the demand (storey drift ratio [1],
             floor acceleration [m/s2]). A limit of `math.inf` is passed by collapse alone.
-        structures: Number of structures to draw.
+        structures: Number of structures to draw, 1 by default. Leave it out where Stripes have
+            `structures_per_motion`: then the dimension `structure` numbers the structures of each motion, and
+            `drawn_structure` says which were drawn.
         demand: Name of a recorded variable, such as "peak_floor_acceleration", of which the worst storey or floor
             counts, as an absolute value.
         tolerance: Relative width of a bracket: capacity_upper / capacity_lower - 1 is at most this.
         highest: Highest level [g, or SI units of a measure that is no acceleration]: a limit that is not passed there
-            has an infinite capacity. None for the last level of Stripes, and for three times as much as the elastic
-            response of any pair of a Cloud would need.
+            has an infinite capacity. None for the last level of Stripes, and of a Cloud for four times the level at
+            which the first structure's elastic response passes the last limit, and the drift of collapse, under every
+            motion.
         ladder: Ratio of neighbouring levels of the ladder.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
         keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
@@ -121,7 +124,10 @@ def capacities(
         warn_of_implausible_limits(finite)
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step)
-    run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), structures, integration, execution, seed)
+    if not scene.scatter and structures not in (None, 1):
+        warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
+    count = structures if structures is not None else scene.structures_given or 1
+    run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, which collapse alone passes, and nothing collapses "
@@ -132,21 +138,23 @@ def capacities(
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
         highest = float(design.levels_in_g[-1])
-    findings = StabilityFindings(run.structures * len(design.motions), integration.method)
+    own = getattr(design, "structures_per_motion", None) or run.structures
+    findings = StabilityFindings(own * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
-    starts = range(0, run.structures, size)
+    starts = range(0, own, size)
     with interruptible(), counted_histories(0) as progress:
         for start in starts:
-            part = np.arange(start, min(start + size, run.structures))
-            pairs = Pairs(run, part, demand, integration, queue, first, findings, reuse_elastic=reuse_elastic)
+            part = np.arange(start, min(start + size, own))
+            pairs = Pairs(
+                run, part, demand, integration, queue, first, findings, progress.update, reuse_elastic=reuse_elastic
+            )
             if highest is None:
-                highest = _highest_of(pairs, limit)
+                highest = _highest_of(pairs, limit, len(design.motions))
             search = Search(pairs, limit, highest, ladder, tolerance)
             search.run()
             found.add(search)
-            progress.update(pairs.histories)
     findings.warn(on_unstable)
     _refuse_failed(found, run)
     result = labelled_capacities(found, run, integration, float(highest or np.nan))
@@ -218,13 +226,13 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
     return tuple({*drift, filled[demand]})
 
 
-def _highest_of(pairs: Pairs, limit: np.ndarray) -> float:
-    """Return the highest level of a cloud, from the elastic response of its first pairs."""
+def _highest_of(pairs: Pairs, limit: np.ndarray, motions: int) -> float:
+    """Return the highest level of a cloud, from the first structure's elastic response: more of them change nothing."""
     finite = limit[np.isfinite(limit)]
-    needed = pairs.elastic_level_of(finite[-1]) if finite.size else pairs.collapse_level
-    needed = np.maximum(needed, pairs.collapse_level) if np.isinf(limit[-1]) else needed
-    known = needed[np.isfinite(needed)]
-    return BEYOND_ELASTIC * float(known.max()) if known.size else BEYOND_ELASTIC * pairs.first_level / FIRST_SHARE
+    needed = [pairs.collapse_level[:motions]] + ([pairs.elastic_level_of(finite[-1])[:motions]] if finite.size else [])
+    known = np.concatenate(needed)
+    known = known[np.isfinite(known)]
+    return BEYOND_ELASTIC * float(known.max(initial=pairs.first_level / FIRST_SHARE))
 
 
 def _refuse_failed(found: Found, run: Run) -> None:

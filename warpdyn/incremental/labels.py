@@ -21,6 +21,7 @@ from warpdyn.kernels.queues import device_names
 
 FOUND, ABOVE_HIGHEST, BELOW_LOWEST, FAILED = range(4)
 CAPACITY_MEANINGS = ("found", "above_highest", "below_lowest", "failed")
+PAIR = ("structure", "motion")
 SOURCE = "first passage of each limit on a ladder of levels, bracketed (Vamvatsikos and Cornell 2002)"
 
 
@@ -45,6 +46,7 @@ class Found:
     keep_curves: bool
     histories: int = 0
     waves: int = 0
+    structures: list[np.ndarray] = field(default_factory=list)
     lower: list[np.ndarray] = field(default_factory=list)
     upper: list[np.ndarray] = field(default_factory=list)
     resurrections: list[np.ndarray] = field(default_factory=list)
@@ -58,7 +60,8 @@ class Found:
         everything = np.arange(pairs.count)
         lower, upper, *_ = levels.brackets(everything, self.limit)
         lower[search.failed] = upper[search.failed] = np.nan
-        shape = len(pairs.whole.structures), -1
+        shape = pairs.structures.shape
+        self.structures.append(pairs.structures)
         self.lower.append(lower.reshape(*shape, self.limit.size))
         self.upper.append(upper.reshape(*shape, self.limit.size))
         self.failures.append(search.failed.reshape(shape))
@@ -84,9 +87,7 @@ class Found:
             order = np.lexsort((level, row))
             motions = len(pairs.intensities)
             demand = levels.demand[row, slot][order]
-            self.curves.append(
-                (pairs.whole.structures[row[order] // motions], row[order] % motions, level[order], demand)
-            )
+            self.curves.append((pairs.structures.ravel()[row[order]], row[order] % motions, level[order], demand))
 
     @property
     def failed(self) -> np.ndarray:
@@ -121,10 +122,17 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
         "flag_values": np.arange(len(CAPACITY_MEANINGS), dtype=np.int8),
         "flag_meanings": " ".join(CAPACITY_MEANINGS),
     }
-    dims = ("structure", "motion", "damage_state")
+    dims = (*PAIR, "damage_state")
+    numbers = {"units": "1"}
+    is_nested = getattr(design, "structures_per_motion", None) is not None
+    label = "number among the structures of a motion" if is_nested else "index of the drawn structure"
+    of_structure = numbers | {"long_name": "index of the drawn structure", "sampling": scene.sampling}
     text = f"{design.measure.name} at which the limit is first passed"
-    of_limit = {"units": _demand_units(found.demand, run), "long_name": f"limit of {found.demand}"}
-    limit_name = "drift_ratio_limit" if found.demand == DRIFT_RATIO else "demand_limit"
+    of_limit = {
+        "long_name": f"limit of {found.demand}; infinite: collapse alone passes it",
+        "units": _demand_units(found.demand, run),
+        "demand": found.demand,
+    }
     variables: dict[str, tuple] = {
         "capacity": (dims, capacity, {"long_name": text} | of_level),
         "capacity_lower": (dims, lower, {"long_name": f"{text}, lower end of the bracket"} | of_level),
@@ -135,19 +143,16 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
             np.concatenate(found.resurrections).astype(np.int16),
             {"long_name": "levels above the capacity at which the demand is within the limit again", "units": "1"},
         ),
-        limit_name: ("damage_state", found.limit, of_limit),
+        "damage_limit": ("damage_state", found.limit, of_limit),
         "motion_name": motion_names(design.motions),
     }
     if found.keep_curves:
-        variables |= _curves(found, run, of_level)
+        variables |= _levels_run(found, run, of_level)
     return xr.Dataset(
         variables,
         coords={
-            "structure": (
-                "structure",
-                np.arange(run.structures, dtype=np.int32),
-                {"long_name": "index of the drawn structure", "units": "1"},
-            ),
+            "structure": ("structure", np.arange(len(lower), dtype=np.int32), numbers | {"long_name": label}),
+            "drawn_structure": (PAIR, np.concatenate(found.structures).astype(np.int32), of_structure),
             "motion": motion_numbers(len(design.motions)),
             "damage_state": ("damage_state", np.array(found.names), {"long_name": "damage state"}),
         },
@@ -175,7 +180,7 @@ def _demand_units(demand: str, run: Run) -> str:
     return "1" if demand == DRIFT_RATIO else run.model.variables[demand].units
 
 
-def _curves(found: Found, run: Run, of_level: dict[str, Any]) -> dict[str, tuple]:
+def _levels_run(found: Found, run: Run, of_level: dict[str, Any]) -> dict[str, tuple]:
     """Return the levels that were run with their demands, by pair and level."""
     structure, motion, level, demand = (np.concatenate(column) for column in zip(*found.curves, strict=True))
     status = np.where(np.isnan(demand), DIVERGED, np.isposinf(demand)).astype(np.int8)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +23,23 @@ from warpdyn.integration.time_grid import build_schedule
 from warpdyn.kernels.queues import Queue
 
 DRIFT_RATIO = "peak_storey_drift_ratio"
+# Demands that an elastic response has nothing of, and demands that they never exceed: these tell where to begin.
+NEVER_ABOVE = {"residual_drift_ratio": DRIFT_RATIO, "hysteretic_energy": "input_energy"}
 WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with room for rounding
+
+
+def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
+    """Return the structure that runs under each motion, shape [structure, motion].
+
+    Args:
+        design: The design.
+        structures: Indices of the structures; where each motion has structures of its own, their numbers among these.
+    """
+    own = getattr(design, "structures_per_motion", None)
+    motions = np.arange(len(design.motions))
+    if own:
+        return structures[:, None] + own * motions
+    return np.repeat(structures[:, None], motions.size, axis=1)
 
 
 class Pairs:
@@ -30,17 +47,21 @@ class Pairs:
 
     Args:
         run: The run; its scene's excitation is a design.
-        structures: Indices of the structures, increasing.
+        structures: Indices of the structures, increasing; where each motion has structures of its own, their numbers
+            among those of a motion.
         demand: Name of the demand, of which the worst storey, floor or degree of freedom counts.
         integration: How they are integrated.
         queue: Where they run.
         first_level: Level at which the elastic response is found, so low that nothing yields.
         reuse_elastic: Whether the demand below the first yield is scaled from that run.
         findings: Collects messages on the stability of the pairs.
+        advance: Called with the number of histories done since its last call.
 
     Attributes:
+        structures: Index of each pair's structure, shape [structure, motion].
         count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
         first_demand: Demand at `first_level`, shape [pair].
+        guide: The same, or a demand that it never exceeds, shape [pair].
         exponent: The demand of an elastic response goes with the level to this power.
         elastic_level: Level up to which the response is elastic, shape [pair]; 0 where this is not known.
         collapse_level: Level at which an elastic response would reach the drift of collapse, shape [pair].
@@ -58,23 +79,26 @@ class Pairs:
         queue: Queue,
         first_level: float,
         findings: StabilityFindings,
+        advance: Callable[[int], object],
         *,
         reuse_elastic: bool,
     ) -> None:
         design = run.model.scene.excitation
         assert isinstance(design, Design)
-        self.demand, self.integration, self.reruns = demand, integration, Reruns()
+        self.demand, self.integration, self.reruns, self.advance = demand, integration, Reruns(), advance
         self.intensities, self.power = design.intensities, design.measure.power
+        self.structures = structures_of_pairs(design, structures)
+        structures, place = np.unique(self.structures.ravel(), return_inverse=True)
         drawn, vibration = run.draw(structures)
         motions = len(design.motions)
-        self.count = structures.size * motions
-        motion = np.tile(np.arange(motions, dtype=np.int32), structures.size)
-        place = np.repeat(np.arange(structures.size, dtype=np.int32), motions)
+        self.count = self.structures.size
+        motion = np.tile(np.arange(motions, dtype=np.int32), len(self.structures))
+        place = place.astype(np.int32)
         row = place if drawn else np.zeros_like(place)
         held = structures[place].astype(np.int32), motion, np.ones(self.count), self.intensities[motion]
         assignment = Assignment(*held, design.measure.name)
         schedule = build_schedule(run.model.scene, run.model.timeline, vibration, assignment, row)
-        sample = (structures[0] * motions + np.arange(self.count)).astype(np.int32)
+        sample = (self.structures * motions + np.arange(motions)).ravel().astype(np.int32)
         self.whole = Ensemble(
             run.model, structures, drawn, vibration.rayleigh, assignment, row, schedule, sample, queue
         )
@@ -92,7 +116,9 @@ class Pairs:
         self.elastic_level = np.zeros(self.count)
         everything = np.arange(self.count)
         outputs = self._run(everything, np.full(self.count, level))
-        self.first_demand = self._worst(everything, outputs)
+        self.first_demand = self._worst(self.demand, everything, outputs)
+        guide = NEVER_ABOVE.get(self.demand, self.demand)
+        self.guide = self.first_demand if guide == self.demand else self._worst(guide, everything, outputs)
         self.collapse_level = np.full(self.count, np.inf)
         elastic, collapse = elastic_drifts(self.whole)
         if "peak_storey_drift" in outputs:
@@ -109,9 +135,9 @@ class Pairs:
             self.elastic_level = np.where(known, level * np.where(known, factor, 1.0) ** self.power, 0.0)
 
     def elastic_level_of(self, limit: float) -> np.ndarray:
-        """Return the level at which the elastic response would come to a demand, shape [pair]."""
+        """Return the level at which the elastic response would come to a demand, or one it never exceeds, [pair]."""
         with np.errstate(divide="ignore"):
-            return self.first_level * (limit / self.first_demand) ** (1 / self.exponent)
+            return self.first_level * (limit / self.guide) ** (1 / self.exponent)
 
     def demands(self, pair: np.ndarray, level: np.ndarray) -> np.ndarray:
         """Return the demand of some pairs at levels [units of the measure]: infinite after a collapse, NaN if failed.
@@ -125,7 +151,7 @@ class Pairs:
         beyond = np.flatnonzero(level > self.elastic_level[pair])
         if beyond.size:
             outputs = self._run(pair[beyond], level[beyond])
-            found[beyond] = self._worst(pair[beyond], outputs)
+            found[beyond] = self._worst(self.demand, pair[beyond], outputs)
         return found
 
     def _run(self, pair: np.ndarray, level: np.ndarray) -> Arrays:
@@ -146,7 +172,7 @@ class Pairs:
             whole.queue,
         )
         rows = whole.model.blank_outputs(pair.size)
-        part.start(rows)
+        part.start(rows, self.advance)
         part.finish(rows)
         outputs = {name: values.T for name, values in rows.items()}
         everything = np.arange(pair.size)
@@ -160,11 +186,11 @@ class Pairs:
         self.failure_codes |= set(np.unique(status[status >= DIVERGED]).tolist())
         return outputs
 
-    def _worst(self, pair: np.ndarray, outputs: Arrays) -> np.ndarray:
-        """Return the worst demand of each sample, shape [sample]."""
-        name = "peak_storey_drift" if self.demand == DRIFT_RATIO else self.demand
+    def _worst(self, demand: str, pair: np.ndarray, outputs: Arrays) -> np.ndarray:
+        """Return the worst of a demand in each sample, shape [sample]."""
+        name = "peak_storey_drift" if demand == DRIFT_RATIO else demand
         values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
-        if self.demand == DRIFT_RATIO:
+        if demand == DRIFT_RATIO:
             values = values / self.whole.heights[self.whole.row[pair]].T
         worst, status = values.max(axis=0), outputs["status"]
         return np.where(status == COLLAPSED, np.inf, np.where(status >= DIVERGED, np.nan, worst))

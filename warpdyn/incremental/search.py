@@ -9,7 +9,8 @@ import numpy as np
 from warpdyn.incremental.pairs import Pairs
 
 # The ladder of a pair begins at this share of the level at which its elastic response would reach the first limit.
-START = 0.3
+# If the demand at the first rung comes to the other share of the limit, the ladder is continued downwards.
+START, LOW_ENOUGH = 0.3, 0.6
 # Levels that a pair climbs at a time; more where few pairs are left, so that a launch has so many histories.
 LEAST_RUNGS, FULL_LAUNCH = 4, {"cpu": 2**6, "cuda": 2**16}
 # Attempts to close a bracket by interpolation, before it is divided into equal parts: a demand may jump. So many parts
@@ -87,10 +88,11 @@ class Levels:
         return found[0], found[1], found[2], found[3]
 
     def beside_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
-        """Return levels on both sides of a demand that is higher than its neighbours and hardly within a limit.
+        """Return levels between which and their neighbours a demand may pass a limit and return.
 
-        Between these neighbours the demand may pass the limit and return. It is taken to rise from the peak that was
-        run by no more than in proportion to the level.
+        They stand on both sides of a demand that is higher than its neighbours and hardly within the limit: it is taken
+        to rise from there by no more than in proportion to the level. And in the middle of two levels between which the
+        demand rises less than half as steeply as before, where it would pass the limit halfway if it went on as before.
 
         Args:
             rows: The pairs, shape [row].
@@ -108,15 +110,17 @@ class Levels:
             reach = np.diff(x, axis=1)
             rise = np.diff(y, axis=1)
             left, right, top = reach[:, :-1], reach[:, 1:], y[:, 1:-1]
-            is_peak = (rise[:, :-1] >= 0) & (rise[:, 1:] < 0) & np.isfinite(right)
-            is_near = np.zeros_like(is_peak)
+            before, after = rise[:, :-1] / left, rise[:, 1:] / right
+            is_peak = (before >= 0) & (after < 0)
+            flattens = (before > 0) & (after < before / 2)
+            near_peak, near_shoulder = np.zeros_like(is_peak), np.zeros_like(is_peak)
             for state, value in enumerate(np.log(limit)):
                 within = (top <= value) & (x[:, 2:] < np.log(upper[:, [state]]))
-                is_near |= within & (top + np.maximum(left, right) > value)
-            is_near &= is_peak
+                near_peak |= within & is_peak & (top + np.maximum(left, right) > value)
+                near_shoulder |= within & flattens & (top + before * right / 2 > value)
             middle = x[:, 1:-1]
-            below = np.where(is_near & (left > narrowest), middle - left / 2, np.nan)
-            above = np.where(is_near & (right > narrowest), middle + right / 2, np.nan)
+            below = np.where(near_peak & (left > narrowest), middle - left / 2, np.nan)
+            above = np.where((near_peak | near_shoulder) & (right > narrowest), middle + right / 2, np.nan)
         return np.exp(np.concatenate([below, above], axis=1))
 
 
@@ -143,7 +147,7 @@ class Search:
     def __post_init__(self) -> None:
         pairs = self.pairs
         self.levels, everything = Levels(pairs.count), np.arange(pairs.count)
-        self.failed = ~np.isfinite(pairs.first_demand)
+        self.failed = np.isnan(pairs.first_demand)
         first = np.full(pairs.count, pairs.first_level)
         self.levels.add(everything, first, pairs.first_demand, np.ones(pairs.count, dtype=bool))
 
@@ -193,10 +197,12 @@ class Search:
         self._descend(lowest)
 
     def _descend(self, lowest: np.ndarray) -> None:
-        """Evaluate lower rungs of pairs whose lowest rung passes the first limit already."""
+        """Evaluate lower rungs of pairs whose demand at the lowest rung is near the first limit already."""
         active = np.flatnonzero(~self.failed)
+        # A limit that collapse alone passes is near where a sample collapsed.
+        near = LOW_ENOUGH * self.limit[:1] if np.isfinite(self.limit[0]) else self.limit[:1]
         while active.size:
-            upper = self.levels.brackets(active, self.limit[:1])[1][:, 0]
+            upper = self.levels.brackets(active, near)[1][:, 0]
             active = active[(upper <= self._rungs(lowest[active]) * (1 + 1e-9)) & ~self.failed[active]]
             active = active[self._rungs(lowest[active]) > self.pairs.first_level]
             pair = np.repeat(active, LEAST_RUNGS)

@@ -128,19 +128,19 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
         TypeError: If `dataset` is no Dataset.
     """
     advice = "draw what capacities(scene, limits) returned"
-    check_dataset("plots.capacities", dataset, "capacity", "demand", advice=advice)
+    check_dataset("plots.capacities", dataset, "capacity", "damage_limit", advice=advice)
     capacity = dataset["capacity"].transpose("structure", "motion", "damage_state")
     values = capacity.values.reshape(-1, capacity.sizes["damage_state"])
     values = values[~np.isnan(values).any(axis=1)]
     if not np.isfinite(values).any():
         raise ValueError("plots.capacities: no capacity is finite, and there is nothing to draw: run to a higher level")
-    is_ratio = "drift_ratio_limit" in dataset
-    limit = dataset["drift_ratio_limit" if is_ratio else "demand_limit"]
+    limit = dataset["damage_limit"]
+    is_ratio = limit.attrs["demand"] == "peak_storey_drift_ratio"
     factor, units = (100, "%") if is_ratio else (1, limit.attrs["units"])
     at = factor * limit.values.astype(float)
     result, (axes,) = panels("capacities", ax, size=(6.4, 4.8))
     farthest = BEYOND * float(at[np.isfinite(at)].max(initial=0.0))
-    demand = str(dataset.attrs["demand"])
+    demand = str(limit.attrs["demand"])
     if demand in dataset:
         farthest = max(farthest, 1.3 * factor * float(np.nanmax(dataset[demand].values)))
         _draw_kept_curves(axes, dataset, demand, factor, farthest)
