@@ -131,3 +131,12 @@ def test_an_older_file_stays_where_the_new_one_fails(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disk full"):
         wd.write_table(make_curves(), path)
     assert [each.read_text() for each in tmp_path.iterdir()] == ["older"]
+
+
+def test_a_link_stays_and_its_target_is_written(tmp_path):
+    target, link = tmp_path / "target.csv", tmp_path / "link.csv"
+    target.write_text("older")
+    link.symlink_to(target)
+    assert wd.write_table(make_curves(), link) == link
+    assert link.is_symlink()
+    assert target.read_text().startswith("damage_state,")

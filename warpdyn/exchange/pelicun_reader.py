@@ -50,7 +50,9 @@ def read_pelicun_demands(path: str | os.PathLike, *, direction: int = 1) -> xr.D
     table = pd.read_csv(path, index_col=0, dtype=str, keep_default_na=False)
     rows = [row for row in table.index if str(row).strip().lower() == "units"]
     if len(rows) != 1:
-        raise ValueError(f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one, called 'Units'")
+        raise ValueError(
+            f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one below the names, such as 'Units,mps2,rad'"
+        )
     units, table = table.loc[rows[0]], table.drop(index=rows[0])
     found: dict[str, dict[int, np.ndarray]] = {}
     failed = np.zeros(len(table), dtype=np.int8)

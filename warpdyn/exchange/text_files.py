@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -42,18 +41,14 @@ def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
         path: The file.
         write: Writes the file whose name it is given.
     """
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
+    target = path.resolve()  # a link stays, and its target is written
+    part = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
     try:
-        write(name)
-        # mkstemp lets the user alone read its file; others get what the user's mask leaves them.
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(name, 0o666 & ~mask)
-        os.replace(name, path)
+        write(str(part))
+        os.replace(part, target)
     except BaseException:
         with suppress(OSError):
-            os.unlink(name)
+            part.unlink()
         raise
     return path
 
