@@ -7,6 +7,7 @@ import pyFragility
 import pytest
 import xarray as xr
 from fragility_parameters import curves
+from plotted_runs import striped_run
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ndtr
@@ -187,37 +188,77 @@ def test_weighted_bounds_are_quantiles():
     assert weighted_bounds(branches, np.array([0.9, 0.1]), 0.5)[0, 0] == 1.0
 
 
-def test_rates_by_record():
-    hazard = wd.HazardCurve([0.05, 0.5, 5.0], [1e-2, 1e-3, 1e-5])
-    capacity = np.array([[[0.2], [0.4], [np.inf]], [[0.3], [0.8], [1.6]]])  # structure, motion, state
+SLOPES = wd.HazardCurve([0.05, 0.5, 5.0], [1e-2, 1e-3, 1e-5])
+
+
+def capacities(values, width=1.1):
+    """Return capacities [structure][motion] of one state, with brackets of this ratio each way."""
+    capacity = np.array(values, dtype=float)[..., None]
+    lower, upper = np.where(np.isinf(capacity), 2.0, capacity / width), capacity * width
+    upper = np.where(capacity == 0, 0.04, upper)
     along = "structure", "motion", "damage_state"
-    variables = {
-        "capacity": (along, capacity, {"units": "g"}),
-        "capacity_lower": (along, np.where(np.isinf(capacity), 2.0, 0.9 * capacity)),
-        "capacity_upper": (along, 1.1 * capacity),
-    }
-    given = xr.Dataset(variables, {"damage_state": ["complete"]})
-    found = wd.rates_by_record(given, hazard)
-    rate = [
-        np.interp(np.log(c), np.log([0.05, 0.5, 5.0]), np.log([1e-2, 1e-3, 1e-5])) for c in (0.2, 0.3, 0.4, 0.8, 1.6)
-    ]
-    a, b, c, d, e = np.exp(rate)
+    variables = {"capacity": (along, capacity, {"units": "g"})}
+    variables |= {"capacity_lower": (along, lower), "capacity_upper": (along, upper)}
+    return xr.Dataset(variables, {"damage_state": ["complete"]}, {"intensity_measure": ""})
+
+
+def log_rate(capacity):
+    return np.exp(np.interp(np.log(capacity), np.log([0.05, 0.5, 5.0]), np.log([1e-2, 1e-3, 1e-5])))
+
+
+def test_rates_by_record():
+    with pytest.warns(UserWarning, match="17 % of the capacities of 'complete' are above the highest level"):
+        found = wd.rates_by_record(capacities([[0.2, 0.4, np.inf], [0.3, 0.8, 1.6]]), SLOPES)
+    a, b, c, d, e = (log_rate(capacity) for capacity in (0.2, 0.3, 0.4, 0.8, 1.6))
     records = np.array([(a + b) / 2, (c + d) / 2, e / 2])
     np.testing.assert_allclose(found["record_annual_rate"][:, 0], records, rtol=1e-12)
     np.testing.assert_allclose(found["contribution"][:, 0], records / records.sum(), rtol=1e-12)
     assert float(found["annual_rate"][0]) == pytest.approx(records.mean(), rel=1e-12)
     assert float(found["standard_error"][0]) == pytest.approx(np.std(records, ddof=1) / np.sqrt(3), rel=1e-12)
     assert float(found["censored_share"][0]) == pytest.approx(1 / 6)
-    assert float(found["annual_rate_lower"][0]) < records.mean() < float(found["annual_rate_upper"][0])
+    known = np.array([0.2, 0.3, 0.4, 0.8, 1.6])
+    assert float(found["annual_rate_lower"][0]) == pytest.approx(log_rate(1.1 * known).sum() / 6, rel=1e-12)
+    largest = (log_rate(known / 1.1).sum() + log_rate(2.0)) / 6
+    assert float(found["annual_rate_upper"][0]) == pytest.approx(largest, rel=1e-12)
+
+
+def test_capacities_that_failed_or_lie_below_all_levels():
+    found = wd.rates_by_record(capacities([[0.2, 0.4], [np.nan, 0.8]]), SLOPES)
+    np.testing.assert_allclose(
+        found["record_annual_rate"][:, 0], [log_rate(0.2), (log_rate(0.4) + log_rate(0.8)) / 2], rtol=1e-12
+    )
+    assert float(found["failed_share"][0]) == 0.25
+    with pytest.raises(ValueError, match="'complete' has no known capacity under motion 0"):
+        wd.rates_by_record(capacities([[np.nan, 0.4], [np.nan, 0.8]]), SLOPES)
+    with pytest.raises(ValueError, match="none can be below 0"):
+        wd.rates_by_record(capacities([[-0.1, 0.4]]), SLOPES)
+    # Below 0.04 g, where the hazard curve has no point: its slope there is 1.
+    with pytest.warns(UserWarning, match=r"intensities below the first point of the hazard curve \(0.05 g\)"):
+        low = wd.rates_by_record(capacities([[0.0, 0.4]]), SLOPES)
+    assert float(low["record_annual_rate"][0, 0]) == pytest.approx(1e-2 * 0.05 / 0.04, rel=1e-12)
 
 
 def test_rates_of_many_lognormal_capacities_are_those_of_their_curve():
     probabilities = (np.arange(20_000) + 0.5) / 20_000
-    capacity = 0.5 * np.exp(0.4 * norm.ppf(probabilities)).reshape(100, 200, 1)
-    given = xr.Dataset({"capacity": (("structure", "motion", "damage_state"), capacity, {"units": "g"})})
-    found = wd.rates_by_record(given.assign_coords(damage_state=["complete"]), BENT)
+    given = capacities(0.5 * np.exp(0.4 * norm.ppf(probabilities)).reshape(100, 200))
     truth = wd.annual_rates(curves({"complete": (0.5, 0.4)}), BENT)["annual_rate"]
-    assert float(found["annual_rate"][0]) == pytest.approx(float(truth[0]), rel=1e-3)  # the midpoint rule's tails
+    assert float(wd.rates_by_record(given, BENT)["annual_rate"][0]) == pytest.approx(float(truth[0]), rel=1e-3)  # tails
+
+
+def test_curves_of_a_run_are_taken_as_they_come():
+    limits = {"slight": 0.008, "moderate": 0.02}
+    fitted = wd.fragility(striped_run(), limits)
+    found = wd.annual_rates(fitted, wd.HazardCurve(BENT.intensity, BENT.annual_rate, measure="PGA"))
+    assert found["damage_state"].values.tolist() == list(limits)
+    given = {
+        state: (float(fitted["fragility_median"].sel(damage_state=state)), float(spread))
+        for state, spread in zip(limits, fitted["fragility_dispersion"], strict=True)
+    }
+    np.testing.assert_array_equal(found["annual_rate"], wd.annual_rates(curves(given), BENT)["annual_rate"])
+    assert (found["annual_rate_lower"] < found["annual_rate"]).all()
+    assert (found["annual_rate"] < found["annual_rate_upper"]).all()
+    with pytest.raises(ValueError, match=r"the hazard is of 'SA\(1.0\)' and the curves are of 'PGA'"):
+        wd.annual_rates(fitted, wd.HazardCurve(BENT.intensity, BENT.annual_rate, measure="SA(1.0)"))
 
 
 def test_curves_that_do_not_fit_are_refused():

@@ -9,6 +9,7 @@ from scipy.special import expit, ndtr
 from scipy.stats import norm
 
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, estimator_of
+from warpdyn.statistics.estimators.newton import covariance_of_influences
 
 pytestmark = pytest.mark.fast
 
@@ -25,6 +26,16 @@ def capacities(records: int = 11, seed: int = 3) -> np.ndarray:
     rng = np.random.default_rng(seed)
     logarithm = np.log([0.3, 0.5, 0.8]) + rng.normal(0, 0.4, (records, 1, 1)) + rng.normal(0, 0.2, (1, 8, 1))
     return np.exp(logarithm + rng.normal(0, 0.1, (records, 8, 1)))
+
+
+def robust(name: str, counts: np.ndarray, total: int, levels: np.ndarray = ORDINAL_LEVELS) -> np.ndarray:
+    """Return the cluster-robust covariance of the logarithms, shape [damage_state, 2, 2], without n / (n - 1)."""
+    estimator, records = ESTIMATORS[name], len(counts)
+    median, dispersion, _ = estimator.fit(levels, counts.sum(axis=0), records * total)
+    cells = np.moveaxis(counts, 1, -1)[:, None]  # [record, group, im_level, damage_state]
+    valid = np.full((records, 1, levels.size), total)
+    influences, _ = estimator.influences(levels, cells, valid, median, dispersion)
+    return np.moveaxis(covariance_of_influences(influences[:, 0]), -1, 0) * (records - 1) / records
 
 
 def by_record() -> tuple[np.ndarray, int]:
@@ -138,11 +149,9 @@ def test_stripes_without_information_have_no_curve():
 @pytest.mark.parametrize("name", ["lognormal", "logit"])
 def test_cluster_robust_covariance_is_that_of_two_other_programs(name):
     counts, total = by_record()
-    estimator = ESTIMATORS[name]
-    fit = estimator.fit(ORDINAL_LEVELS, counts.sum(axis=0), 11 * total)
-    ours = estimator.covariance(ORDINAL_LEVELS, counts, total, *fit) / 1.1  # without 11 / (11 - 1), of 11 records
+    ours = robust(name, counts, total)
     im, record = np.tile(ORDINAL_LEVELS, 11), np.repeat(np.arange(11), 6)
-    model, deviation = (sm.Probit, 1.0) if name == "lognormal" else (sm.Logit, np.pi / np.sqrt(3))
+    model = sm.Probit if name == "lognormal" else sm.Logit
     for state in range(3):
         k = counts[:, state].ravel()
         exceeds = np.concatenate([np.repeat([1.0, 0.0], [each, total - each]) for each in k])
@@ -150,36 +159,45 @@ def test_cluster_robust_covariance_is_that_of_two_other_programs(name):
         design = sm.add_constant(np.log(np.repeat(im, total)))
         theirs = model(exceeds, design).fit(disp=0, tol=1e-12, cov_type="cluster", cov_kwds=groups)
         intercept, slope = theirs.params
-        change = np.array([[-1 / slope, intercept / slope**2], [0.0, -deviation / slope**2]])
+        change = np.array([[-1 / slope, intercept / slope**2], [0.0, -1 / slope]])  # of both logarithms
         # The same formula, at parameters that agree within 1e-8.
         np.testing.assert_allclose(ours[state], change @ theirs.cov_params() @ change.T, rtol=1e-5)
         if name == "lognormal":  # pyFragility's parameters are then median and dispersion
             other = pf.fit_binomial(im, k, np.full(66, float(total)), cluster=record)
-            change = np.diag([1 / other.params[0], 1.0])
+            change = np.diag(1 / other.params)
             np.testing.assert_allclose(ours[state], change @ other.covariance("sandwich") @ change.T, rtol=1e-4)
 
 
 def test_ordinal_covariance_is_that_of_pyfragility():
     counts, total = by_record()
-    fit = ESTIMATORS["ordinal"].fit(ORDINAL_LEVELS, counts.sum(axis=0), 11 * total)
-    ours = ESTIMATORS["ordinal"].covariance(ORDINAL_LEVELS, counts, total, *fit)
+    ours = robust("ordinal", counts, total)
     rows = np.concatenate([np.full((11, 1, 6), total), counts, np.zeros((11, 1, 6))], axis=1)
     in_state = -np.diff(rows, axis=1).transpose(0, 2, 1).reshape(66, 4)
     theirs = pf.fit_damage_states(np.tile(ORDINAL_LEVELS, 11), counts=in_state, cluster=np.repeat(np.arange(11), 6))
     *alpha, slope = theirs.params
     for state in range(3):
         change = np.zeros((2, 4))
-        change[0, state], change[:, 3] = -1 / slope, (alpha[state] / slope**2, -1 / slope**2)
-        np.testing.assert_allclose(ours[state], 1.1 * change @ theirs.covariance("sandwich") @ change.T, rtol=1e-4)
+        change[0, state], change[:, 3] = -1 / slope, (alpha[state] / slope**2, -1 / slope)
+        np.testing.assert_allclose(ours[state], change @ theirs.covariance("sandwich") @ change.T, rtol=1e-4)
 
 
-def test_one_record_or_a_penalised_fit_has_no_covariance():
-    estimator = ESTIMATORS["lognormal"]
-    levels = np.array([0.2, 0.4, 0.6, 0.8])
-    for counts, total in ((np.array([[[1, 3, 6, 8]]]), 8), (np.array([[[0, 0, 4, 4]], [[0, 0, 4, 4]]]), 4)):
-        fit = estimator.fit(levels, counts.sum(axis=0), total * len(counts))
-        assert np.isfinite(fit[0]).all()
-        assert np.isnan(estimator.covariance(levels, counts, total, *fit)).all()
+def test_variances_of_independent_samples_are_those_of_pyfragility():
+    counts, total = by_record()
+    sums = counts.sum(axis=0)
+    cells, valid = np.moveaxis(sums, 0, -1)[None, None], np.full((1, 1, 6), 11 * total)
+    fits = {name: estimator.fit(ORDINAL_LEVELS, sums, 11 * total)[:2] for name, estimator in ESTIMATORS.items()}
+    _, ours = ESTIMATORS["lognormal"].influences(ORDINAL_LEVELS, cells, valid, *fits["lognormal"])
+    for state in range(3):
+        theirs = pf.fit_binomial(ORDINAL_LEVELS, sums[state], np.full(6, 11.0 * total))
+        np.testing.assert_allclose(ours[:, state], np.diag(theirs.covariance("mle")) / theirs.params**2, rtol=1e-4)
+    _, ours = ESTIMATORS["ordinal"].influences(ORDINAL_LEVELS, cells, valid, *fits["ordinal"])
+    rows = np.concatenate([np.full((1, 6), 11 * total), sums, np.zeros((1, 6))])
+    theirs = pf.fit_damage_states(ORDINAL_LEVELS, counts=-np.diff(rows, axis=0).T)
+    np.testing.assert_allclose(ours[1], theirs.covariance("mle")[3, 3] / theirs.params[3] ** 2, rtol=1e-4)
+
+
+def test_one_cluster_has_no_robust_covariance():
+    assert np.isnan(covariance_of_influences(np.ones((1, 2)))).all()
 
 
 def test_unknown_estimator():

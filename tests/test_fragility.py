@@ -184,17 +184,17 @@ def test_intervals_equal_a_jackknife_by_hand(over):
     variance = pieces[0]
     if over != "records":
         # Less the interaction: from the scores of the 35 pairs, whose derivatives are taken numerically.
-        pairs = np.empty((7, 5, 2))
-        information = np.zeros((2, 2))
+        pairs, steps = np.empty((7, 5, 2)), 1e-4 * np.eye(2)
 
-        def score(parameters):
-            return (np.log(level) - parameters[0]) / np.exp(parameters[1])
+        def logarithms(parameters):
+            z = (np.log(level) - parameters[0]) / np.exp(parameters[1])
+            return np.where(worst > 0.02, norm.logcdf(z), norm.logsf(z))
 
-        steps = 1e-6 * np.eye(2)
-        z = score(whole)
-        slopes = np.stack([(score(whole + step) - score(whole - step)) / 2e-6 for step in steps])
-        terms = slopes * np.where(worst > 0.02, norm.pdf(z) / norm.cdf(z), -norm.pdf(z) / norm.sf(z))
-        information = (slopes * norm.pdf(z) ** 2 / (norm.cdf(z) * norm.sf(z))) @ slopes.T
+        def scores(parameters):
+            return np.stack([(logarithms(parameters + step) - logarithms(parameters - step)) / 2e-4 for step in steps])
+
+        terms = scores(whole)
+        information = -np.stack([(scores(whole + step) - scores(whole - step)).sum(axis=1) / 2e-4 for step in steps])
         for i, j in np.ndindex(7, 5):
             pairs[i, j] = np.linalg.solve(information, terms[:, (record == i) & (structure == j)].sum(axis=1))
         alone = pairs - pairs.mean(axis=0) - pairs.mean(axis=1)[:, None] + pairs.mean(axis=(0, 1))

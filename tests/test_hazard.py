@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.risk.hazard_curves import same_measure
+from warpdyn.risk.hazard_files import same_measure
 
 pytestmark = pytest.mark.fast
 
@@ -192,6 +192,7 @@ def test_logic_trees():
         ("SA(0.75)", "Sa(1 s, 5 %)", False),
         ("SA(0.75)", "Sa(0.75 s, 2 %)", False),
         ("PGA", "PGA", True),
+        ("SA0P2", "SA(0.2)", True),  # as the USGS writes it
         ("PGA", "SA(0.2)", False),
         ("", "PGA", True),
         ("Housner intensity", "PGA", True),  # a name that is not understood is not judged

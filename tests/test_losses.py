@@ -3,6 +3,7 @@
 import numpy as np
 import pyFragility
 import pytest
+import xarray as xr
 from fragility_parameters import curves
 from scipy.integrate import quad, trapezoid
 from scipy.special import ndtr, ndtri
@@ -195,6 +196,60 @@ def test_certain_ratios_make_steps():
     assert float(rate.sel(loss=at)) == pytest.approx(reaching[2], rel=1e-9)
 
 
+# Expected annual loss of a vulnerability function
+
+
+def function(levels, ratios, **attributes):
+    coordinates = {"intensity": ("intensity", levels, {"units": "g"})}
+    return xr.Dataset({"mean_loss_ratio": ("intensity", ratios)}, coordinates, attributes)
+
+
+def test_expected_annual_loss_of_a_function_of_closed_form():
+    # One line of slope 0.5 from 0.1 to 2.1, over a power law of slope 2 (and of slope 1, where it is a logarithm):
+    # the integral of 0.5 k0 x^-k, by parts.
+    line = function([0.1, 2.1], [0.0, 1.0])
+    for k, integral in ((2.0, 1 / 0.1 - 1 / 2.1), (1.0, np.log(21.0))):
+        hazard = wd.HazardCurve([0.05, 0.4, 50.0], 1e-3 * np.array([0.05, 0.4, 50.0]) ** -k)
+        found = wd.expected_annual_loss(line, hazard, replacement_value=1e6)
+        assert float(found["expected_annual_loss"]) == pytest.approx(1e6 * 0.5e-3 * integral, rel=1e-12)
+        above = 2.1**-k / (0.5 * integral)
+        assert float(found["share_above_intensities"]) == pytest.approx(above, rel=1e-12)
+    # A step at the first intensity is lost as often as that is exceeded.
+    level = function([0.2, 5.0], [0.3, 0.3])
+    found = wd.expected_annual_loss(level, HAZARD)["expected_annual_loss"]
+    assert float(found) == pytest.approx(0.3 * float(HAZARD.rate_of(0.2)), rel=1e-12)
+
+
+def test_expected_annual_loss_of_the_function_is_that_of_the_curves():
+    fine = wd.vulnerability(curves(STATES), RATIOS, intensity=np.geomspace(0.01, 20.0, 3000))
+    found = wd.expected_annual_loss(fine, HAZARD)["expected_annual_loss"]
+    truth = wd.annual_losses(curves(STATES), HAZARD, RATIOS)["expected_annual_loss"]
+    # Chords of 0.25 % of the intensity: an error of the square of that.
+    assert float(found) == pytest.approx(float(truth), rel=1e-5)
+
+
+def test_a_function_that_begins_at_zero_costs_nothing_below_the_hazard():
+    begins = function([0.0, 0.5, 2.0], [0.0, 0.1, 1.0])
+    start = 0.01  # the first point of the hazard, at which the function has 0.002
+    same = function([start, 0.5, 2.0], [0.002, 0.1, 1.0])
+    found, expected = (wd.expected_annual_loss(each, HAZARD)["expected_annual_loss"] for each in (begins, same))
+    assert float(found) == pytest.approx(float(expected), rel=1e-12)
+
+
+def test_functions_that_are_refused():
+    for levels, ratios, words in (
+        ([0.1], [0.2], "at least two intensities"),
+        ([0.2, 0.1], [0.2, 0.3], "which increase"),
+        ([0.1, 0.2], [0.2, 20.0], "from 0 to 1, got 0.2 to 20"),
+        ([0.1, 0.2], [0.2, np.nan], r"mean_loss_ratio\[1\] is nan"),
+        ([0.0, 0.2], [0.1, 0.2], "at intensity 0 is 0.1"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            wd.expected_annual_loss(function(levels, ratios), HAZARD)
+    with pytest.raises(ValueError, match=r"'PGA' and the curves are of 'SA\(1.0\)'"):
+        wd.expected_annual_loss(function([0.1, 1.0], [0.0, 1.0], intensity_measure="SA(1.0)"), HAZARD)
+
+
 REFUSED = {
     "a state missing": ({"slight": 0.02, "moderate": 0.1, "extensive": 0.5}, "complete missing"),
     "a state unknown": (RATIOS | {"collapse": 1.0}, "collapse unknown"),
@@ -232,6 +287,10 @@ NO_DATASET = {
     "check_risk_target": (lambda given: wd.check_risk_target(given, HAZARD), "give what fragility(run, limits)"),
     "vulnerability": (lambda given: wd.vulnerability(given, RATIOS), "give what fragility(run, limits) returned"),
     "annual_losses": (lambda given: wd.annual_losses(given, HAZARD, RATIOS), "give what fragility(run, limits)"),
+    "expected_annual_loss": (
+        lambda given: wd.expected_annual_loss(given, HAZARD),
+        "give what vulnerability() returned",
+    ),
     "portfolio_losses": (lambda given: wd.portfolio_losses(given, RATIOS, {}), "give what damage_shares(run, limits)"),
     "storey_losses": (lambda given: wd.storey_losses(given, ([0, 1], [0, 1])), "give what simulate() returned"),
     "plots.disaggregation": (wd.plots.disaggregation, "draw what disaggregate("),

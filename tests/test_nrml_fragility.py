@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import lognorm, norm
+from scipy.stats import fisk, lognorm, norm
 
 import warpdyn as wd
 
@@ -181,6 +181,19 @@ def test_discrete_functions_are_fitted_curves_at_intensities(tmp_path):
     assert points.get("noDamageLimit") == "0.05"
     for row, median, dispersion in zip(rows, (0.2, 0.35, 0.5), (0.4, 0.42, 0.45), strict=True):
         expected = lognorm.cdf(levels, dispersion, scale=median)
+        np.testing.assert_allclose([float(word) for word in row.text.split()], expected, atol=1e-12)
+
+
+def test_loglogistic_curves_are_written_as_such(tmp_path):
+    curves, path = make_curves().assign_attrs(fragility_shape="loglogistic"), tmp_path / "model.xml"
+    with pytest.raises(ValueError, match="loglogistic, and the engine's continuous functions are lognormal"):
+        wd.write_nrml_fragility({"A": curves}, path)
+    levels = [0.1, 0.2, 0.5, 1.0]
+    wd.write_nrml_fragility({"A": curves}, path, format="discrete", intensities=levels)
+    _, *rows = written(path, "fragilityModel", "fragilityFunction")[0]
+    for row, median, dispersion in zip(rows, (0.2, 0.35, 0.5), (0.4, 0.42, 0.45), strict=True):
+        # scipy's loglogistic distribution, whose logarithm has the standard deviation pi / (sqrt(3) c).
+        expected = fisk.cdf(levels, np.pi / np.sqrt(3) / dispersion, scale=median)
         np.testing.assert_allclose([float(word) for word in row.text.split()], expected, atol=1e-12)
 
 

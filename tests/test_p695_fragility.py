@@ -146,6 +146,7 @@ FIGURES = {
     "pushover_curve": "wd.pushover(building, np.linspace(0.01, 0.3, 30))",
     "ground_motions": "motion",
     "spectra": "wd.response_spectra(motion, [0.1, 0.5, 1.0], device='cpu')",
+    "cloud_regression": "run, wd.fragility_of_cloud(run.isel(sample=slice(0, None, 29)), {'slight': 0.005})",
     "hazard_and_rates": "run, hazard",
     "disaggregation": "wd.disaggregate(run, hazard)",
     "vulnerability": "wd.vulnerability(run, wd.hazus_loss_ratios('RES3'))",

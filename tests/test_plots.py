@@ -251,7 +251,7 @@ def test_a_cloud_has_its_line_its_collapses_and_a_median_for_each_limit():
     median = float(CLOUD["fragility_median"][0])
     assert f"slight: median {median:.3g}" in said
     assert any(each.startswith("median of collapse") for each in said)
-    with pytest.raises(ValueError, match="no regression_intercept.*: give what fragility_of_cloud"):
+    with pytest.raises(ValueError, match=r"no regression_intercept.*: give what fragility_of_cloud"):
         plots.cloud_regression(RUN, CURVES)
 
 

@@ -88,22 +88,49 @@ def test_a_building_on_target_meets_it():
         wd.check_risk_target(curves({"collapse": (median, 0.6)}), tree, damage_state="colapse")
 
 
-# Printed digits of tables 7-1a and 7-1b (period [s], ductility, design category, factor).
-PRINTED_SHAPE = [
-    (0.5, 8.0, "Dmax", 1.33),
-    (0.3, 12.0, "Dmax", 1.33),
-    (1.5, 8.0, "Dmax", 1.61),
-    (2.5, 9.0, "Dmax", 1.61),
-    (0.5, 8.0, "Dmin", 1.14),
-    (1.5, 8.0, "Dmin", 1.37),
-    (1.5, 8.0, "B", 1.37),
-    (1.0, 1.0, "Dmax", 1.00),
-]
+# FEMA P-695, tables 7-1a (design categories B, C and Dmin) and 7-1b (Dmax): a row a period, a column a ductility.
+TABLE_PERIODS = np.arange(0.5, 1.55, 0.1)
+TABLE_DUCTILITIES = [1.0, 1.1, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0]
+TABLE_7_1A = """
+1.00 1.02 1.04 1.06 1.08 1.09 1.12 1.14
+1.00 1.02 1.05 1.07 1.09 1.11 1.13 1.16
+1.00 1.03 1.06 1.08 1.10 1.12 1.15 1.18
+1.00 1.03 1.06 1.08 1.11 1.14 1.17 1.20
+1.00 1.03 1.07 1.09 1.13 1.15 1.19 1.22
+1.00 1.04 1.08 1.10 1.14 1.17 1.21 1.25
+1.00 1.04 1.08 1.11 1.15 1.18 1.23 1.27
+1.00 1.04 1.09 1.12 1.17 1.20 1.25 1.30
+1.00 1.05 1.10 1.13 1.18 1.22 1.27 1.32
+1.00 1.05 1.10 1.14 1.19 1.23 1.30 1.35
+1.00 1.05 1.11 1.15 1.21 1.25 1.32 1.37
+"""
+TABLE_7_1B = """
+1.00 1.05 1.10 1.13 1.18 1.22 1.28 1.33
+1.00 1.05 1.11 1.14 1.20 1.24 1.30 1.36
+1.00 1.06 1.11 1.15 1.21 1.25 1.32 1.38
+1.00 1.06 1.12 1.16 1.22 1.27 1.35 1.41
+1.00 1.06 1.13 1.17 1.24 1.29 1.37 1.44
+1.00 1.07 1.13 1.18 1.25 1.31 1.39 1.46
+1.00 1.07 1.14 1.19 1.27 1.32 1.41 1.49
+1.00 1.07 1.15 1.20 1.28 1.34 1.44 1.52
+1.00 1.08 1.16 1.21 1.29 1.36 1.46 1.55
+1.00 1.08 1.16 1.22 1.31 1.38 1.49 1.58
+1.00 1.08 1.17 1.23 1.32 1.40 1.51 1.61
+"""
 
 
-@pytest.mark.parametrize(("period", "ductility", "category", "printed"), PRINTED_SHAPE)
-def test_spectral_shape_factors_have_the_printed_digits(period, ductility, category, printed):
-    assert round(float(wd.spectral_shape_factor(period, ductility, category)), 2) == printed
+@pytest.mark.parametrize(
+    ("table", "categories"), [(TABLE_7_1A, ("B", "C", "Dmin")), (TABLE_7_1B, ("Dmax",))], ids=["7-1a", "7-1b"]
+)
+def test_spectral_shape_factors_have_the_printed_digits(table, categories):
+    printed = np.array([line.split() for line in table.split("\n") if line], dtype=float)
+    for category in categories:
+        found = wd.spectral_shape_factor(TABLE_PERIODS[:, None], TABLE_DUCTILITIES, category)
+        np.testing.assert_array_equal(np.round(found, 2), printed)
+        # The first row holds for shorter periods, the last for longer ones, the last column for larger ductilities.
+        np.testing.assert_allclose(wd.spectral_shape_factor(0.25, TABLE_DUCTILITIES, category), found[0], rtol=1e-14)
+        np.testing.assert_allclose(wd.spectral_shape_factor(4.0, TABLE_DUCTILITIES, category), found[-1], rtol=1e-14)
+        np.testing.assert_allclose(wd.spectral_shape_factor(TABLE_PERIODS, 12.0, category), found[:, -1], rtol=1e-14)
 
 
 def test_spectral_shape_factors_agree_with_fema_p695():

@@ -60,14 +60,14 @@ from .risk.collapse_margin import (
 )
 from .risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
 from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
-from .risk.loss_ratios import hazus_loss_ratios as hazus_loss_ratios
-from .risk.losses import annual_losses as annual_losses, vulnerability as vulnerability
+from .risk.losses import annual_losses as annual_losses, expected_annual_loss as expected_annual_loss
 from .risk.portfolio_losses import portfolio_losses as portfolio_losses
 from .risk.risk_targets import (
     check_risk_target as check_risk_target,
     risk_targeted_intensity as risk_targeted_intensity,
 )
 from .risk.storey_losses import storey_losses as storey_losses
+from .risk.vulnerability import hazus_loss_ratios as hazus_loss_ratios, vulnerability as vulnerability
 from .running.histories import Histories as Histories
 from .running.labels import summary as summary
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis

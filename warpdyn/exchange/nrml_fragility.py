@@ -17,6 +17,7 @@ from warpdyn.exchange import nrml
 from warpdyn.exchange.exceedance import check_exceedance, damage_states, fitted
 from warpdyn.exchange.measures import measure_of, to_openquake
 from warpdyn.exchange.text_files import checked_path
+from warpdyn.statistics.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
 
 FUNCTION = "write_nrml_fragility"
 # Probabilities at the default least and greatest intensity. What is left out below decides next to nothing of an annual
@@ -40,9 +41,9 @@ def write_nrml_fragility(
 ) -> Path:
     """Write fragility curves as a fragility model of OpenQuake (NRML 0.5).
 
-    Continuous functions have the arithmetic mean m exp(b^2 / 2) and standard deviation mean sqrt(exp(b^2) - 1) of a
-    capacity with median m and dispersion b. Discrete ones have probabilities at intensities, between which the engine
-    interpolates linearly, from 0 below the first one; beyond the last it holds them.
+    Continuous functions are lognormal; of a capacity with median m and dispersion b they have the arithmetic mean
+    m exp(b^2 / 2) and the standard deviation mean sqrt(exp(b^2) - 1). Discrete ones have probabilities at intensities,
+    between which the engine interpolates linearly, from 0 below the first one; beyond the last it holds them.
 
     The engine accepts curves that cross, fall or pass 1; they are refused here. Two lognormal curves of different
     dispersions cross somewhere: they are refused where they do by more than a probability of 0.001 between the least
@@ -71,9 +72,9 @@ def write_nrml_fragility(
         The path.
 
     Raises:
-        ValueError: If a state has no fit, states cross or differ between taxonomies, probabilities fall or are outside
-            0 to 1, intensities do not increase, or the measure, its unit or a name is none that the engine reads as
-            meant; the error names taxonomy, state and intensity.
+        ValueError: If a state has no fit, curves of a continuous model are not lognormal, states cross or differ
+            between taxonomies, probabilities fall or are outside 0 to 1, intensities do not increase, or the measure,
+            its unit or a name is none that the engine reads as meant; the error names taxonomy, state and intensity.
         TypeError: If `curves` maps no taxonomies to datasets.
         OSError: If the file cannot be written.
 
@@ -121,6 +122,12 @@ def _add_continuous(
 ) -> None:
     """Add intensities and the mean and standard deviation of each state to a function."""
     median, dispersion = fitted(what, curves)
+    shape = _shape(what, curves)
+    if shape is not LOGNORMAL:
+        raise ValueError(
+            f"{what}: the curves are {shape.name}, and the engine's continuous functions are lognormal; write them at "
+            "intensities= as format='discrete'"
+        )
     units = curves["fragility_median"].attrs.get("units")
     factor = to_openquake(what, units, imt)
     low, high = norm.ppf(LEAST_PROBABILITY), norm.ppf(GREATEST_PROBABILITY)
@@ -139,7 +146,7 @@ def _add_continuous(
             "out to have them chosen"
         )
     levels = np.geomspace(max(least, limit), greatest, _CHECKED_POINTS)
-    probability = norm.cdf(np.log(levels / median[:, None]) / dispersion[:, None])
+    probability = shape.probability(levels, median[:, None], dispersion[:, None])
     states = damage_states(what, curves)
     check_exceedance(what, states, levels, probability, units)
     function.set("shape", "logncdf")
@@ -167,7 +174,7 @@ def _add_discrete(
         median, dispersion = fitted(what, curves)
         levels, units = finite_numbers("intensities", intensities), curves["fragility_median"].attrs.get("units")
         _check_levels(what, levels)
-        probability = norm.cdf(np.log(levels / median[:, None]) / dispersion[:, None])
+        probability = _shape(what, curves).probability(levels, median[:, None], dispersion[:, None])
     check_exceedance(what, states, levels, probability, units)
     probability = np.minimum.accumulate(probability, axis=0)
     factor = to_openquake(what, units, imt)
@@ -180,6 +187,14 @@ def _add_discrete(
     ElementTree.SubElement(function, "imls", attributes).text = nrml.row(levels * factor)
     for state, values in zip(states, probability, strict=True):
         ElementTree.SubElement(function, "poes", ls=state).text = nrml.row(values)
+
+
+def _shape(what: str, curves: xr.Dataset) -> CurveShape:
+    """Return the shape of fitted curves, lognormal where the dataset does not say it."""
+    shapes = {shape.name: shape for shape in (LOGNORMAL, LOGLOGISTIC)}
+    name = curves.attrs.get("fragility_shape", LOGNORMAL.name)
+    one_of(f"fragility_shape of {what}", name, shapes)
+    return shapes[name]
 
 
 def _stripes(what: str, curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray, object]:

@@ -128,9 +128,9 @@ def capacities(
         warn_of_implausible_limits(finite)
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step)
-    count = structures if structures is not None else scene.structures_given or 1
-    if not scene.scatter and count != 1:
+    if not scene.scatter and structures not in (None, 1):
         warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
+    count = structures if structures is not None else scene.structures_given or 1
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of
-from warpdyn.risk.hazard_curves import Hazard, same_measure
+from warpdyn.risk.hazard_curves import Hazard
+from warpdyn.risk.hazard_files import same_measure
 
 ADVICE = "give what fragility(run, limits) returned"
 

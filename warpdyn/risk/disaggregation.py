@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number, whole_number
-from warpdyn.risk.annual_rates import SOURCE
+from warpdyn.core.messages import warn_caller
+from warpdyn.risk.annual_rates import EXTRAPOLATED_SHARE, SOURCE, warn_of_extrapolation
 from warpdyn.risk.curves import check_hazard, curves_of
-from warpdyn.risk.hazard_curves import Hazard, branches_of
+from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.risk.integrals import rates_by_bin
 
 
@@ -91,88 +92,107 @@ def disaggregate(
 def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     """Return the annual rate of each damage state from capacities, without a fitted curve, and each record's part.
 
-    The rate is the mean over structures and records of the rate at which their capacity is exceeded.
+    The rate is the mean over structures and records of the rate at which their capacity is exceeded. An infinite
+    capacity, which was not reached up to the highest level, counts with a rate of 0; one below the lowest level (0)
+    with that of the upper end of its bracket; one whose search failed (NaN) is left out. Warnings tell of those that
+    matter, and of rates that are extrapolated.
 
     Args:
-        capacities: `capacity(structure, motion, damage_state)`, the intensity at which each state is first reached; NaN
-            or infinite where it was not up to the highest level, which then counts with a rate of 0. With
-            `capacity_lower` and `capacity_upper`, the brackets, the rate has bounds.
+        capacities: `capacity(structure, motion, damage_state)`, the intensity at which each state is first reached,
+            with its bracket `capacity_lower` and `capacity_upper`.
         hazard: The hazard of the capacities' intensity measure; the mean over the branches of a logic tree is taken.
 
     Returns:
-        `annual_rate(damage_state)` [1/year]; `standard_error(damage_state)` over the records, as a sample of records
-        [1/year], NaN of one record; `record_annual_rate` and `contribution(motion, damage_state)`, the share of each
-        record in the rate [1]; `censored_share(damage_state)`, the share of the capacities that are unknown; and with
-        brackets `annual_rate_lower` and `annual_rate_upper(damage_state)`, within which the rate lies whatever the
-        capacities in their brackets.
+        `annual_rate(damage_state)` [1/year], with `annual_rate_lower` and `annual_rate_upper`, within which it lies
+        whatever the capacities in their brackets; `standard_error(damage_state)` over the records, as a sample of
+        records [1/year], NaN of one record; `record_annual_rate` [1/year] and `contribution(motion, damage_state)`, the
+        share of each record in the rate [1]; `censored_share` and `failed_share(damage_state)`, the shares of the
+        capacities above the highest level and of those whose search failed [1].
 
     Raises:
         TypeError: If `capacities` is no Dataset or `hazard` no hazard.
-        ValueError: If variables are missing, a capacity is not positive, or the hazard is of another unit or measure.
+        ValueError: If variables are missing, a capacity is negative, a state has no known capacity under a record, or
+            the hazard is of another unit or measure.
 
     Example:
         >>> by_record = wd.rates_by_record(wd.capacities(scene, limits), hazard)
         >>> by_record["contribution"].sel(damage_state="complete").argmax()
     """
     name, dims = "rates_by_record", ("motion", "structure", "damage_state")
-    check_dataset(name, capacities, "capacity", advice="give what capacities(scene, limits) returned")
+    needed = "capacity", "capacity_lower", "capacity_upper"
+    check_dataset(name, capacities, *needed, advice="give what capacities(scene, limits) returned")
     tree = branches_of(name, hazard)
     if set(capacities["capacity"].dims) != set(dims):
         raise ValueError(f"{name}: capacity must lie along {', '.join(dims)}, got {capacities['capacity'].dims}")
-    units = str(capacities["capacity"].attrs.get("units", "g"))
-    check_hazard(name, tree, units, str(capacities.attrs.get("intensity_measure", "")))
+    check_hazard(
+        name,
+        tree,
+        str(capacities["capacity"].attrs.get("units", "g")),
+        str(capacities.attrs.get("intensity_measure", "")),
+    )
+    capacity, lower, upper = (capacities[each].transpose(*dims).values.astype(np.float64) for each in needed)
+    states = [str(state) for state in capacities["damage_state"].values]
+    failed, censored, below = np.isnan(capacity), np.isposinf(capacity), capacity == 0
+    if np.any(capacity < 0):
+        raise ValueError(f"{name}: a capacity is {np.nanmin(capacity):g}; none can be below 0")
+    for motion, place in np.argwhere(failed.all(axis=1)):
+        raise ValueError(f"{name}: damage state {states[place]!r} has no known capacity under motion {motion}")
+    capacity = np.where(below, upper, capacity)
+    # A bracket that reaches down to no motion at all is exceeded as often as the hazard's least intensity.
+    lower = np.maximum(lower, min(each.intensity[0] for each in tree.curves))
 
-    def rates(variable: str) -> np.ndarray:
-        values = capacities[variable].transpose(*dims).values.astype(np.float64)
-        known = np.where(np.isnan(values), np.inf, values)
-        if variable == "capacity_lower":
-            # A bracket that reaches down to no motion at all is exceeded as often as the hazard's least intensity;
-            # where the lower end is unknown, so is the bound.
-            known = np.maximum(known, min(each.intensity[0] for each in tree.curves))
-            return np.where(np.isnan(values), np.nan, tree.rate_of(known))
-        if np.any(known <= 0):
-            raise ValueError(f"{name}: every {variable} must be above 0")
-        return tree.rate_of(known)
+    def rates(values: np.ndarray) -> np.ndarray:
+        return np.where(failed, np.nan, tree.rate_of(np.where(failed, np.inf, values)))
 
-    pair = rates("capacity")
-    record = pair.mean(axis=1)
+    record = np.nanmean(rates(capacity), axis=1)
     rate = record.mean(axis=0)
-    censored = ~np.isfinite(capacities["capacity"].transpose(*dims).values)
-    state, per_year = "damage_state", {"units": "year-1"}
+    bounds = [np.nanmean(rates(ends), axis=1).mean(axis=0) for ends in (upper, lower)]
+    error = record.std(axis=0, ddof=1) / np.sqrt(len(record)) if len(record) > 1 else np.full(rate.shape, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
         contribution = record / record.sum(axis=0)
-    error = record.std(axis=0, ddof=1) / np.sqrt(len(record)) if len(record) > 1 else np.full(rate.shape, np.nan)
-    variables = {
-        "annual_rate": (state, rate, per_year | {"long_name": "annual rate of reaching the damage state"}),
-        "standard_error": (
-            state,
-            error,
-            per_year | {"long_name": "standard error of the annual rate over the records"},
-        ),
-        "record_annual_rate": (
-            ("motion", state),
-            record,
-            per_year | {"long_name": "annual rate by the capacities under the record"},
-        ),
-        "contribution": (
-            ("motion", state),
-            contribution,
-            {"units": "1", "long_name": "share of the record in the rate"},
-        ),
+        outside = _rates_beyond(tree, np.where(failed, np.inf, capacity)) / rate
+    warn_of_extrapolation(tuple(states), np.nan_to_num(np.array(outside)), tree.curves, "annual rate by record")
+    for which, what in ((censored, "above the highest level"), (below, "below the lowest level")):
+        shares = which.mean(axis=(0, 1))
+        # What the brackets of these capacities alone may add to the rate.
+        added = (np.nanmean(np.where(which, rates(lower) - rates(capacity), 0.0), axis=1)).mean(axis=0)
+        for i in np.flatnonzero(added > EXTRAPOLATED_SHARE * rate):
+            warn_caller(
+                f"annual rate by record: {100 * shares[i]:.2g} % of the capacities of {states[i]!r} are {what}; the "
+                f"rate of {rate[i]:.3g} a year may be up to {added[i]:.2g} larger by that"
+            )
+    state, per_year, unit = "damage_state", {"units": "year-1"}, {"units": "1"}
+    of_rate = "annual rate of reaching the damage state"
+    rows = {
+        "annual_rate": (rate, per_year | {"long_name": of_rate}),
+        "annual_rate_lower": (bounds[0], per_year | {"long_name": f"{of_rate}, least by the capacities' brackets"}),
+        "annual_rate_upper": (bounds[1], per_year | {"long_name": f"{of_rate}, largest by the capacities' brackets"}),
+        "standard_error": (error, per_year | {"long_name": "standard error of the annual rate over the records"}),
         "censored_share": (
-            state,
             censored.mean(axis=(0, 1)),
-            {"units": "1", "long_name": "share of the capacities that are above the highest level"},
+            unit | {"long_name": "share of the capacities above the highest level"},
+        ),
+        "failed_share": (
+            failed.mean(axis=(0, 1)),
+            unit | {"long_name": "share of the capacities whose search failed"},
         ),
     }
-    if "capacity_lower" in capacities and "capacity_upper" in capacities:
-        for suffix, source in (("lower", "capacity_upper"), ("upper", "capacity_lower")):
-            long_name = f"annual rate of reaching the damage state, {suffix} bound by the brackets of the capacities"
-            variables[f"annual_rate_{suffix}"] = (
-                state,
-                rates(source).mean(axis=(0, 1)),
-                per_year | {"long_name": long_name},
-            )
-    coordinates = {key: capacities[key] for key in (state, "motion") if key in capacities.coords}
-    attributes = {"intensity_measure": tree.measure, "rate_method": "mean rate of exceedance of the capacities"}
-    return xr.Dataset(variables, coordinates, attributes)
+    of_records = {
+        "record_annual_rate": (record, per_year | {"long_name": "annual rate by the capacities under the record"}),
+        "contribution": (contribution, unit | {"long_name": "share of the record in the rate"}),
+    }
+    return xr.Dataset(
+        {key: (state, values, about) for key, (values, about) in rows.items()}
+        | {key: (("motion", state), values, about) for key, (values, about) in of_records.items()},
+        {key: capacities[key] for key in (state, "motion") if key in capacities.coords},
+        {"intensity_measure": tree.measure, "rate_method": "mean rate of exceedance of the capacities"},
+    )
+
+
+def _rates_beyond(tree: HazardLogicTree, capacity: np.ndarray) -> np.ndarray:
+    """Return the mean rate by capacities below the first and above the last point of the hazard, shape [2, state]."""
+    found = np.zeros((2, capacity.shape[-1]))
+    for weight, each in zip(tree.weights, tree.curves, strict=True):
+        for side, beyond in enumerate((capacity < each.intensity[0], capacity > each.intensity[-1])):
+            found[side] += weight * np.where(beyond, each.rate_of(capacity), 0.0).mean(axis=(0, 1))
+    return found

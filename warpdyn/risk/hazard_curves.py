@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,6 @@ from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.risk import hazard_files
 
 WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
-SAME_PERIOD = 0.01  # relative; periods of spectral accelerations are written with two or three digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +234,7 @@ class HazardLogicTree:
             raise ValueError(f"the weights of a logic tree must sum to 1, got {values.sum():.9g}")
         first = branches[0]
         for each in branches[1:]:
-            if each.units != first.units or not same_measure(each.measure, first.measure):
+            if each.units != first.units or not hazard_files.same_measure(each.measure, first.measure):
                 raise ValueError(
                     f"the curves of a logic tree are of one measure and unit, got {first.measure!r} in {first.units} "
                     f"and {each.measure!r} in {each.units}"
@@ -270,27 +268,6 @@ def branches_of(function: str, hazard: Hazard) -> HazardLogicTree:
         return HazardLogicTree([hazard], [1.0])
     check_kind(function, "a HazardCurve or a HazardLogicTree as hazard", hazard, HazardLogicTree)
     return hazard
-
-
-def same_measure(one: str, other: str) -> bool:
-    """Return whether two names may be of one intensity measure: those that are understood must agree."""
-    first, second = _understood(one), _understood(other)
-    if first is None or second is None:
-        return True
-    if first[0] != second[0]:
-        return False
-    return all(abs(a - b) <= SAME_PERIOD * max(a, b) for a, b in zip(first[1:], second[1:], strict=True))
-
-
-def _understood(name: str) -> tuple | None:
-    """Return kind, period and damping of a measure as OpenQuake, the USGS or warpdyn writes it; None of others."""
-    text = name.strip()
-    if text.upper() in ("PGA", "PGV", "PGD", "IA", "CAV"):
-        return text.upper(), 0.0, 0.0
-    found = re.fullmatch(r"SA\(([\d.]+)\s*s?(?:,\s*([\d.]+)\s*%?)?\)", text, re.IGNORECASE)
-    if found:
-        return "SA", float(found[1]), float(found[2] or 5)
-    return None
 
 
 def _positive_points(what: str, values: ArrayLike) -> np.ndarray:

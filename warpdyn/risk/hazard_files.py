@@ -1,4 +1,4 @@
-"""Files of hazard curves: those that the OpenQuake engine and the USGS's tools write."""
+"""Files of hazard curves, as the OpenQuake engine and the USGS's tools write them, and their names of measures."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from warpdyn.core.checks import real_number
 
+SAME_PERIOD = 0.01  # relative; periods of spectral accelerations are written with two or three digits
 SAME_PLACE = 1e-3  # degrees, some 100 m
 # What OpenQuake gives intensities in, and what we make of them: accelerations stay in g.
 _OPENQUAKE_UNITS = {"PGV": ("m s-1", 0.01), "PGD": ("m", 0.01), "IA": ("m s-1", 1.0)}
@@ -171,3 +172,24 @@ def _number(token: str, where: str) -> float:
     if not np.isfinite(value):
         raise ValueError(f"{where}: {token!r} is not a finite number")
     return value
+
+
+def same_measure(one: str, other: str) -> bool:
+    """Return whether two names may be of one intensity measure: those that are understood must agree."""
+    first, second = _understood(one), _understood(other)
+    if first is None or second is None:
+        return True
+    if first[0] != second[0]:
+        return False
+    return all(abs(a - b) <= SAME_PERIOD * max(a, b) for a, b in zip(first[1:], second[1:], strict=True))
+
+
+def _understood(name: str) -> tuple | None:
+    """Return kind, period and damping of a measure as OpenQuake, the USGS or warpdyn writes it; None of others."""
+    text = _usgs_name(name.strip())
+    if text.upper() in ("PGA", "PGV", "PGD", "IA", "CAV"):
+        return text.upper(), 0.0, 0.0
+    found = re.fullmatch(r"SA\(([\d.]+)\s*s?(?:,\s*([\d.]+)\s*%?)?\)", text, re.IGNORECASE)
+    if found:
+        return "SA", float(found[1]), float(found[2] or 5)
+    return None

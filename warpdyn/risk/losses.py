@@ -1,4 +1,4 @@
-"""Losses of a building: vulnerability by intensity, expected annual loss, loss exceedance, return-period losses."""
+"""Losses of a building: expected annual loss, loss exceedance curve, return-period losses."""
 
 from __future__ import annotations
 
@@ -7,108 +7,18 @@ from functools import partial
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import finite_numbers, real_number
-from warpdyn.core.messages import warn_caller
+from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.risk.annual_rates import annual_rates, weighted_bounds
-from warpdyn.risk.curves import Curves, curves_of, interval_attributes
-from warpdyn.risk.hazard_curves import Hazard, branches_of
+from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes
+from warpdyn.risk.hazard_curves import Hazard, HazardCurve, branches_of
 from warpdyn.risk.integrals import rates_by_segment
-from warpdyn.risk.loss_ratios import Ratios, checked_ratios
-from warpdyn.statistics.lognormal_fit import check_confidence, probability
+from warpdyn.risk.vulnerability import Ratios, checked_ratios, rates_in_states, warn_of_crossing
+from warpdyn.statistics.lognormal_fit import check_confidence
 
 RETURN_PERIODS = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
-CROSSING = 0.01  # probability by which a heavier state may be likelier than a lighter one, without a warning
 _POINTS = 201  # of a loss exceedance curve
 _HALVINGS = 30  # of half a per cent of the replacement value, to find a return-period loss
-
-
-def vulnerability(
-    curves: xr.Dataset,
-    loss_ratios: Ratios,
-    *,
-    intensity: ArrayLike | None = None,
-    confidence: float = 0.95,
-) -> xr.Dataset:
-    """Return the mean loss ratio of a building and its coefficient of variation by intensity.
-
-    By the law of total variance over the damage states: the mean is that of the states' means, the variance that of
-    the states' variances plus the variance of their means. A heavier state is never likelier than a lighter one: where
-    fitted curves cross, the lower probability holds for both.
-
-    Args:
-        curves: What `fragility` returned, with replicates for an interval.
-        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, as in
-            `hazus_loss_ratios("COM4")` or `{"slight": (0.02, 0.5), "complete": (1.0, 0.0)}`.
-        intensity: Intensities [units of the curves], increasing; by default from three dispersions below the lowest
-            median to three above the highest.
-        confidence: Probability that the interval covers.
-
-    Returns:
-        Along `intensity`: `mean_loss_ratio` [1] with `_lower` and `_upper` (NaN without replicates),
-        `coefficient_of_variation` of the loss ratio [1] (NaN where the mean is 0), and `probability_of_state(
-        damage_state, intensity)` of being in the state [1].
-
-    Raises:
-        TypeError, ValueError: If a state has no fit or no loss ratio, ratios are not from 0 to 1 or fall, or a
-            coefficient of variation is too large for a beta distribution.
-
-    Example:
-        >>> wd.vulnerability(curves, wd.hazus_loss_ratios("RES3"))["mean_loss_ratio"]
-    """
-    found = curves_of("vulnerability", curves)
-    ratios = checked_ratios("vulnerability", loss_ratios, found.names)
-    check_confidence(confidence)
-    _warn_of_crossing(found)
-    if intensity is None:
-        ends = (found.median * np.exp(-3 * found.dispersion)).min(), (found.median * np.exp(3 * found.dispersion)).max()
-        levels = np.geomspace(*ends, _POINTS)
-    else:
-        levels = np.atleast_1d(finite_numbers("intensity", intensity))
-        if levels.ndim != 1 or np.any(levels < 0) or np.any(np.diff(levels) <= 0):
-            raise ValueError("intensity must be a row of increasing intensities, none below 0")
-    in_state = _probability_of_states(levels, found.median, found.dispersion)
-    mean = in_state @ ratios.mean
-    variance = in_state @ (ratios.mean**2 + ratios.deviation**2) - mean**2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        variation = np.sqrt(np.maximum(variance, 0.0)) / mean
-    bounds = np.full((2, levels.size), np.nan)
-    if found.replicate_median is not None and found.replicate_dispersion is not None:
-        sampled = _probability_of_states(levels, found.replicate_median, found.replicate_dispersion) @ ratios.mean
-        bounds = weighted_bounds(sampled[:, None], np.ones(1), confidence)
-    unit = {"units": "1"}
-    attributes = {"long_name": "mean loss ratio, of the replacement value"} | unit
-    variables = {
-        "mean_loss_ratio": ("intensity", mean, attributes),
-        "mean_loss_ratio_lower": ("intensity", bounds[0], attributes | {"long_name": "mean loss ratio, lower bound"}),
-        "mean_loss_ratio_upper": ("intensity", bounds[1], attributes | {"long_name": "mean loss ratio, upper bound"}),
-        "coefficient_of_variation": (
-            "intensity",
-            np.where(mean > 0, variation, np.nan),
-            unit | {"long_name": "coefficient of variation of the loss ratio"},
-        ),
-        "probability_of_state": (
-            ("damage_state", "intensity"),
-            in_state.T,
-            unit | {"long_name": "probability of being in the damage state"},
-        ),
-        "loss_ratio_of_state": ("damage_state", ratios.mean, unit | {"long_name": "mean loss ratio of the state"}),
-        "loss_ratio_deviation_of_state": (
-            "damage_state",
-            ratios.deviation,
-            unit | {"long_name": "standard deviation of the loss ratio of the state"},
-        ),
-    }
-    coordinates = {
-        "intensity": ("intensity", levels, {"units": found.units, "long_name": "intensity"}),
-        "damage_state": ("damage_state", np.array(found.names), {"long_name": "damage state"}),
-    }
-    return xr.Dataset(
-        variables,
-        coordinates,
-        {"intensity_measure": found.measure, **interval_attributes(found, 1, confidence)},
-    )
 
 
 def annual_losses(
@@ -157,7 +67,7 @@ def annual_losses(
     periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
     if periods.ndim != 1 or np.any(periods <= 0):
         raise ValueError("return_periods must be a row of years above 0")
-    _warn_of_crossing(found)
+    warn_of_crossing(found)
     rates = annual_rates(curves, tree, confidence=confidence)  # warns of what is extrapolated
     sampled = rates["branch_annual_rate"].values[None]
     if found.replicate_median is not None and found.replicate_dispersion is not None:
@@ -165,8 +75,8 @@ def annual_losses(
             rates_by_segment(one, found.replicate_median, found.replicate_dispersion).sum(-1) for one in tree.curves
         ]
         sampled = np.stack(each, axis=1)
-    in_state = _rates_in_states(rates["annual_rate"].values)
-    in_state_sampled = _rates_in_states(sampled)
+    in_state = rates_in_states(rates["annual_rate"].values)
+    in_state_sampled = rates_in_states(sampled)
 
     def rate_of_loss(side: int, ratio: float) -> float:
         """Return estimate or bound of the rate at which a loss ratio is exceeded."""
@@ -244,6 +154,86 @@ def annual_losses(
     )
 
 
+def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
+    """Return the expected annual loss of a vulnerability function, as of storey losses or of another tool's file.
+
+    The integral of the mean loss ratio, which is linear between its intensities, over the hazard curve, a power law
+    between its points, is exact. Intensities below the first of the function cost nothing (of a
+    function that begins at 0, those below the first point of the hazard), those above the last one as much as it.
+
+    Args:
+        vulnerability: `mean_loss_ratio(intensity)` [1], as `vulnerability`, `storey_losses` of a run on stripes and
+            `read_nrml_vulnerability` return it.
+        hazard: The hazard of the function's intensity measure.
+        replacement_value: Value of the building, in the currency in which losses are wanted; 1 for loss ratios.
+
+    Returns:
+        `expected_annual_loss` [as the value, a year]; `branch_expected_annual_loss(branch)` of a logic tree, of which
+        it is the mean; `share_above_intensities`, the share that comes from intensities above the last [1].
+
+    Raises:
+        TypeError: If `vulnerability` is no Dataset or `hazard` no hazard.
+        ValueError: If the function is missing, has fewer than two intensities, which do not increase, or ratios that
+            are unknown or not from 0 to 1, or the hazard is of another unit or measure.
+
+    Example:
+        >>> losses = wd.storey_losses(run, drift_loss)
+        >>> wd.expected_annual_loss(losses, hazard, replacement_value=12e6)["expected_annual_loss"]
+    """
+    name = "expected_annual_loss"
+    check_dataset(name, vulnerability, "mean_loss_ratio", "intensity", advice="give what vulnerability() returned")
+    tree = branches_of(name, hazard)
+    value = real_number("replacement_value", replacement_value, above=0)
+    levels = finite_numbers(f"{name}: intensity", vulnerability["intensity"].values)
+    mean = finite_numbers(f"{name}: mean_loss_ratio", vulnerability["mean_loss_ratio"].values)
+    if levels.size < 2 or mean.shape != levels.shape or np.any(levels < 0) or np.any(np.diff(levels) <= 0):
+        raise ValueError(f"{name}: the function must have at least two intensities, which increase, each with a ratio")
+    if np.any((mean < 0) | (mean > 1)):
+        raise ValueError(f"{name}: mean loss ratios must lie from 0 to 1, got {mean.min():g} to {mean.max():g}")
+    units = str(vulnerability["intensity"].attrs.get("units", "g"))
+    check_hazard(name, tree, units, str(vulnerability.attrs.get("intensity_measure", "")))
+    if levels[0] == 0 and mean[0] > 0:
+        raise ValueError(f"{name}: the loss ratio at intensity 0 is {mean[0]:g}; it must be 0")
+    ratios = np.array([_loss_of_year(curve, levels, mean) for curve in tree.curves])
+    whole = float(tree.weights @ ratios)
+    above = mean[-1] * float(tree.rate_of(levels[-1]))
+    money = {"units": "1", "comment": "in the unit of replacement_value"}
+    return xr.Dataset(
+        {
+            "expected_annual_loss": ((), value * whole, money | {"long_name": "expected loss of a year"}),
+            "branch_expected_annual_loss": (
+                "branch",
+                value * ratios,
+                money | {"long_name": "expected loss of a year by each branch of the hazard"},
+            ),
+            "share_above_intensities": (
+                (),
+                above / whole if whole > 0 else np.nan,
+                {"units": "1", "long_name": "share from intensities above the last of the function"},
+            ),
+        },
+        attrs={"intensity_measure": tree.measure, "replacement_value": value},
+    )
+
+
+def _loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> float:
+    """Return the integral of a function that is linear between levels over a hazard curve, exact on each segment."""
+    if levels[0] == 0:  # at which the rate of an extrapolated curve has no bound
+        begin = min(curve.intensity[0], levels[1])
+        mean = np.append(np.interp(begin, levels, mean), mean[levels > begin])
+        levels = np.append(begin, levels[levels > begin])
+    within = curve.intensity[(curve.intensity > levels[0]) & (curve.intensity < levels[-1])]
+    edges = np.unique(np.concatenate([levels, within]))
+    low, log_ratio = edges[:-1], np.diff(np.log(edges))
+    segment = np.clip(np.searchsorted(curve.intensity, low, side="right") - 1, 0, curve.slopes.size - 1)
+    power = 1 - curve.slopes[segment]
+    is_one = power == 0  # where the integral of 1 / x is a logarithm
+    width = np.where(is_one, log_ratio, np.expm1(power * log_ratio) / np.where(is_one, 1.0, power))
+    # By parts: the loss at the first level, and its rise from edge to edge at the rate of the intensities between.
+    rise = np.diff(np.interp(edges, levels, mean)) / np.diff(edges)
+    return float(mean[0] * curve.rate_of(levels[0]) + rise @ (curve.rate_of(low) * low * width))
+
+
 def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates: np.ndarray, rate: float) -> float:
     """Return the least loss ratio that is exceeded at most at a rate, by halving between two points of the curve.
 
@@ -263,29 +253,3 @@ def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if rate_of_loss(middle) > rate else (low, middle)
     return high
-
-
-def _rates_in_states(exceeding: np.ndarray) -> np.ndarray:
-    """Return the rates of damage that comes to each state and no further, of rates of reaching them, states last."""
-    # Of curves that cross far out, a heavier state may have the larger rate: it is then that of the lighter one.
-    reached = np.minimum.accumulate(exceeding, axis=-1)
-    return reached - np.concatenate([reached[..., 1:], np.zeros((*reached.shape[:-1], 1))], axis=-1)
-
-
-def _probability_of_states(levels: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-    """Return the probability of being in each state, shape [..., intensity, damage_state]."""
-    exceeding = probability(levels[:, None], median[..., None, :], dispersion[..., None, :])
-    return _rates_in_states(exceeding)
-
-
-def _warn_of_crossing(found: Curves) -> None:
-    """Warn of states whose fitted curves cross where it matters."""
-    reach = found.median[:, None] * np.exp(found.dispersion[:, None] * np.linspace(-3, 3, 61))
-    levels = np.unique(reach)
-    exceeding = probability(levels[:, None], found.median, found.dispersion)
-    excess = np.diff(exceeding, axis=1).max(axis=0, initial=0.0)
-    for i in np.flatnonzero(excess > CROSSING):
-        warn_caller(
-            f"the fragility curves of {found.names[i]!r} and {found.names[i + 1]!r} cross: the heavier state is "
-            f"likelier by up to {100 * excess[i]:.2g} %, and is taken to be as likely as the lighter one there"
-        )

@@ -14,7 +14,9 @@ from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.risk.integrals import rates_by_bin, rates_by_segment
 from warpdyn.statistics.lognormal_fit import probability
 
-SOURCE = "Luco and others (2007), 10NCEE/SEAOC: risk-targeted versus current seismic design maps; ASCE 7-22, 21.2.1.2"
+SOURCE = (
+    "Luco and others (2007), SEAOC Convention: risk-targeted versus current seismic design maps; ASCE 7-22, 21.2.1.2"
+)
 UNIFORM_HAZARD = 0.02  # probability in 50 years that the risk coefficient of ASCE 7 refers to
 SEARCHED = 12.0  # in ln of the median, each way from the hazard's intensities: far beyond any capacity
 

@@ -56,7 +56,7 @@ def fragility_from_capacities(
     Returns:
         Medians, dispersions [1] and curves, each with its interval, as `fragility` returns them; `fit_status`,
         `censored_capacities` (the number of those that were not reached), `median_variance` by source, and
-        `fragility_covariance`, the cluster-robust covariance of ln median and dispersion.
+        `median_variance_by_sandwich`, cluster-robust with records as clusters.
 
     Raises:
         ValueError: If a variable or dimension is missing, a capacity is not positive, a bracket does not hold its
@@ -84,7 +84,7 @@ def fragility_from_capacities(
 
     rows, count = len(observed.weights), int(known.sum())
     logarithms, influences = np.full((rows, 2, states), np.nan), np.full((count, 2, states), np.nan)
-    covariance, independent = np.full((states, 2, 2), np.nan), np.full((2, states), np.nan)
+    independent = np.full((2, states), np.nan)
     outcome = np.array([_outcome(low[:, state], high[:, state]) for state in range(states)])
     for state in np.flatnonzero(outcome == FITTED):
         fitted = CensoredRegression(low[:, state], high[:, state], np.ones((count, 1)))
@@ -93,7 +93,6 @@ def fragility_from_capacities(
             outcome[state] = NO_FINITE_MEDIAN
             continue
         each, alone = fitted.influences(centre[0], float(deviation[0]))
-        covariance[state] = observed.covariance(each)
         scale = np.array([1.0, deviation[0]])  # from the dispersion to its logarithm
         influences[:, :, state], independent[:, state] = each / scale, np.diag(alone) / scale**2
         logarithms[:, 0, state], logarithms[:, 1, state] = centre[:, 0], np.log(deviation)
@@ -111,7 +110,6 @@ def fragility_from_capacities(
         curves=lambda intensity: LOGNORMAL.probability(intensity, medians, dispersions),
         highest=float(finite.max()) if finite.size else 1.0,
         units=str(attributes.get("units", "g")),
-        covariance=covariance,
         confidence=confidence,
         replicates=replicates,
         seed=seed,

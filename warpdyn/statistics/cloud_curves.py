@@ -64,7 +64,7 @@ def fragility_of_cloud(
         Medians [g, or the unit of the intensity], dispersions [1] and curves, each with its interval, as `fragility`
         returns them; `regression_intercept` (of ln demand at an intensity of 1), `regression_slope` and
         `regression_deviation`; of estimator "collapse" `collapse_median` and `collapse_dispersion`; of estimator
-        "censored" `fragility_covariance`, the cluster-robust covariance of ln median and dispersion.
+        "censored" `median_variance_by_sandwich`, cluster-robust with records as clusters.
 
     Raises:
         ValueError: If the dataset lacks a variable or coordinate, a demand or an intensity is not positive, fewer than
@@ -101,7 +101,7 @@ def fragility_of_cloud(
         logarithms = np.log(np.stack([median, spread], axis=1))
     outcome[(outcome == FITTED) & ~np.isfinite(logarithms[0]).all(axis=0)] = NO_FINITE_MEDIAN
     logarithms[:, :, outcome != FITTED] = np.nan
-    influences, independent, covariance = _influences(observed, regression, fits, logarithms[0])
+    influences, independent = _influences(observed, regression, fits, logarithms[0])
     left = observed.left_out(logarithms, influences, independent)
     _warn(checked, outcome, of_collapse, collapsed, values, observed.records, estimator)
     result = dataset_of_curves(
@@ -112,7 +112,6 @@ def fragility_of_cloud(
         curves=lambda points: fits.probability(points[None, None], limit),
         highest=float(max(intensity.max(), np.nanmax(median[0], initial=0.0) * 2.0)),
         units=str(dataset["im_level"].attrs.get("units", "g")),
-        covariance=covariance if estimator == "censored" else None,
         confidence=confidence,
         replicates=replicates,
         seed=seed,
@@ -189,17 +188,16 @@ def _checked_cloud(
 
 def _influences(
     observed: Observations, regression: CensoredRegression | None, fits: CloudFits, logarithms: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what each sample adds to ln median and ln dispersion, their variances if independent, and the covariance.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each sample adds to ln median and ln dispersion, and their variances if samples were independent.
 
     Of the estimator with collapse nothing is returned: the interaction of record and structure then counts twice in the
     variance, which errs on the safe side.
     """
     states, samples = logarithms.shape[1], observed.record.size
     influences, independent = np.zeros((samples, 2, states)), np.full((2, states), np.nan)
-    covariance = np.full((states, 2, 2), np.nan)
     if regression is None:
-        return influences, independent, covariance
+        return influences, independent
     slope, deviation = float(fits.slope[0]), float(fits.deviation[0])
     each, alone = regression.influences(np.array([fits.intercept[0], slope]), deviation)
     for state in np.flatnonzero(np.isfinite(logarithms).all(axis=0)):
@@ -208,8 +206,7 @@ def _influences(
         scale = np.array([1.0, deviation / slope])
         influences[:, :, state] = each @ change.T / scale
         independent[:, state] = np.diag(change @ alone @ change.T) / scale**2
-        covariance[state] = observed.covariance(each @ change.T)
-    return influences, independent, covariance
+    return influences, independent
 
 
 def _warn(

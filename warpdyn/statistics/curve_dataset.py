@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
 from warpdyn.core.units import IN_G
+from warpdyn.statistics.curve_variables import sandwich, variable, with_bounds
 from warpdyn.statistics.estimators import FIT_MEANINGS
 from warpdyn.statistics.jackknife import SOURCES, LeftOut, spread_of, trusted
 from warpdyn.statistics.leave_out import Observations
@@ -28,7 +28,6 @@ def dataset_of_curves(
     curves: Callable[[np.ndarray], np.ndarray],
     highest: float,
     units: str,
-    covariance: np.ndarray | None,
     confidence: float,
     replicates: int,
     seed: int,
@@ -44,7 +43,6 @@ def dataset_of_curves(
             [row, damage_state, intensity].
         highest: Highest intensity of the curves.
         units: Units of the intensity.
-        covariance: Cluster-robust covariance of ln median and dispersion, shape [damage_state, 2, 2]; None for none.
         confidence: Probability that the intervals cover.
         replicates: Number of draws.
         seed: Their seed.
@@ -64,39 +62,36 @@ def dataset_of_curves(
             ("dispersion", dispersion, "dispersion of the capacity", {"comment": no_fit}),
         )
     ):
-        variables |= _bounded(f"fragility_{name}", of_state, values, bounds[:, number], words, confidence, **said)
+        for suffix, part, text in with_bounds(values, bounds[:, number], words, confidence):
+            variables[f"fragility_{name}{suffix}"] = variable(of_state, part, text, **said)
         by_source = np.where(known[:, None], spread.by_source[:, number].T, np.nan)
         text = f"variance of the {name} by its source"
-        variables[f"{name}_variance"] = _variable(
+        variables[f"{name}_variance"] = variable(
             (of_state, "source"), by_source, text, comment="of its logarithm; record and structure: their interaction"
         )
         alone = f"variance of the {name} if all observations were independent, which they are not"
-        variables[f"{name}_variance_if_independent"] = _variable(
+        variables[f"{name}_variance_if_independent"] = variable(
             of_state, left.binomial[number], alone, comment="of its logarithm"
         )
         text = f"draw from the sampling distribution of the {name}"
         of_draw = {"units": units} if name == "median" else {}
-        variables[f"replicate_{name}"] = _variable(("replicate", of_state), draws[:, number], text, **of_draw)
+        variables[f"replicate_{name}"] = variable(("replicate", of_state), draws[:, number], text, **of_draw)
     flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
-    variables["fit_status"] = _variable(of_state, outcome.astype(np.int8), "outcome of the fit", **flags)
+    variables["fit_status"] = variable(of_state, outcome.astype(np.int8), "outcome of the fit", **flags)
     intensity = highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2  # close together at low levels
     curve, between = _curves(observed, left, curves, intensity, confidence)
     curve = np.where(np.isfinite(median)[:, None], curve, np.nan)
     between = np.where(known[:, None], between, np.nan)
     on_curve = (of_state, "intensity")
-    variables |= _bounded("fragility_curve", on_curve, curve, between, "fragility curve", confidence, comment=no_fit)
+    for suffix, part, text in with_bounds(curve, between, "fragility curve", confidence):
+        variables[f"fragility_curve{suffix}"] = variable(on_curve, part, text, comment=no_fit)
     coordinates: dict[str, Any] = {
         of_state: (of_state, np.array(states), {"long_name": "damage state"}),
-        "intensity": _variable("intensity", intensity, "intensity along the curve", **of_measure),
+        "intensity": variable("intensity", intensity, "intensity along the curve", **of_measure),
         "source": ("source", np.array(SOURCES), {"long_name": "source of variance"}),
     }
-    if covariance is not None:
-        text = "cluster-robust covariance of ln median and dispersion; records are the clusters"
-        dims = (of_state, "parameter", "other_parameter")
-        variables["fragility_covariance"] = _variable(dims, covariance, text)
-        names = np.array(["ln median", "dispersion"])
-        for dim in dims[1:]:
-            coordinates[dim] = (dim, names, {"long_name": "parameter of the curve"})
+    if np.isfinite(left.influences).any() and np.any(left.influences):
+        variables |= sandwich(left, outcome)
     parts = "" if observed.parts == observed.records else f" in {observed.parts} parts"
     groups = f"{parts} and {observed.groups} groups of structures" if observed.groups else parts
     attributes = {
@@ -126,24 +121,3 @@ def _curves(
         bounds = ndtr(spread_of(whole, records, groups, interaction).interval(confidence))
     certain = (curve < _LEAST_PROBABILITY) | (curve > 1.0 - _LEAST_PROBABILITY)
     return curve, np.where(certain, curve, bounds)
-
-
-def _variable(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
-    return dimensions, values, {"long_name": long_name, "units": "1"} | attributes
-
-
-def _bounded(
-    name: str,
-    dimensions: str | tuple[str, ...],
-    values: np.ndarray,
-    bounds: np.ndarray,
-    words: str,
-    confidence: float,
-    **attributes: object,
-) -> dict[str, tuple]:
-    """Return an estimate and its bounds as variables."""
-    found = {name: _variable(dimensions, values, words, **attributes)}
-    for side, bound in zip(("lower", "upper"), bounds, strict=True):
-        text = f"{words}, {side} bound of the {100 * confidence:g} % interval"
-        found[f"{name}_{side}"] = _variable(dimensions, bound, text, **attributes)
-    return found

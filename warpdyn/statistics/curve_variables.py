@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.units import IN_G
 from warpdyn.statistics.demands import DamageLimits
-from warpdyn.statistics.estimators.table import FIT_MEANINGS, CurveShape, Estimator
+from warpdyn.statistics.estimators.table import FIT_MEANINGS, CurveShape
 from warpdyn.statistics.jackknife import LeftOut, fraction_intervals, spread_of
+from warpdyn.statistics.lognormal_fit import FITTED
 from warpdyn.statistics.stripe_counts import StripeCounts
 
 DISCRETISATION = "discretisation"
@@ -51,7 +52,7 @@ def estimates(
     variables = {"exceeding_samples": variable(_OF_STRIPES, counts.total[-1], "samples exceeding, worst place")}
     for name, (values, bound, meaning, attributes) in rows.items():
         dimensions: tuple[str, ...] = _OF_STRIPES[: values.ndim - 1]
-        for suffix, part, words in _with_bounds(values, bound, meaning, confidence):
+        for suffix, part, words in with_bounds(values, bound, meaning, confidence):
             variables[name + suffix] = variable(dimensions, part[-1], f"{words}, worst place", **attributes)
             if counts.dim:
                 by_place = np.moveaxis(part[:-1], 0, -1)
@@ -61,7 +62,7 @@ def estimates(
     return variables
 
 
-def _with_bounds(
+def with_bounds(
     values: np.ndarray, bounds: np.ndarray | None, meaning: str, confidence: float
 ) -> list[tuple[str, np.ndarray, str]]:
     """Return name suffix, values and wording of an estimate and, if it has them, of its bounds."""
@@ -94,7 +95,7 @@ def curves(
     bounds = np.concatenate([none, bounds], axis=-1)
     variables = {
         f"fragility_curve{suffix}": variable(("damage_state", "intensity"), part, words, comment=NO_FIT)
-        for suffix, part, words in _with_bounds(curve, bounds, "fragility curve, worst place", confidence)
+        for suffix, part, words in with_bounds(curve, bounds, "fragility curve, worst place", confidence)
     }
     return variables, intensity
 
@@ -128,16 +129,16 @@ def variances(dataset: xr.Dataset, limits: DamageLimits, left: LeftOut, has_inte
     return variables
 
 
-def sandwich(counts: StripeCounts, estimator: Estimator, left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
-    """Return the cluster-robust variances of the logarithms of median and dispersion, worst place."""
-    median, dispersion = np.exp(left.whole[:, -1])
-    exceeding = np.moveaxis(counts.of_records[:, :, -1], 1, -1)
-    trials = counts.valid.sum(axis=1)[:, None, :]
-    found = estimator.covariance(counts.levels, exceeding, trials, median, dispersion, outcome)
+def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
+    """Return the cluster-robust variances of the logarithms of median and dispersion, worst place.
+
+    A penalised fit has none: its stripes hold no scatter to tell it from.
+    """
+    found = np.where(outcome == FITTED, left.sandwich, np.nan)
     return {
         f"{name}_variance_by_sandwich": variable(
             "damage_state",
-            found[..., number, number],
+            found[(number, -1) if found.ndim > 2 else number],
             f"variance of the {name} by the cluster-robust sandwich, with records as clusters",
             comment="of its logarithm; structures are taken as given",
         )

@@ -88,14 +88,14 @@ def fragility(
     checked = DamageLimits.of(limits, demand)
     counts = count_stripes(dataset, checked)
     over_structures = intervals_over == OVER[0]
-    left, outcome = leave_out(counts, chosen.fit, over_structures=over_structures)
+    left, outcome = leave_out(counts, chosen, over_structures=over_structures)
     has_interval = trusted(left, outcome)
     _warn(checked, counts, outcome, has_interval)
     variables = estimates(counts, left, outcome, has_interval, confidence, over_structures)
     curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
     variables |= curve
     variables |= variances(dataset, checked, left, has_interval)
-    variables |= sandwich(counts, chosen, left, outcome[-1])
+    variables |= sandwich(left, outcome)
     variables |= draws(left, has_interval, replicates, seed, counts.units)
     limit = checked.values[0] if checked.single else checked.values
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())

@@ -12,13 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import betaincinv, log_ndtr, stdtrit
+from scipy.special import betaincinv, stdtrit
 
 from warpdyn.statistics.estimators.binomial import PENALISED
-from warpdyn.statistics.lognormal_fit import FITTED, Fit, fit_stripes
+from warpdyn.statistics.estimators.newton import covariance_of_influences
+from warpdyn.statistics.estimators.table import Estimator
+from warpdyn.statistics.lognormal_fit import FITTED
 from warpdyn.statistics.stripe_counts import StripeCounts
 
-LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 SOURCES = ("record", "structure", "record and structure")  # of variance, besides that of the integration
 
 
@@ -72,6 +73,7 @@ class LeftOut:
         groups: The same without each group of structures, shape [group, 2, row ...]; empty if they are not crossed.
         interaction: Variance of the logarithms from the interaction of record and structure, shape [2, row ...].
         binomial: Variance that they would have if all samples were independent, shape [2, row ...].
+        influences: What each record adds to them, to first order, shape [record, 2, row ...].
     """
 
     whole: np.ndarray
@@ -79,21 +81,28 @@ class LeftOut:
     groups: np.ndarray
     interaction: np.ndarray
     binomial: np.ndarray
+    influences: np.ndarray
+
+    @property
+    def sandwich(self) -> np.ndarray:
+        """Cluster-robust variance of the logarithms, with records as clusters, shape [2, row ...]."""
+        return np.einsum("ii...->i...", covariance_of_influences(self.influences))
 
 
 def leave_out(
-    counts: StripeCounts, fit: Fit = fit_stripes, *, over_structures: bool = True
+    counts: StripeCounts, estimator: Estimator, *, over_structures: bool = True
 ) -> tuple[LeftOut, np.ndarray]:
     """Fit all rows of counts, shape [place + 1, damage_state], whole and without each record and group of structures.
 
     Args:
         counts: The counts.
-        fit: What fits rows of counts.
+        estimator: What fits rows of counts.
         over_structures: Whether structures are left out too.
 
     Returns:
         The fits, and the outcome of that of the whole, an index into `FIT_MEANINGS`.
     """
+    fit = estimator.fit
     median, dispersion, outcome = fit(counts.levels, counts.total, counts.trials, None)
     start = median, dispersion
     with np.errstate(divide="ignore"):
@@ -108,9 +117,9 @@ def leave_out(
     records = without(counts.of_records, counts.valid.sum(axis=1)) if len(counts.valid) > 1 else np.empty(shape)
     is_crossed = over_structures and counts.is_crossed and counts.valid.shape[1] > 1
     groups = without(counts.of_groups, counts.valid.sum(axis=0)) if is_crossed else np.empty(shape)
-    influences, binomial = cell_influences(counts.levels, counts.exceeding, counts.valid, median, dispersion)
+    influences, binomial = estimator.influences(counts.levels, counts.exceeding, counts.valid, median, dispersion)
     interaction = interaction_variance(influences) if is_crossed else 0 * whole
-    return LeftOut(whole, records, groups, interaction, binomial), outcome
+    return LeftOut(whole, records, groups, interaction, binomial, influences.sum(axis=1)), outcome
 
 
 def spread_of(estimate: np.ndarray, records: np.ndarray, groups: np.ndarray, interaction: np.ndarray) -> Spread:
@@ -159,48 +168,6 @@ def interaction_variance(influences: np.ndarray) -> np.ndarray:
     squares -= groups * (of_records**2).sum(axis=0) + records * (of_groups**2).sum(axis=0)
     squares += records * groups * of_records.mean(axis=0) ** 2
     return records * groups / ((records - 1) * (groups - 1)) * np.maximum(squares, 0.0)
-
-
-def cell_influences(
-    levels: np.ndarray, exceeding: np.ndarray, valid: np.ndarray, median: np.ndarray, dispersion: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
-
-    Args:
-        levels: Intensity of each stripe, shape [im_level].
-        exceeding: Samples of a cell that exceed, shape [record, group, im_level, row ...].
-        valid: Samples of a cell, shape [record, group, im_level].
-        median: Fitted medians, shape [row ...].
-        dispersion: Fitted dispersions.
-
-    Returns:
-        The score of each cell times the inverse of the whole's information, shape [record, group, 2, row ...]; and the
-        diagonal of that inverse, the variances if all samples were independent, shape [2, row ...]; NaN without a fit.
-    """
-    rows = median.shape
-    at = (slice(None), *(None,) * len(rows))
-    score = (np.log(levels)[at] - np.log(median)) / dispersion
-    log_density = -0.5 * score * score - LOG_SQRT_2PI
-    above, below = np.exp(log_density - log_ndtr(score)), np.exp(log_density - log_ndtr(-score))
-    slopes = np.stack([-1.0 / dispersion + 0.0 * score, -score])  # of the probit score in both logarithms
-    trials = valid.sum(axis=(0, 1))[at]
-    weight = trials * above * below  # phi^2 / (p (1 - p))
-    information = np.einsum("al...,bl...,l...->...ab", slopes, slopes, weight)
-    determinant = information[..., 0, 0] * information[..., 1, 1] - information[..., 0, 1] ** 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        flipped = np.stack(
-            [
-                np.stack([information[..., 1, 1], -information[..., 0, 1]], axis=-1),
-                np.stack([-information[..., 0, 1], information[..., 0, 0]], axis=-1),
-            ],
-            axis=-2,
-        )
-        inverse = flipped / determinant[..., None, None]
-    factors = np.einsum("...ab,bl...->al...", inverse, slopes)  # of a derivative in the probit score
-    passing = valid[(..., *(None,) * len(rows))] - exceeding
-    influences = np.einsum("rgl...,al...->rga...", exceeding, factors * above)
-    influences -= np.einsum("rgl...,al...->rga...", passing, factors * below)
-    return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)
 
 
 def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structures: bool = True) -> np.ndarray:

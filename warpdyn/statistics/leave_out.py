@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from warpdyn.statistics.estimators.newton import covariance_of_influences
 from warpdyn.statistics.jackknife import LeftOut, interaction_variance
 from warpdyn.statistics.stripe_counts import structure_groups
 
@@ -74,16 +73,6 @@ class Observations:
         last = 1 if self.records < 2 else 1 + self.parts
         return values[0], values[1:last], values[last:]
 
-    def covariance(self, influences: np.ndarray) -> np.ndarray:
-        """Return the cluster-robust covariance of estimates, with records as clusters.
-
-        Args:
-            influences: What each observation adds to the estimates, shape [observation, estimate].
-        """
-        of_records = np.zeros((self.records, influences.shape[1]))
-        np.add.at(of_records, self._record, influences)
-        return covariance_of_influences(of_records)
-
     def left_out(self, logarithms: np.ndarray, influences: np.ndarray, independent: np.ndarray) -> LeftOut:
         """Return the fits of all rows of weights, for the jackknife.
 
@@ -94,9 +83,10 @@ class Observations:
         """
         whole, records, without_groups = self.split(logarithms)
         groups, group = self._grouped
-        interaction = np.zeros_like(whole)
+        interaction, of_records = np.zeros_like(whole), np.zeros((self.records, *whole.shape))
+        np.add.at(of_records, self._record, influences)
         if groups:
             cells = np.zeros((self.parts, groups, *influences.shape[1:]))
             np.add.at(cells, (self._record % self.parts, group), influences)
             interaction = interaction_variance(cells)
-        return LeftOut(whole, records, without_groups, interaction, independent)
+        return LeftOut(whole, records, without_groups, interaction, independent, of_records)

@@ -13,7 +13,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import IN_G
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
-from warpdyn.statistics.estimators.binomial import PROBIT, likelihood
+from warpdyn.statistics.estimators.newton import covariance_of_influences
 from warpdyn.statistics.lognormal_fit import FITTED, check_confidence, levels_to_add
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
@@ -83,12 +83,15 @@ def fragility_posterior(
     estimator = ESTIMATORS["lognormal"]
     fit = estimator.fit(counts.levels, exceeding.sum(axis=0), total.sum(axis=0))
     outcome = fit[2]
-    covariance = estimator.covariance(counts.levels, exceeding, total, *fit)
-    effect, effective = np.full((2, outcome.size), np.nan)
+    cells = counts.exceeding[:, :, :, -1]
+    influences, independent = estimator.influences(counts.levels, cells, counts.valid, *fit[:2])
+    variance = np.einsum("iis->is", covariance_of_influences(influences.sum(axis=1)))
+    ratio = (variance / independent).mean(axis=0)
+    effect = np.where(outcome == FITTED, np.where(ratio > 1.0, ratio, 1.0), np.nan)  # also of one record, without any
+    effective = np.full(outcome.size, np.nan)
     found = np.full((2, draws, outcome.size), np.nan)
     for state in np.flatnonzero(outcome == FITTED):
         some = exceeding.sum(axis=0)[state], total.sum(axis=0)[0]
-        effect[state] = _design_effect(counts.levels, *some, fit[0][state], fit[1][state], covariance[state])
         there = some[1] > 0
         best = pyFragility.fit_msa(counts.levels[there], some[0][there], some[1][there])
         of_parameters = {PRIORS[name]: distribution for name, distribution in priors.items()}
@@ -105,23 +108,6 @@ def fragility_posterior(
         effective[state] = posterior.effective_sample_size().min()
     _warn(checked, counts, outcome)
     return _labelled(checked, counts, found, outcome, effect, effective, confidence, seed, dataset)
-
-
-def _design_effect(
-    levels: np.ndarray,
-    exceeding: np.ndarray,
-    total: np.ndarray,
-    median: float,
-    dispersion: float,
-    covariance: np.ndarray,
-) -> float:
-    """Return the mean ratio of robust variances to those of independent samples; at least 1, also of one record."""
-    parameters = np.array([[-np.log(median) / dispersion, 1.0 / dispersion]])
-    _, _, information = likelihood(PROBIT, np.log(levels), parameters, exceeding[None], (total - exceeding)[None])
-    change = dispersion * np.array([[-1.0, -np.log(median)], [0.0, -dispersion]])
-    independent = change @ np.linalg.inv(information[0]) @ change.T
-    ratio = float(np.mean(np.diag(covariance) / np.diag(independent)))
-    return max(ratio, 1.0) if np.isfinite(ratio) else 1.0
 
 
 def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit, log_expit, log_ndtr
 
-from warpdyn.statistics.estimators.newton import Evaluation, cluster_covariance, maximise
+from warpdyn.statistics.estimators.newton import Evaluation, maximise
 from warpdyn.statistics.lognormal_fit import FITTED, NO_FINITE_MEDIAN, SEPARATED, fit_stripes
 
 PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a fit, after those of `fit_stripes`
@@ -195,41 +195,51 @@ def _set(
     outcome.reshape(-1)[rows] = np.where(good, success, NO_FINITE_MEDIAN)
 
 
-def covariance_by_record(
+def influences_of_cells(
     link: Link,
     levels: np.ndarray,
     exceeding: np.ndarray,
-    total: np.ndarray,
+    valid: np.ndarray,
     median: np.ndarray,
     dispersion: np.ndarray,
-    outcome: np.ndarray,
-) -> np.ndarray:
-    """Return the cluster-robust covariance of ln median and dispersion; the clusters are records.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
 
     Args:
         link: Probit or logit.
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Number of exceedances, shape [record, ..., im_level].
-        total: Number of trials, broadcast with `exceeding`.
-        median: What was fitted to the sums over the records, shape [...].
-        dispersion: Likewise.
-        outcome: Likewise. A penalised fit has no covariance: its stripes hold no scatter to tell it from.
+        exceeding: Samples of a cell that exceed, shape [record, group, im_level, row ...].
+        valid: Samples of a cell, shape [record, group, im_level].
+        median: Fitted medians, shape [row ...].
+        dispersion: Fitted dispersions.
 
     Returns:
-        Shape [..., 2, 2]; NaN where there is no fit.
+        The score of each cell times the inverse of the whole's information, shape [record, group, 2, row ...]; and the
+        diagonal of that inverse, the variances if all samples were independent, shape [2, row ...]; NaN without a fit.
     """
-    exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
-    records, shape = len(exceeding), np.shape(median)
-    position = np.log(np.asarray(levels, dtype=np.float64))
-    counted = exceeding.reshape(records, -1, position.size)
-    passing = total.reshape(records, -1, position.size) - counted
-    middle, scatter = np.ravel(median), np.ravel(dispersion)
-    covariance = np.full((middle.size, 2, 2), np.nan)
-    for row in np.flatnonzero((np.ravel(outcome) == FITTED) & np.isfinite(middle)):
-        slope = link.deviation / scatter[row]
-        parameters = np.tile([-slope * np.log(middle[row]), slope], (records, 1))
-        _, scores, information = likelihood(link, position, parameters, counted[:, row], passing[:, row])
-        # ln median = -intercept / slope and dispersion = deviation / slope, by their derivatives.
-        change = np.array([[-1.0, -np.log(middle[row])], [0.0, -scatter[row]]]) / slope
-        covariance[row] = change @ cluster_covariance(scores, information.sum(axis=0)) @ change.T
-    return covariance.reshape(*shape, 2, 2)
+    rows = median.shape
+    at = (slice(None), *(None,) * len(rows))
+    score = link.deviation * (np.log(levels)[at] - np.log(median)) / dispersion
+    log_density = link.log_density(score)
+    above, below = (np.exp(log_density - link.log_cumulative(side)) for side in (score, -score))
+    # Of the score in both logarithms.
+    slopes = np.stack([-link.deviation / dispersion + 0.0 * score, -score])
+    passing = valid[(..., *(None,) * len(rows))] - exceeding
+    bend, (over, under) = link.slope(score), (part.sum(axis=(0, 1)) for part in (exceeding, passing))
+    weight = over * above * (above - bend) + under * below * (below + bend)
+    # At the maximum the second derivatives of the score itself add nothing: they multiply a gradient of 0.
+    information = np.einsum("al...,bl...,l...->...ab", slopes, slopes, weight)
+    determinant = information[..., 0, 0] * information[..., 1, 1] - information[..., 0, 1] ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        flipped = np.stack(
+            [
+                np.stack([information[..., 1, 1], -information[..., 0, 1]], axis=-1),
+                np.stack([-information[..., 0, 1], information[..., 0, 0]], axis=-1),
+            ],
+            axis=-2,
+        )
+        inverse = flipped / determinant[..., None, None]
+    factors = np.einsum("...ab,bl...->al...", inverse, slopes)  # of a derivative in the score
+    influences = np.einsum("rgl...,al...->rga...", exceeding, factors * above)
+    influences -= np.einsum("rgl...,al...->rga...", passing, factors * below)
+    return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)

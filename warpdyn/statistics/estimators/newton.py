@@ -57,35 +57,22 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
     return found
 
 
-def cluster_covariance(scores: np.ndarray, information: np.ndarray) -> np.ndarray:
-    """Return the cluster-robust covariance of fitted parameters (Liang and Zeger 1986, Biometrika 73).
+def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
+    """Return the cluster-robust covariance of estimates (Liang and Zeger 1986, Biometrika 73).
 
     It is the sandwich of the inverse information and the sum of the outer products of the clusters' scores, times
     n / (n - 1) for n clusters. Observations of one cluster, such as those of one record, may depend on each other.
 
     Args:
-        scores: Gradient of each cluster's log-likelihood at the fitted parameters, shape [cluster, ..., parameter].
-        information: Negative second derivatives of the whole log-likelihood, shape [..., parameter, parameter].
+        influences: What each cluster adds to the estimates, to first order: its score times the inverse information of
+            the whole, shape [cluster, estimate, ...].
 
     Returns:
-        The covariance, of the shape of `information`; NaN for a single cluster.
-    """
-    inverse = np.linalg.pinv(information, hermitian=True)
-    return covariance_of_influences(np.einsum("...ij,c...j->c...i", inverse, scores))
-
-
-def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
-    """Return the cluster-robust covariance of estimates from what each cluster adds to them, to first order.
-
-    Args:
-        influences: Shape [cluster, ..., estimate].
-
-    Returns:
-        Shape [..., estimate, estimate]; NaN for a single cluster.
+        Shape [estimate, estimate, ...]; NaN for a single cluster.
     """
     clusters = len(influences)
     factor = clusters / (clusters - 1) if clusters > 1 else np.nan
-    return factor * np.einsum("c...i,c...j->...ij", influences, influences)
+    return factor * np.einsum("ci...,cj...->ij...", influences, influences)
 
 
 def _solved(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import log_ndtr, ndtri
 
-from warpdyn.statistics.estimators.newton import Evaluation, cluster_covariance, maximise
+from warpdyn.statistics.estimators.newton import Evaluation, maximise
 from warpdyn.statistics.lognormal_fit import FITTED, NO_FINITE_MEDIAN, NOT_INCREASING, SEPARATED, fit_stripes
 
 _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
@@ -90,51 +90,51 @@ def fit_ordinal(
     return median.reshape(shape), dispersion.reshape(shape), outcome.reshape(shape)
 
 
-def ordinal_covariance_by_record(
-    levels: np.ndarray,
-    exceeding: np.ndarray,
-    total: np.ndarray,
-    median: np.ndarray,
-    dispersion: np.ndarray,
-    outcome: np.ndarray,
-) -> np.ndarray:
-    """Return the cluster-robust covariance of ln median and dispersion of each state; the clusters are records.
+def influences_of_cells(
+    levels: np.ndarray, exceeding: np.ndarray, valid: np.ndarray, median: np.ndarray, dispersion: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Number of exceedances, shape [record, ..., damage_state, im_level].
-        total: Number of trials, broadcast with `exceeding`.
-        median: What `fit_ordinal` found for the sums over the records, shape [..., damage_state].
+        exceeding: Samples of a cell that exceed, shape [record, group, im_level, ..., damage_state].
+        valid: Samples of a cell, shape [record, group, im_level].
+        median: What `fit_ordinal` found for the sums over the cells, shape [..., damage_state].
         dispersion: Likewise.
-        outcome: Likewise.
 
     Returns:
-        Shape [..., damage_state, 2, 2]; NaN where there is no fit.
+        The influences, shape [record, group, 2, ..., damage_state], and the variances if all samples were independent,
+        shape [2, ..., damage_state]; NaN without a fit.
     """
-    exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
-    records, states, stripes = len(exceeding), *exceeding.shape[-2:]
-    counts = exceeding.reshape(records, -1, states, stripes)
-    trials = total.reshape(records, -1, states, stripes)[:, :, 0]
+    cells, states = exceeding.shape[:2], exceeding.shape[-1]
     position = np.log(np.asarray(levels, dtype=np.float64))
+    counts = exceeding.reshape(*cells, position.size, -1, states)
     middle, scatter = (np.reshape(part, (-1, states)) for part in (median, dispersion))
-    fitted = np.reshape(outcome, (-1, states)) == FITTED
-    covariance = np.full((*middle.shape, 2, 2), np.nan)
+    influences = np.full((*cells, 2, *middle.shape), np.nan)
+    independent = np.full((2, *middle.shape), np.nan)
     for row in range(len(middle)):
-        usable = np.flatnonzero(fitted[row])
-        kept = usable[np.diff(middle[row, usable], prepend=-1.0) > 0]
+        fitted = np.flatnonzero(np.isfinite(middle[row]))
+        kept = fitted[np.diff(middle[row, fitted], prepend=-1.0) > 0]
         if not kept.size:
             continue
         slope = 1.0 / scatter[row, kept[0]]
-        parameters = np.tile([*(-slope * np.log(middle[row, kept])), slope], (records, 1))
-        each = _in_each_state(counts[:, row][:, kept], trials[:, row])
-        _, scores, information = _likelihood(position, parameters, each)
-        whole = cluster_covariance(scores, information.sum(axis=0))
-        for state in usable:
+        parameters = np.append(-slope * np.log(middle[row, kept]), slope)[None]
+        in_states = _in_each_state(
+            np.moveaxis(counts[:, :, :, row, kept], -1, -2).reshape(-1, kept.size, position.size),
+            np.broadcast_to(valid, (*cells, position.size)).reshape(-1, position.size),
+        )
+        each = _gradients(position, parameters, in_states)
+        _, _, information = _likelihood(position, parameters, in_states.sum(axis=0)[None])
+        inverse = np.linalg.pinv(information[0], hermitian=True)
+        for state in fitted:
             of = int(np.searchsorted(middle[row, kept], middle[row, state]))
-            change = np.array([[-1.0, -np.log(middle[row, state])], [0.0, -scatter[row, state]]]) / slope
-            part = [of, kept.size]
-            covariance[row, state] = change @ whole[np.ix_(part, part)] @ change.T
-    return covariance.reshape(*np.shape(median), 2, 2)
+            change = np.zeros((2, kept.size + 1))  # of both logarithms in the intercepts and the slope
+            change[0, of], change[0, -1], change[1, -1] = -1.0, -np.log(middle[row, state]), -1.0
+            change /= slope
+            influences[:, :, :, row, state] = (each @ (change @ inverse).T).reshape(*cells, 2)
+            independent[:, row, state] = np.diag(change @ inverse @ change.T)
+    shape = np.shape(median)
+    return influences.reshape(*cells, 2, *shape), independent.reshape(2, *shape)
 
 
 def _in_each_state(exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
@@ -159,20 +159,9 @@ def _likelihood(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
     """
     rows, states = parameters.shape[0], parameters.shape[1] - 1
     score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
-    edge = np.full((rows, 1, position.size), np.inf)
-    high, low = np.concatenate([edge, score], axis=1), np.concatenate([score, -edge], axis=1)
-    # The probability of a state is the difference of two normal ones, taken in the tail where both are small.
-    is_right = low > 0
-    upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        log_upper = log_ndtr(upper)
-        log_share = log_upper + np.log1p(-np.exp(log_ndtr(lower) - log_upper))
-        value = np.where(counts > 0, counts * log_share, 0.0).sum(axis=(1, 2))
-        value[~(np.diff(parameters[:, :-1], axis=1) < 0).all(axis=1)] = -np.inf  # curves that cross
-        log_density = -0.5 * score * score - _LOG_SQRT_2PI
-        # Density at the upper and the lower edge of each state, over its probability.
-        above = np.where(counts[:, 1:] > 0, np.exp(log_density - log_share[:, 1:]), 0.0)
-        below = np.where(counts[:, :-1] > 0, np.exp(log_density - log_share[:, :-1]), 0.0)
+    log_share, above, below = _densities(position, parameters, counts)
+    value = np.where(counts > 0, counts * log_share, 0.0).sum(axis=(1, 2))
+    value[~(np.diff(parameters[:, :-1], axis=1) < 0).all(axis=1)] = -np.inf  # curves that cross
     slope = counts[:, 1:] * above - counts[:, :-1] * below
     own = score * slope + counts[:, 1:] * above**2 + counts[:, :-1] * below**2
     beside = -counts[:, 1:-1] * above[:, :-1] * below[:, 1:]  # between a state and the next
@@ -186,3 +175,39 @@ def _likelihood(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
     information[:, -1, :-1] = information[:, :-1, -1] = across @ position
     information[:, -1, -1] = (across @ position**2).sum(axis=1)
     return value, gradient, information
+
+
+def _gradients(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the gradient of each cell's log-likelihood at one row of parameters, in which the counts are linear.
+
+    Args:
+        position: Logarithm of each level, shape [im_level].
+        parameters: Intercepts and slope, shape [1, damage_state + 1].
+        counts: Samples of each cell in each state and, first, in none, shape [cell, damage_state + 1, im_level].
+    """
+    one = np.ones((1, *counts.shape[1:]))
+    above, below = _densities(position, parameters, one)[1:]
+    slope = counts[:, 1:] * above - counts[:, :-1] * below
+    return np.column_stack([slope.sum(axis=2), (slope @ position).sum(axis=1)])
+
+
+def _densities(
+    position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ln of the probability of each state, and the density at its upper and its lower edge over the probability.
+
+    The densities are 0 where there are no counts.
+    """
+    score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
+    edge = np.full((len(parameters), 1, position.size), np.inf)
+    high, low = np.concatenate([edge, score], axis=1), np.concatenate([score, -edge], axis=1)
+    # The probability of a state is the difference of two normal ones, taken in the tail where both are small.
+    is_right = low > 0
+    upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        log_upper = log_ndtr(upper)
+        log_share = log_upper + np.log1p(-np.exp(log_ndtr(lower) - log_upper))
+        log_density = -0.5 * score * score - _LOG_SQRT_2PI
+        above = np.where(counts[:, 1:] > 0, np.exp(log_density - log_share[:, 1:]), 0.0)
+        below = np.where(counts[:, :-1] > 0, np.exp(log_density - log_share[:, :-1]), 0.0)
+    return log_share, above, below

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from scipy.special import expit
 
 from warpdyn.core.checks import one_of
-from warpdyn.statistics.estimators.binomial import LOGIT, PENALISED, PROBIT, covariance_by_record, fit_logit, fit_probit
-from warpdyn.statistics.estimators.ordinal import fit_ordinal, ordinal_covariance_by_record
+from warpdyn.statistics.estimators.binomial import LOGIT, PENALISED, PROBIT, fit_logit, fit_probit, influences_of_cells
+from warpdyn.statistics.estimators.ordinal import fit_ordinal, influences_of_cells as ordinal_influences
 from warpdyn.statistics.lognormal_fit import FIT_MEANINGS as UNPENALISED_MEANINGS, probability
 
 FIT_MEANINGS = (*UNPENALISED_MEANINGS, "penalised")
@@ -58,14 +58,15 @@ class Estimator:
         fit: Returns of levels [im_level], exceeding [..., damage_state, im_level], total (broadcast with it) and a
             start (median and dispersion, or None) the median, the dispersion and the outcome, an index into
             FIT_MEANINGS, all of shape [..., damage_state].
-        covariance: Returns of levels, exceeding [record, ..., damage_state, im_level], total, and what was fitted the
-            cluster-robust covariance of ln median and dispersion, shape [..., damage_state, 2, 2].
+        influences: Returns of levels, exceeding [record, group, im_level, ..., damage_state], trials
+            [record, group, im_level], medians and dispersions what each cell adds to their logarithms, to first order,
+            shape [record, group, 2, ..., damage_state], and the variances of these if all samples were independent.
     """
 
     method: str
     shape: CurveShape
     fit: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]
-    covariance: Callable[..., np.ndarray]
+    influences: Callable[..., tuple[np.ndarray, np.ndarray]]
 
 
 _SEPARATED = "where stripes are separated, penalised by Jeffreys' prior (Firth 1993; Kosmidis and Firth 2021)"
@@ -75,20 +76,20 @@ ESTIMATORS = {
         f"maximum binomial likelihood of a lognormal curve through stripes (Baker 2015); {_SEPARATED}",
         LOGNORMAL,
         fit_probit,
-        partial(covariance_by_record, PROBIT),
+        partial(influences_of_cells, PROBIT),
     ),
     "logit": Estimator(
         f"maximum binomial likelihood of a loglogistic curve through stripes (logit of ln intensity); {_SEPARATED}",
         LOGLOGISTIC,
         fit_logit,
-        partial(covariance_by_record, LOGIT),
+        partial(influences_of_cells, LOGIT),
     ),
     "ordinal": Estimator(
         "maximum multinomial likelihood of lognormal curves of one dispersion through stripes (cumulative probit, "
         "McCullagh 1980)",
         LOGNORMAL,
         fit_ordinal,
-        ordinal_covariance_by_record,
+        ordinal_influences,
     ),
 }
 
