@@ -1,6 +1,6 @@
 """How often the intervals of fragility curves cover the truth; run by hand, and copied to docs/statistics.md.
 
-    python tests/coverage_of_intervals.py [replications] [device]
+    python tests/coverage_of_intervals.py [replications] [device] [records design sampling]
 
 Each replication has motions of its own, drawn from one population of filtered noise, and structures of its own, by
 Monte Carlo or by a Sobol sequence of its own, crossed (the same structures under every motion) or nested (structures of
@@ -120,7 +120,8 @@ def main() -> None:
     replications = int(sys.argv[1]) if len(sys.argv) > 1 else 500
     device = sys.argv[2] if len(sys.argv) > 2 else "cpu"
     print(f"| records | design | sampling | median: {', '.join(LIMITS)} | dispersion |\n|-|-|-|-|-|")
-    for records, design, sampling in product((22, 44, 100), STRUCTURES, ("monte_carlo", "sobol")):
+    chosen = [(int(sys.argv[3]), *sys.argv[4:6])] if len(sys.argv) > 5 else None
+    for records, design, sampling in chosen or product((22, 44, 100), STRUCTURES, ("monte_carlo", "sobol")):
         shares = coverage(records, design, sampling, replications, device)
         told = " | ".join(", ".join(f"{share:.3f}" for share in row) for row in shares.values())
         print(f"| {records} | {design} | {sampling} | {told} |", flush=True)
