@@ -298,6 +298,7 @@ def test_a_step_beyond_the_stability_limit_is_flagged_and_never_a_collapse():
     assert np.all(np.isfinite(run["mass"]))  # what was drawn is told of failed samples too
 
 
+@pytest.mark.meant_as_given("drift_ratio_of_force")
 def test_a_blow_up_is_diverged_and_never_a_collapse():
     # At resonance the velocity grows by F / 2m = 5e37 m/s a second: float32 ends at 3.4e38, after 7 s.
     scene = wd.Scene(make_oscillator(), wd.HarmonicForce([1e38], 10.0, 60.0), collapse_drift_ratio=1e-3)

@@ -126,7 +126,7 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
     numbers = {"units": "1"}
     is_nested = getattr(design, "structures_per_motion", None) is not None
     label = "number among the structures of a motion" if is_nested else "index of the drawn structure"
-    of_structure = numbers | {"long_name": "index of the drawn structure", "sampling": scene.sampling}
+    of_structure = numbers | {"long_name": "index of the drawn structure", "sampling": scene.sampling_of_structures}
     text = f"{design.measure.name} at which the limit is first passed"
     of_limit = {
         "long_name": f"limit of {found.demand}; infinite: collapse alone passes it",

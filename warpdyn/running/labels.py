@@ -69,9 +69,10 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
         dims = ("storey",) if structure.is_by_storey(name) else ()
         columns[structure.input_name(name)] = Column(dims, real, attributes)
     sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
+    of_structure = {"long_name": "index of the drawn structure", "units": "1", "sampling": scene.sampling_of_structures}
     coordinates: dict[str, tuple[np.dtype, Mapping[str, object]]] = {
         "sample": (integer, sample),
-        "structure": (integer, {"long_name": "index of the drawn structure", "units": "1", "sampling": scene.sampling}),
+        "structure": (integer, of_structure),
     }
     if excitation.motions:
         coordinates["motion_index"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})

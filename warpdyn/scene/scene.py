@@ -121,6 +121,12 @@ class Scene:
         return representative(self.structure, self.scatter)
 
     @property
+    def sampling_of_structures(self) -> str:
+        """How structures are sampled: as `sampling` says, or "given" where nothing is drawn."""
+        is_drawn = self.structure.is_many or any(not isinstance(s, GivenValues) for s in self.scatter.values())
+        return self.sampling if is_drawn else "given"
+
+    @property
     def collapse_limit(self) -> float | None:
         """The storey drift ratio at which a sample ends, given or by default; None for none."""
         if self.collapse_drift_ratio is not None or self.structure.is_many:

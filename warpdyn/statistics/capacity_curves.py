@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import xarray as xr
 
@@ -75,8 +73,9 @@ def fragility_from_capacities(
     motions, states = lower.shape[1:]
     known = ~np.isnan(lower).any(axis=-1).ravel()
     structure, motion = np.divmod(np.arange(known.size), motions)
-    sampling = str(json.loads(capacities.attrs.get("scene", "{}")).get("sampling", ""))
+    sampling = ""
     if "drawn_structure" in capacities.coords:
+        sampling = str(capacities["drawn_structure"].attrs.get("sampling", ""))
         structure = capacities["drawn_structure"].transpose("structure", "motion").values.ravel()
     observed = Observations(motion[known], structure[known], sampling, intervals_over == OVER[0])
     with np.errstate(divide="ignore"):
