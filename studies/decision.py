@@ -1,11 +1,12 @@
 """Error of fragility medians against computing time, from integration and sampling together.
 
-    python studies/decision.py --out results [--truth results/decision_cuda.nc]
+    python studies/decision.py --out results
+    python studies/decision.py --out results --device cpu --largest 64 --truth gpu/decision.nc --beside gpu/decision.nc
 
 Both speed and accuracy count: the main job's building and records are run by several methods, steps, number types,
 designs and numbers of structures; the truth is 10,000 structures at a converged step in float64. Writes decision.nc
-(or decision_cpu.nc, decision_cuda.nc with --name) and decision.png, which tells where shorter steps, more structures or
-neither help. `--truth` takes the truth from a file of another device.
+and decision.png, which tells where shorter steps, more structures or neither help. `--truth` takes the truth from the
+file of another device, and `--beside` draws its panel as well.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ def read_arguments() -> argparse.Namespace:
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
     parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
     parser.add_argument("--largest", type=int, default=256, help="most structures of a crossed design [%(default)s]")
+    parser.add_argument("--shortest", type=float, default=0.0, help="shortest step that is charted [s]")
     parser.add_argument("--truth", type=Path, help="file that this study wrote on another device")
     parser.add_argument("--beside", type=Path, nargs="*", default=[], help="files to draw beside, from other devices")
     return parser.parse_args()
@@ -41,6 +43,7 @@ def main() -> None:
     target = file_in(arguments.out, "decision.nc")
     whole = Choices()
     choices = Choices(
+        steps=[step for step in whole.steps if step >= arguments.shortest],
         structures=[count for count in whole.structures if count <= arguments.largest],
         structures_per_motion=[count for count in whole.structures_per_motion if count <= arguments.largest],
     )
