@@ -17,11 +17,13 @@ from pathlib import Path
 import xarray as xr
 from p695_fragility import build_scene
 from parts.command_line import file_in, save_figures
-from parts.decision.errors import Choices, errors_of, record_error
+from parts.decision.errors import Choices, errors_of, precision_point, record_error
 from parts.decision.figure import decision_chart
 
 from warpdyn.files import netcdf
 from warpdyn.kernels.queues import checked_devices, device_names
+
+PRECISION = 0.15  # of the medians that fragility_to is asked for
 
 
 def read_arguments() -> argparse.Namespace:
@@ -52,6 +54,10 @@ def main() -> None:
         with xr.open_dataset(arguments.truth) as found:
             truth = found["true_log_median"].values
     result = errors_of(choices, arguments.device, arguments.seed, truth)
+    true = result["true_log_median"].values
+    seeds = range(arguments.seed, arguments.seed + whole.replications)
+    for name, value in precision_point(build_scene(), PRECISION, true, arguments.device, seeds).items():
+        result[name] = value
     result["record_error"] = record_error(build_scene(), 64, arguments.device, arguments.seed)
     result.attrs |= {
         "Conventions": "CF-1.11",

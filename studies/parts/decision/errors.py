@@ -169,6 +169,28 @@ def errors_of(choices: Choices, device: str | None, seed: int, truth: np.ndarray
     return xr.Dataset(variables, coordinates)
 
 
+def precision_point(
+    base: wd.Scene, precision: float, truth: np.ndarray, device: str | None, seeds: Sequence[int]
+) -> dict[str, float]:
+    """Return the error and the wall time of `fragility_to` by its own choices, kernels compiled.
+
+    Args:
+        base: The scene.
+        precision: Half the relative width of the intervals that is asked for.
+        truth: Logarithms of the true medians.
+        device: Device.
+        seeds: Seeds of its replications.
+    """
+    found, seconds = [], []
+    for seed in seeds:
+        began = time.perf_counter()
+        curves = wd.fragility_to(base, DRIFT_LIMITS, precision, device=device, seed=seed)
+        seconds.append(time.perf_counter() - began)
+        found.append(np.log(curves["fragility_median"].values))
+    error = size_of(np.array(found) - truth)
+    return {"precision": precision, "precision_error": error, "precision_seconds": min(seconds)}
+
+
 def record_error(base: wd.Scene, structures: int, device: str | None, seed: int) -> float:
     """Return the standard error of ln(median) that the records leave, root mean square over the damage states."""
     curves = wd.fragility(Plan("crossed, Sobol", structures).run(base, seed=seed, device=device), DRIFT_LIMITS)
