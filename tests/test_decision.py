@@ -17,8 +17,8 @@ CHOICES = errors.Choices(
     methods=("rk4",),
     steps=(0.02, 0.01),
     dtypes=("float32",),
-    structures=(1, 8),
-    structures_per_motion=(2,),
+    structures=(4, 8),
+    structures_per_motion=(4,),
     replications=2,
     structures_of_truth=16,
     step_of_truth=0.01,
@@ -34,9 +34,9 @@ def scene():
     envelope = np.exp(-(((time - 3) / 2) ** 2))
     motions = [
         wd.GroundMotion(envelope * np.convolve(generator.normal(size=500), np.ones(9), "same"), 0.02, f"{i}")
-        for i in range(4)
+        for i in range(8)
     ]
-    levels = [0.2, 0.5, 1.2, 3.0]
+    levels = [0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4]
     stripes = wd.Stripes(motions, levels, wd.SpectralAcceleration(whole.structure.fundamental_period))
     return wd.Scene(whole.structure, stripes, whole.scatter, whole.correlation, collapse_drift_ratio=0.1)
 
@@ -45,7 +45,7 @@ def scene():
 def test_errors_and_their_figure(scene, monkeypatch, tmp_path):
     monkeypatch.setattr(errors, "build_scene", lambda: scene)
     result = errors.errors_of(CHOICES, "cpu", 0)
-    assert result["histories"].values.tolist() == [16, 128, 16, 128, 32]
+    assert result["histories"].values.tolist() == [224, 448, 224, 448, 224]
     assert dict(result["seconds"].sizes) == {"method": 1, "dtype": 1, "step": 2, "plan": 5}
     assert (result["seconds_in_kernels"] <= result["seconds"]).all()
     # The same truth is taken over from a file.

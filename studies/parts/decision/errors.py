@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 import warpdyn as wd
 from warpdyn.statistics.demands import DamageLimits
-from warpdyn.statistics.lognormal_fit import fit_stripes
+from warpdyn.statistics.estimators.table import estimator_of
 from warpdyn.statistics.stripe_counts import count_stripes
 
 # The crossed design runs the same structures under every record, the nested one gives each record its own.
@@ -76,7 +76,7 @@ class Plan:
 def log_medians(run: xr.Dataset) -> np.ndarray:
     """Return the logarithm of the median of every damage state of a run, shape [damage_state]."""
     counts = count_stripes(run, DamageLimits.of(DRIFT_LIMITS))
-    median, _, _ = fit_stripes(counts.levels, counts.total[-1], counts.trials)
+    median, _, _ = estimator_of("lognormal").fit(counts.levels, counts.total[-1], counts.trials)
     return np.log(median)
 
 
