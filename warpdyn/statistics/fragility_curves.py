@@ -99,19 +99,19 @@ def fragility(
     variables |= variances(dataset, checked, left, has_interval)
     variables |= sandwich(left, outcome)
     variables |= draws(left, has_interval, replicates, seed, counts.units)
-    limit = checked.values[0] if checked.single else checked.values
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
     variables |= {
         "valid_samples": variable("stripe", counts.trials, "samples counted, collapsed ones included"),
         "excluded_samples": variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
-        "damage_limit": variable(
-            "damage_state" if checked.single else ("demand", "damage_state"),
-            limit,
-            f"limit of {checked.single or 'each demand'}",
-            units=str(dataset[checked.single].attrs.get("units", "1")) if checked.single else "1",
-            demand=checked.single or "several",
-        ),
     }
+    if checked.single:
+        of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
+        variables["damage_limit"] = variable(
+            "damage_state", checked.values[0], f"limit of {checked.single}", **of_demand
+        )
+    else:
+        words = {"long_name": "limit of each demand, in its demand_units", "demand": "several"}
+        variables["damage_limit"] = ("demand", "damage_state"), checked.values, words
     of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
     coordinates: dict[str, Any] = {
         "damage_state": ("damage_state", np.array(checked.states), {"long_name": "damage state"}),
@@ -124,7 +124,9 @@ def fragility(
         words = {"long_name": f"{counts.dim}, from the ground up", "units": "1"}
         coordinates[counts.dim] = (counts.dim, counts.places, words | said)
     if not checked.single:
+        of_each = [str(dataset[name].attrs.get("units", "1")) for name in checked.demands]
         coordinates["demand"] = ("demand", np.array(checked.demands), {"long_name": "variable of the run"})
+        coordinates["demand_units"] = ("demand", np.array(of_each), {"long_name": "units of the variable"})
     units = 1 if not len(left.groups) else len(left.groups)
     return xr.Dataset(
         variables,
