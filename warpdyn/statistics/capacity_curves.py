@@ -11,7 +11,7 @@ from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.fragility_curves import OVER
-from warpdyn.statistics.leave_out import Observations
+from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import (
     ALL_EXCEEDING,
     FIT_MEANINGS,

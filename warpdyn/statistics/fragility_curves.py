@@ -11,11 +11,21 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import IN_G
-from warpdyn.statistics.curve_variables import DISCRETISATION, curves, draws, estimates, sandwich, variable, variances
+from warpdyn.statistics.curve_variables import (
+    DISCRETISATION,
+    curves,
+    discretisation_variance,
+    draws,
+    estimates,
+    interval_method,
+    sandwich,
+    variable,
+    variances,
+)
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
-from warpdyn.statistics.jackknife import SOURCES, leave_out, trusted
+from warpdyn.statistics.intervals.jackknife import SOURCES, leave_out, trusted
 from warpdyn.statistics.lognormal_fit import FITTED, SEPARATED, check_confidence, levels_to_add
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
@@ -96,9 +106,10 @@ def fragility(
     variables = estimates(counts, left, outcome, has_interval, confidence, over_structures)
     curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
     variables |= curve
-    variables |= variances(dataset, checked, left, has_interval)
-    variables |= sandwich(left, outcome)
-    variables |= draws(left, has_interval, replicates, seed, counts.units)
+    of_discretisation = discretisation_variance(dataset, checked.single, len(checked.states))
+    variables |= variances(left.worst, has_interval[-1], of_discretisation)
+    variables |= sandwich(left.worst, outcome[-1])
+    variables |= draws(left.worst, has_interval[-1], replicates, seed, counts.units)
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
     variables |= {
         "valid_samples": variable("stripe", counts.trials, "samples counted, collapsed ones included"),
@@ -127,7 +138,6 @@ def fragility(
         of_each = [str(dataset[name].attrs.get("units", "1")) for name in checked.demands]
         coordinates["demand"] = ("demand", np.array(checked.demands), {"long_name": "variable of the run"})
         coordinates["demand_units"] = ("demand", np.array(of_each), {"long_name": "units of the variable"})
-    units = 1 if not len(left.groups) else len(left.groups)
     return xr.Dataset(
         variables,
         coords=coordinates,
@@ -138,9 +148,8 @@ def fragility(
             "demand": ", ".join(checked.demands),
             "fragility_method": chosen.method,
             "fragility_shape": chosen.shape.name,
-            "interval_method": f"jackknife over {len(left.records)} records"
-            + (f" and {units} groups of structures" if units > 1 else "")
-            + ", less its bias, with Student's t; stripe fractions: Korn and Graubard (1998)",
+            "interval_method": interval_method(len(left.records), len(left.groups))
+            + "; stripe fractions: Korn and Graubard (1998)",
             "confidence": float(confidence),
             "replicates_seed": seed,
         },

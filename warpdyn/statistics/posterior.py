@@ -11,6 +11,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import IN_G
+from warpdyn.statistics.curve_variables import fit_flags
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.newton import covariance_of_influences
@@ -140,9 +141,12 @@ def _labelled(
 ) -> xr.Dataset:
     """Return the dataset of the draws, shape [2, draw, damage_state]."""
     of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
-    flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
     variables: dict[str, tuple] = {
-        "fit_status": ("damage_state", outcome, {"long_name": "outcome of the fit that was started from"} | flags),
+        "fit_status": (
+            "damage_state",
+            outcome,
+            {"long_name": "outcome of the fit that it starts from"} | fit_flags(),
+        ),
         "design_effect": (
             "damage_state",
             effect,
