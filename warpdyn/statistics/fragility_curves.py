@@ -172,7 +172,7 @@ def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_i
     for state, name in enumerate(states):
         if outcome[-1, state] != FITTED:
             meaning = FIT_MEANINGS[outcome[-1, state]]
-            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials)
+            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
             what = f"has no lognormal fit: {meaning}"
             if outcome[-1, state] == PENALISED:
                 what = (

@@ -117,7 +117,7 @@ def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray) -> No
         said.append("the run has one record: its samples are taken as independent, which they are not")
     for state, name in enumerate(limits.states):
         if outcome[state] != FITTED:
-            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials)
+            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
             said.append(
                 f"damage state {name!r} has no posterior, as no fit by maximum likelihood: "
                 f"{FIT_MEANINGS[outcome[state]]}{'; ' if advice else ''}{advice}"
