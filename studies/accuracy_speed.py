@@ -3,8 +3,9 @@
     python studies/accuracy_speed.py --out results
 
 Work-precision diagrams of five ensembles, with references far more accurate than any charted point; the errors that
-`checked_share` estimates beside the true errors; the choice of `plan` beside the best found by exhaustive search; and
-the errors of a fragility curve from step and sample size. Writes accuracy_speed.nc and four figures.
+`checked_share` estimates beside the true errors; and the choice of `plan` beside the best found by exhaustive search.
+Writes accuracy_speed.nc and three figures. What accuracy of the histories is worth to a fragility curve, and what its
+structures and records are, is in studies/decision.py.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 from parts.accuracy_speed import figures
-from parts.accuracy_speed.decision import decision
 from parts.accuracy_speed.points import (
     DEMANDS,
     STATISTICS,
@@ -127,7 +127,7 @@ def build_dataset(scenes: Mapping[str, Charted], settings: Settings) -> xr.Datas
             points[name] = chart(charted, reference, settings, progress)
         plans[name] = plan_scene(charted, reference, points[name], settings)
     charts = time.perf_counter()
-    parts = [label_points(scenes, points), label_plans(scenes, plans), decision(settings)]
+    parts = [label_points(scenes, points), label_plans(scenes, plans)]
     dataset = xr.merge(parts, compat="equals", combine_attrs="no_conflicts")
     dataset.attrs |= {
         "Conventions": "CF-1.11",
@@ -137,7 +137,6 @@ def build_dataset(scenes: Mapping[str, Charted], settings: Settings) -> xr.Datas
         "seed": settings.seed,
         "seconds_compiling": compiled - started,
         "seconds_charting": charts - compiled,
-        "seconds_deciding": time.perf_counter() - charts,
     }
     return dataset
 
@@ -162,9 +161,7 @@ def print_report(result: xr.Dataset) -> None:
         f"estimated over true error, {ratio.size} of them: within a factor of 2 in {100 * within:.1f} %, "
         f"from {ratio.min():.2g} to {ratio.max():.2g}"
     )
-    parts = ", ".join(
-        f"{name} {result.attrs[f'seconds_{name}']:.0f} s" for name in ("compiling", "charting", "deciding")
-    )
+    parts = ", ".join(f"{name} {result.attrs[f'seconds_{name}']:.0f} s" for name in ("compiling", "charting"))
     print(parts)
 
 
@@ -177,7 +174,6 @@ def main() -> None:
     drawn = {
         "accuracy_speed": figures.work_precision(result),
         "accuracy_speed_residual": figures.residual_drift(result),
-        "accuracy_speed_decision": figures.decision(result),
         "accuracy_speed_promises": figures.promises(result),
     }
     save_figures(drawn, arguments.out)

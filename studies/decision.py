@@ -1,11 +1,12 @@
 """Error of fragility medians against computing time, from integration and sampling together.
 
-    python studies/decision.py --out results [--truth results/decision_cuda.nc]
+    python studies/decision.py --out results
+    python studies/decision.py --out results --device cpu --largest 64 --truth gpu/decision.nc --beside gpu/decision.nc
 
 Both speed and accuracy count: the main job's building and records are run by several methods, steps, number types,
 designs and numbers of structures; the truth is 10,000 structures at a converged step in float64. Writes decision.nc
-(or decision_cpu.nc, decision_cuda.nc with --name) and decision.png, which tells where shorter steps, more structures or
-neither help. `--truth` takes the truth from a file of another device.
+and decision.png, which tells where shorter steps, more structures or neither help. `--truth` takes the truth from the
+file of another device, and `--beside` draws its panel as well.
 """
 
 from __future__ import annotations
@@ -16,11 +17,13 @@ from pathlib import Path
 import xarray as xr
 from p695_fragility import build_scene
 from parts.command_line import file_in, save_figures
-from parts.decision.errors import Choices, errors_of, record_error
+from parts.decision.errors import Choices, errors_of, precision_point, record_error
 from parts.decision.figure import decision_chart
 
 from warpdyn.files import netcdf
 from warpdyn.kernels.queues import checked_devices, device_names
+
+PRECISION = 0.15  # of the medians that fragility_to is asked for
 
 
 def read_arguments() -> argparse.Namespace:
@@ -30,6 +33,7 @@ def read_arguments() -> argparse.Namespace:
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
     parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
     parser.add_argument("--largest", type=int, default=256, help="most structures of a crossed design [%(default)s]")
+    parser.add_argument("--shortest", type=float, default=0.0, help="shortest step that is charted [s]")
     parser.add_argument("--truth", type=Path, help="file that this study wrote on another device")
     parser.add_argument("--beside", type=Path, nargs="*", default=[], help="files to draw beside, from other devices")
     return parser.parse_args()
@@ -41,6 +45,7 @@ def main() -> None:
     target = file_in(arguments.out, "decision.nc")
     whole = Choices()
     choices = Choices(
+        steps=[step for step in whole.steps if step >= arguments.shortest],
         structures=[count for count in whole.structures if count <= arguments.largest],
         structures_per_motion=[count for count in whole.structures_per_motion if count <= arguments.largest],
     )
@@ -49,6 +54,10 @@ def main() -> None:
         with xr.open_dataset(arguments.truth) as found:
             truth = found["true_log_median"].values
     result = errors_of(choices, arguments.device, arguments.seed, truth)
+    true = result["true_log_median"].values
+    seeds = range(arguments.seed, arguments.seed + whole.replications)
+    for name, value in precision_point(build_scene(), PRECISION, true, arguments.device, seeds).items():
+        result[name] = value
     result["record_error"] = record_error(build_scene(), 64, arguments.device, arguments.seed)
     result.attrs |= {
         "Conventions": "CF-1.11",

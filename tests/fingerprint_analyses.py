@@ -114,7 +114,7 @@ STREET = wd.Portfolio(
         "high": archetype(chain(3, hardening_ratio=0.1), 3, spread("mass", "stiffness"), {("mass", "stiffness"): 0.5}),
         "smooth": archetype(chain(2, **SMOOTH), 4, {"yield_force": factor(wd.Lognormal(1.0, 0.3))}),
         "linear": archetype(elastic(2), None, {"mass": listed([1e3, 2e3])}),
-        "again": archetype(chain(2, stiffness=6e5), 2, {"yield_force": 1800.0}),
+        "again": archetype(chain(2, stiffness=6e5), 2, {"yield_force": wd.GivenValues(np.full((2, 2), 1800.0))}),
     }
 )
 LIMITS = {"slight": 0.0015, "moderate": 0.004, "complete": 0.015}

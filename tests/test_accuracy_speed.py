@@ -16,9 +16,8 @@ from matplotlib import image
 from warpdyn.truth import bilinear_chain_response, bouc_wen_chain_response, harmonic_response
 
 sys.path.insert(0, str(ROOT / "studies"))
-points, scenes_of, promises, decision, figures = (
-    importlib.import_module(f"parts.accuracy_speed.{part}")
-    for part in ("points", "scenes", "promises", "decision", "figures")
+points, scenes_of, promises, figures = (
+    importlib.import_module(f"parts.accuracy_speed.{part}") for part in ("points", "scenes", "promises", "figures")
 )
 study, command_line = (importlib.import_module(name) for name in ("accuracy_speed", "parts.command_line"))
 
@@ -53,8 +52,6 @@ def result(scenes: dict) -> xr.Dataset:
             patch.setattr(where, "CANDIDATES", ("rk4",))
         patch.setattr(promises, "TARGETS", (1e-2, 1e-3))
         patch.setattr(study, "TARGETS", (1e-2, 1e-3))
-        for name, value in {"STRUCTURES": 4, "REFERENCE_STEP": 0.0025, "STEPS": (0.04, 0.01), "REPLICATES": 50}.items():
-            patch.setattr(decision, name, value)
         return study.build_dataset({name: scenes[name] for name in ("seed_frame", "bilinear")}, SETTINGS)
 
 
@@ -164,28 +161,6 @@ def test_a_failed_sample_is_an_infinite_error() -> None:
     assert np.isnan(table[1]).all()
 
 
-def test_sampling_error_is_that_of_what_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Records all alike and structures that differ: only the number of structures can matter, as one over its root."""
-    monkeypatch.setattr(decision, "REPLICATES", 2000)
-    generator = np.random.default_rng(5)
-    levels = np.array(decision.LEVELS_IN_G)
-    capacity = 0.7 * np.exp(0.4 * generator.normal(size=(4, 200, 1, 1)))
-    exceeding = np.broadcast_to(levels > capacity, (4, 200, 6, levels.size))
-    assert decision.sampling_error(exceeding, 0, 3, 1).max() < 1e-9
-    few, many = (decision.sampling_error(exceeding, count, 0, 1) for count in (25, 100))
-    # The mean of 25 or 100 values of spread 0.4, seen on stripes half a spread apart or more: a little worse.
-    np.testing.assert_allclose(few[0], 0.4 / 5, rtol=0.25)
-    np.testing.assert_allclose(few / many, 2, rtol=0.2)
-
-
-def test_discretisation_is_far_below_sampling(result: xr.Dataset) -> None:
-    median = {"parameter": "median", "damage_state": "extensive"}
-    assert (result["discretisation_error"].sel(median) < 0.02).all()
-    by_records = result["sampling_error_by_records"].sel(median).values
-    assert (np.diff(by_records) < 0).all()
-    assert by_records[-1] > result["discretisation_error"].sel(median).values[-1]
-
-
 def test_file_and_figures_are_written(result: xr.Dataset, tmp_path: Path) -> None:
     study.netcdf.write(result, tmp_path / "accuracy_speed.nc")
     with xr.open_dataset(tmp_path / "accuracy_speed.nc") as dataset:
@@ -193,9 +168,7 @@ def test_file_and_figures_are_written(result: xr.Dataset, tmp_path: Path) -> Non
     for name, variable in read.variables.items():
         assert {"long_name", "units"} <= set(variable.attrs), name
     assert {"scene", "method", "dtype", "step", "demand", "statistic", "target"} <= set(read.coords)
-    drawn = {
-        name: getattr(figures, name)(read) for name in ("work_precision", "residual_drift", "decision", "promises")
-    }
+    drawn = {name: getattr(figures, name)(read) for name in ("work_precision", "residual_drift", "promises")}
     command_line.save_figures(drawn, tmp_path)
     for name in drawn:
         pixels = image.imread(tmp_path / f"{name}.png")

@@ -43,7 +43,10 @@ def test_values_are_of_storeys_whose_law_takes_them():
 def test_a_dataset_has_values_only_where_they_count():
     spread = wd.Lognormal(1.0, 0.2)
     scatters = [
-        {"yield_force": wd.RandomFactor(spread, per="storey", storey_correlation=0.4), "hardening_ratio": 0.03},
+        {
+            "yield_force": wd.RandomFactor(spread, per="storey", storey_correlation=0.4),
+            "hardening_ratio": wd.GivenValues([0.03] * 4),
+        },
         {"yield_force": wd.RandomValue(wd.Uniform(2e5, 4e5)), "stiffness": wd.RandomFactor(spread)},
         {
             "yield_force": wd.GivenValues(np.linspace(2e5, 4e5, 4)),

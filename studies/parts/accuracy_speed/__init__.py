@@ -1,1 +1,1 @@
-"""What the accuracy_speed study is made of: its scenes, points, promises, decision and figures."""
+"""What the accuracy_speed study is made of: its scenes, points, promises and figures."""

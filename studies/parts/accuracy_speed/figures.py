@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from parts.accuracy_speed.promises import FACTOR, agreement
 
@@ -151,49 +151,6 @@ def _legend(axis: Axes) -> None:
         if text.get_text() in (*FAMILIES, "all families"):
             text.set_weight("bold")
     axis.text(0.5, -0.02, "left and low is better", ha="center", transform=axis.transAxes, fontsize=10)
-
-
-def decision(dataset: xr.Dataset) -> Figure:
-    """Draw the errors of a fragility curve from the step, the number of structures and the number of records.
-
-    Args:
-        dataset: What studies/accuracy_speed.py writes.
-    """
-    figure = Figure(figsize=(13, 5.8), layout="constrained")
-    structures, records = dataset.attrs["decision_structures"], dataset.attrs["decision_records"]
-    step = f"{1e3 * dataset.attrs['decision_step_of_sampling']:g} ms"
-    curves = {
-        "sampling_error_by_records": ("#D55E00", "s", f"sampling: number of records ({structures} structures, {step})"),
-        "sampling_error_by_structures": (
-            "#E69F00",
-            "^",
-            f"sampling: number of structures ({records} records, {step})",
-        ),
-        "discretisation_error": ("#0072B2", "o", f"discretisation: step ({structures} structures, {records} records)"),
-    }
-    axes = figure.subplots(1, 2)
-    for axis, parameter in zip(axes, dataset["parameter"].values, strict=True):
-        for name, (colour, marker, label) in curves.items():
-            values = np.sqrt((dataset[name].sel(parameter=parameter) ** 2).mean("damage_state"))
-            [along] = values.dims
-            seconds = dataset[f"{name}_seconds"].values
-            axis.loglog(seconds, values, color=colour, marker=marker, label=label)
-            for place, value in enumerate(values[along].values):
-                text = f"{1e3 * value:g} ms" if along == "decision_step" else f"{value:g}"
-                at = (seconds[place], float(values[place]))
-                axis.annotate(text, at, textcoords="offset points", xytext=(5, 5), fontsize=8.5, color=colour)
-        axis.set(xlabel="Integration time of all histories [s]", ylabel=f"Relative error of the {parameter}")
-        axis.set_title(f"{str(parameter).capitalize()} of the fragility curves", fontsize=11)
-        axis.margins(0.12)
-        _decades(axis)
-        axis.yaxis.set_major_formatter(LogFormatterSciNotation())
-        axis.yaxis.set_major_locator(LogLocator())
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
-    figure.suptitle(
-        "Fragility of the five-storey building, root mean square over the damage states: where sampling errors lie "
-        "above the discretisation error,\na shorter step buys nothing"
-    )
-    return figure
 
 
 def promises(dataset: xr.Dataset) -> Figure:

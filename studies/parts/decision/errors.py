@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 import warpdyn as wd
 from warpdyn.statistics.demands import DamageLimits
-from warpdyn.statistics.lognormal_fit import fit_stripes
+from warpdyn.statistics.estimators.table import estimator_of
 from warpdyn.statistics.stripe_counts import count_stripes
 
 # The crossed design runs the same structures under every record, the nested one gives each record its own.
@@ -76,7 +76,7 @@ class Plan:
 def log_medians(run: xr.Dataset) -> np.ndarray:
     """Return the logarithm of the median of every damage state of a run, shape [damage_state]."""
     counts = count_stripes(run, DamageLimits.of(DRIFT_LIMITS))
-    median, _, _ = fit_stripes(counts.levels, counts.total[-1], counts.trials)
+    median, _, _ = estimator_of("lognormal").fit(counts.levels, counts.total[-1], counts.trials)
     return np.log(median)
 
 
@@ -167,6 +167,28 @@ def errors_of(choices: Choices, device: str | None, seed: int, truth: np.ndarray
         "damage_state": list(DRIFT_LIMITS),
     }
     return xr.Dataset(variables, coordinates)
+
+
+def precision_point(
+    base: wd.Scene, precision: float, truth: np.ndarray, device: str | None, seeds: Sequence[int]
+) -> dict[str, float]:
+    """Return the error and the wall time of `fragility_to` by its own choices, kernels compiled.
+
+    Args:
+        base: The scene.
+        precision: Half the relative width of the intervals that is asked for.
+        truth: Logarithms of the true medians.
+        device: Device.
+        seeds: Seeds of its replications.
+    """
+    found, seconds = [], []
+    for seed in seeds:
+        began = time.perf_counter()
+        curves = wd.fragility_to(base, DRIFT_LIMITS, precision, device=device, seed=seed)
+        seconds.append(time.perf_counter() - began)
+        found.append(np.log(curves["fragility_median"].values))
+    error = size_of(np.array(found) - truth)
+    return {"precision": precision, "precision_error": error, "precision_seconds": min(seconds)}
 
 
 def record_error(base: wd.Scene, structures: int, device: str | None, seed: int) -> float:

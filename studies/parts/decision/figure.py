@@ -25,14 +25,14 @@ def decision_chart(results: Sequence[xr.Dataset]) -> Figure:
     Args:
         results: What the study wrote on each device.
     """
-    figure = Figure(figsize=(6.4 * len(results) + 0.4, 6.0), layout="constrained")
+    figure = Figure(figsize=(6.4 * len(results) + 0.8, 6.6), layout="constrained")
     all_axes = figure.subplots(1, len(results), sharey=True, squeeze=False)[0]
     for axes, result in zip(all_axes, results, strict=True):
         _panel(axes, result)
     all_axes[0].set_ylabel("Error of a fragility median (root mean square of four states)")
     handles, labels = all_axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
-    figure.suptitle("What accuracy costs: five storeys, 44 records, every method, step, number type and design")
+    figure.suptitle("What accuracy costs: five storeys, 44 records;\nmethods, steps, number types and designs")
     return figure
 
 
@@ -65,13 +65,14 @@ def _panel(axes: Axes, result: xr.Dataset) -> None:
     records = float(result["record_error"])
     axes.axhline(records, color="0.4", lw=1, ls="--", label="what 44 records leave: below, more work buys nothing")
     axes.axhspan(axes.get_ylim()[0] * 1e-3, records, color="0.5", alpha=0.08, lw=0)
-    number = int(np.flatnonzero((result["design"] == DEFAULT[0]).values & (result["size"] == DEFAULT[1]).values)[0])
-    error = np.hypot(result["integration_error_by_default"], result["sampling_error"][number])
-    place = float(result["seconds_by_default"][number]), float(error)
-    axes.plot(*place, "*", ms=15, color="#E69F00", mec="black", mew=0.8, label="defaults, 64 structures")
+    for number in np.flatnonzero((result["design"] == DEFAULT[0]).values & (result["size"] == DEFAULT[1]).values):
+        error = np.hypot(result["integration_error_by_default"], result["sampling_error"][number])
+        place = float(result["seconds_by_default"][number]), float(error)
+        axes.plot(*place, "*", ms=15, color="#E69F00", mec="black", mew=0.8, label="defaults, 64 structures")
     if "precision_seconds" in result:
         place = float(result["precision_seconds"]), float(result["precision_error"])
-        axes.plot(*place, "P", ms=11, color="#CC79A7", mec="black", mew=0.8, label="fragility_to(precision=...)")
+        label = f"fragility_to(precision={float(result['precision']):g}), pilot and plan included"
+        axes.plot(*place, "P", ms=11, color="#CC79A7", mec="black", mew=0.8, label=label)
     _wasted(axes, result)
     axes.set(xscale="log", yscale="log", xlabel="Seconds", title=_device(result))
     finite = errors.values[np.isfinite(errors.values)]
