@@ -60,9 +60,12 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
             f"{function}: the curves are of the shape {shape!r}, and what is computed here is of lognormal curves; fit "
             "these: estimator='lognormal' or 'ordinal' of fragility(), 'censored' of fragility_of_cloud()"
         )
-    names = tuple(str(name) for name in np.atleast_1d(curves["damage_state"].values))
+    if not curves["damage_state"].ndim:  # one that was selected, as by curves.sel(damage_state="complete")
+        curves = curves[[name for name in curves if str(name).startswith(("fragility", "replicate"))]]
+        curves = curves.expand_dims("damage_state")
+    names = tuple(str(name) for name in curves["damage_state"].values)
     median, dispersion = (
-        np.atleast_1d(curves[name].values).astype(np.float64) for name in ("fragility_median", "fragility_dispersion")
+        curves[name].values.astype(np.float64) for name in ("fragility_median", "fragility_dispersion")
     )
     if median.shape != (len(names),) or dispersion.shape != median.shape:
         raise ValueError(f"{function}: fragility_median and fragility_dispersion must lie along damage_state alone")
