@@ -261,6 +261,14 @@ def test_curves_of_a_run_are_taken_as_they_come():
         wd.annual_rates(fitted, wd.HazardCurve(BENT.intensity, BENT.annual_rate, measure="SA(1.0)"))
 
 
+def test_one_damage_state_may_be_selected():
+    whole = curves(STATES, np.ones((2, 50, 2)) * np.array([[[0.2, 0.5]], [[0.3, 0.6]]]))
+    several, one = (wd.annual_rates(each, BENT) for each in (whole, whole.sel(damage_state="complete")))
+    assert one["damage_state"].values.tolist() == ["complete"]
+    for name in ("annual_rate", "annual_rate_upper"):
+        np.testing.assert_array_equal(one[name], several[name][1:])
+
+
 def test_curves_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="'complete' has no fragility curve"):
         wd.annual_rates(curves({"slight": (0.2, 0.4), "complete": (np.nan, np.nan)}), BENT)
@@ -273,3 +281,7 @@ def test_curves_that_do_not_fit_are_refused():
         wd.annual_rates(curves(STATES).drop_vars("fragility_dispersion"), BENT)
     with pytest.raises(TypeError, match="a HazardCurve or a HazardLogicTree"):
         wd.annual_rates(curves(STATES), [0.1, 0.2])
+    for shape in ("loglogistic", "of demand and collapse"):  # a lognormal curve of their parameters is another one
+        for function in (wd.annual_rates, wd.disaggregate, wd.check_risk_target):
+            with pytest.raises(ValueError, match=f"the curves are of the shape '{shape}'"):
+                function(curves(STATES).assign_attrs(fragility_shape=shape), BENT)

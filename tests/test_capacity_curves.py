@@ -27,7 +27,7 @@ def dataset(capacity, lower=None, upper=None) -> xr.Dataset:
     dims = ("structure", "motion", "damage_state")
     parts = {"capacity": capacity, "capacity_lower": lower, "capacity_upper": upper}
     variables = {name: (dims, values, {"units": "g"}) for name, values in parts.items() if values is not None}
-    attrs = {"intensity_measure": "Sa(0.5 s)", "scene": '{"sampling": "monte_carlo"}'}
+    attrs = {"intensity_measure": "Sa(0.5 s)"}
     return xr.Dataset(variables, {"damage_state": list(STATES)}, attrs)
 
 
@@ -50,6 +50,14 @@ def test_known_capacities_have_their_moments():
     narrow = wd.fragility_from_capacities(bracketed(capacity, width=1e-8))
     for name in ("fragility_median", "fragility_dispersion", "fragility_median_lower", "fragility_median_upper"):
         np.testing.assert_allclose(narrow[name], curves[name], rtol=1e-7)
+
+
+def test_one_structure_of_several_can_be_selected():
+    capacity = made()
+    drawn = np.repeat(np.arange(6)[:, None], 20, axis=1)
+    several = dataset(capacity).assign_coords(drawn_structure=(("structure", "motion"), drawn, {"sampling": "sobol"}))
+    curves = wd.fragility_from_capacities(several.isel(structure=2))
+    np.testing.assert_allclose(curves["fragility_median"], np.exp(np.log(capacity[2]).mean(axis=0)), rtol=1e-12)
 
 
 def test_censored_capacities_are_those_of_pyfragility():

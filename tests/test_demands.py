@@ -62,6 +62,8 @@ def test_the_worst_of_several_demands():
         assert counted == [int(state[here].sum()) for state in (light, heavy, lost)]
     assert curves["damage_limit"].dims == ("demand", "damage_state")
     assert np.isnan(curves["damage_limit"].sel(demand="peak_floor_acceleration", damage_state="heavy"))
+    assert "units" not in curves["damage_limit"].attrs  # drifts and accelerations have none in common
+    assert curves["demand_units"].sel(demand="peak_floor_acceleration").item() == "m s-2"
 
 
 def test_a_limit_is_compared_in_the_precision_of_the_demand():

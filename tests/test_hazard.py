@@ -195,6 +195,13 @@ def test_logic_trees():
         ("SA0P2", "SA(0.2)", True),  # as the USGS writes it
         ("PGA", "SA(0.2)", False),
         ("", "PGA", True),
+        ("geometric mean of Sa(0.75 s, 5 %)", "SA(0.75)", True),
+        ("geometric mean of Sa(0.75 s, 5 %)", "SA(1.5)", False),
+        ("RotD50 Sa(1 s, 5 %)", "PGA", False),
+        ("geometric mean of PGV", "PGA", False),
+        ("Sa_avg(0.2 s to 3 s, 5 %)", "AvgSA", True),
+        ("Sa_avg(0.2 s to 3 s, 5 %)", "SA(1.0)", False),
+        ("Arias intensity", "IA", True),
         ("Housner intensity", "PGA", True),  # a name that is not understood is not judged
     ],
 )

@@ -1,5 +1,7 @@
 """Binomial intervals and the lognormal fit, against published values, pyFragility and general minimisers."""
 
+import re
+
 import numpy as np
 import pyFragility
 import pytest
@@ -224,6 +226,8 @@ LEVELS_IN_G = np.array([0.2, 0.4, 0.6, 0.8])
 )
 def test_levels_to_add_are_told_and_give_a_fit(exceeding, told, added):
     assert levels_to_add(LEVELS_IN_G, np.array(exceeding), np.full(4, 8)) == told
+    in_metres = levels_to_add(LEVELS_IN_G, np.array(exceeding), np.full(4, 8), "m s-1")
+    assert in_metres == re.sub(r"(\d) g\b", r"\1 m s-1", told)
     assert fit_stripes(LEVELS_IN_G, exceeding, 8)[2] != FIT_MEANINGS.index("fitted")
     if added:
         # At the levels added 2 and 5 of 8 samples exceed.

@@ -1,7 +1,9 @@
 """Mistakes of units and inputs: each gives one warning or an error that names the quantity, before any kernel runs."""
 
 import re
+import threading
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import mistakes
 import mistakes_of_runs
@@ -155,6 +157,27 @@ def test_what_is_named_is_not_warned_of():
         (warning,) = told(lambda: run(mistaken))[0]
     assert "storey height" not in str(warning.message)
     assert told(lambda: run(mistaken))[0]
+
+
+def test_a_function_that_is_meant_as_given_runs_in_several_threads_at_once():
+    entered, left = threading.Event(), threading.Event()
+
+    @wd.meant_as_given("storey_height")
+    def wait_within(for_what):
+        entered.set()
+        assert for_what.wait(10)
+
+    second = threading.Event()
+    with ThreadPoolExecutor(2) as threads:
+        first_call = threads.submit(wait_within, second)
+        assert entered.wait(10)
+        entered.clear()
+        second_call = threads.submit(wait_within, left)
+        assert entered.wait(10)
+        second.set()  # the block that was entered first is left first
+        first_call.result()
+        left.set()
+        second_call.result()
 
 
 def test_meant_as_given_needs_its_block():

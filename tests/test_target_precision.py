@@ -107,3 +107,11 @@ def test_bad_arguments(change, error, message):
 def test_too_few_motions():
     with pytest.raises(ValueError, match="at least 3 motions, got 2"):
         wd.fragility_to(scene(2), LIMITS, device="cpu")
+
+
+@pytest.mark.fast
+def test_an_intensity_that_is_no_acceleration_is_refused():
+    given = scene(3)
+    velocities = wd.Scene(given.structure, wd.Cloud(given.excitation.motions, wd.PeakGroundVelocity()), given.scatter)
+    with pytest.raises(ValueError, match="levels of an acceleration, got PGV"):
+        wd.fragility_to(velocities, LIMITS, device="cpu")

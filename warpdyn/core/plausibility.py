@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import ContextDecorator
 from contextvars import ContextVar, Token
-from typing import Any, TypeVar
+from functools import wraps
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 _meant: ContextVar[frozenset[str]] = ContextVar("meant_as_given", default=frozenset())
 
 
-class meant_as_given(ContextDecorator):  # it reads as a word of the language: `with meant_as_given(...):`
+class meant_as_given:  # it reads as a word of the language: `with meant_as_given(...):`
     """Give no warning of implausible values of these quantities within a `with` block, or a function that it decorates.
 
     Args:
@@ -54,9 +54,16 @@ class meant_as_given(ContextDecorator):  # it reads as a word of the language: `
         _meant.reset(self._before.pop())
 
     def __call__(self, function: F) -> F:
-        """Return a function that runs within the block."""
+        """Return a function that runs within a block of its own, in whichever thread it is called."""
         self._is_idle = False
-        return super().__call__(function)
+        quantities = self._quantities
+
+        @wraps(function)
+        def within(*arguments: Any, **named: Any) -> Any:
+            with meant_as_given(*quantities):
+                return function(*arguments, **named)
+
+        return cast("F", within)
 
     def __del__(self) -> None:
         if self._is_idle:

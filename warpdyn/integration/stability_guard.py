@@ -21,7 +21,7 @@ LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hu
 
 
 class StabilityFindings:
-    """StabilityFindings on the stability of a run, collected block by block and reported once.
+    """Findings on the stability of a run, collected block by block and reported once.
 
     Args:
         samples: Number of samples of the run.

@@ -18,6 +18,9 @@ SAME_PLACE = 1e-3  # degrees, some 100 m
 # What OpenQuake gives intensities in, and what we make of them: accelerations stay in g.
 _OPENQUAKE_UNITS = {"PGV": ("m s-1", 0.01), "PGD": ("m", 0.01), "IA": ("m s-1", 1.0)}
 _IN_G = re.compile(r"PGA|SA\([\d.]+\)|AvgSA(\([^)]*\))?")
+# Of two components; which combination a hazard is of is said by its ground-motion models, not by the name.
+_COMPONENTS = re.compile(r"^(?:geometric mean of |RotD\d+ )")
+_AVERAGE = re.compile(r"(?:AvgSA|Sa_avg)(?:\(.*?(?:, *([\d.]+) *%)?\))?", re.IGNORECASE)
 _USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
 
 Points = tuple[np.ndarray, np.ndarray]
@@ -186,9 +189,14 @@ def same_measure(one: str, other: str) -> bool:
 
 def _understood(name: str) -> tuple | None:
     """Return kind, period and damping of a measure as OpenQuake, the USGS or warpdyn writes it; None of others."""
-    text = _usgs_name(name.strip())
+    text = _COMPONENTS.sub("", _usgs_name(name.strip()))
+    if text == "Arias intensity":
+        return "IA", 0.0, 0.0
     if text.upper() in ("PGA", "PGV", "PGD", "IA", "CAV"):
         return text.upper(), 0.0, 0.0
+    found = _AVERAGE.fullmatch(text)
+    if found:
+        return "AvgSA", 0.0, float(found[1] or 5)
     found = re.fullmatch(r"SA\(([\d.]+)\s*s?(?:,\s*([\d.]+)\s*%?)?\)", text, re.IGNORECASE)
     if found:
         return "SA", float(found[1]), float(found[2] or 5)

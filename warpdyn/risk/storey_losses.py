@@ -103,6 +103,8 @@ def storey_losses(
         (status[(stripe == i) & ~failed] == COLLAPSED).mean() if rows[i].size else np.nan for i in range(levels.size)
     ]
     measure = run["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    units = str(run["im_level"].attrs.get("units", "g"))
+    of_stripe = {"long_name": "intensity of the stripe", "units": units} | ({"comment": IN_G} if units == "g" else {})
     return (
         result.assign(
             mean_loss_ratio=("intensity", mean, unit | {"long_name": "mean loss ratio of the stripe"}),
@@ -117,9 +119,7 @@ def storey_losses(
                 unit | {"long_name": "share of the stripe that collapsed"},
             ),
         )
-        .assign_coords(
-            intensity=("intensity", levels, {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G})
-        )
+        .assign_coords(intensity=("intensity", levels, of_stripe))
         .assign_attrs(intensity_measure=measure)
     )
 

@@ -11,7 +11,7 @@ from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.fragility_curves import OVER
-from warpdyn.statistics.leave_out import Observations
+from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import (
     ALL_EXCEEDING,
     FIT_MEANINGS,
@@ -76,7 +76,7 @@ def fragility_from_capacities(
     sampling = ""
     if "drawn_structure" in capacities.coords:
         sampling = str(capacities["drawn_structure"].attrs.get("sampling", ""))
-        structure = capacities["drawn_structure"].transpose("structure", "motion").values.ravel()
+        structure = capacities["drawn_structure"].transpose(..., "motion").values.ravel()
     observed = Observations(motion[known], structure[known], sampling, intervals_over == OVER[0])
     with np.errstate(divide="ignore"):
         low, high = np.log(lower.reshape(-1, states)[known]), np.log(upper.reshape(-1, states)[known])

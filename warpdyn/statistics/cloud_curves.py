@@ -16,7 +16,7 @@ from warpdyn.statistics.estimators import FIT_MEANINGS
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.cloud import CloudFits, fit_censored, fit_with_collapse
 from warpdyn.statistics.fragility_curves import OVER
-from warpdyn.statistics.leave_out import Observations
+from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import FITTED, NO_EXCEEDANCE, NO_FINITE_MEDIAN, NOT_INCREASING, check_confidence
 from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status, structure_label
 

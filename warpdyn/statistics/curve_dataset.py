@@ -10,12 +10,19 @@ import xarray as xr
 from scipy.special import ndtr, ndtri
 
 from warpdyn.core.units import IN_G
-from warpdyn.statistics.curve_variables import sandwich, variable, with_bounds
-from warpdyn.statistics.estimators import FIT_MEANINGS
-from warpdyn.statistics.jackknife import SOURCES, LeftOut, spread_of, trusted
-from warpdyn.statistics.leave_out import Observations
+from warpdyn.statistics.curve_variables import (
+    draws,
+    fit_flags,
+    intensities_along,
+    interval_method,
+    sandwich,
+    variable,
+    variances,
+    with_bounds,
+)
+from warpdyn.statistics.intervals.jackknife import SOURCES, LeftOut, spread_of, trusted
+from warpdyn.statistics.intervals.observations import Observations
 
-_CURVE_POINTS = 401
 _LEAST_PROBABILITY = 1e-12  # below it, and so near to 1, the bounds of a curve are the curve
 
 
@@ -47,10 +54,8 @@ def dataset_of_curves(
         replicates: Number of draws.
         seed: Their seed.
     """
-    spread = spread_of(left.whole, left.records, left.groups, left.interaction)
     known = trusted(left, outcome)
-    bounds = np.exp(np.where(known, spread.interval(confidence), np.nan))
-    draws = np.exp(np.where(known, spread.draw(replicates, seed), np.nan))
+    bounds = np.exp(np.where(known, left.spread.interval(confidence), np.nan))
     median, dispersion = np.exp(left.whole)
     no_fit = "NaN where there is no fit"
     of_measure = {"units": units} | ({"comment": f"{IN_G}; {no_fit}"} if units == "g" else {"comment": no_fit})
@@ -64,21 +69,10 @@ def dataset_of_curves(
     ):
         for suffix, part, text in with_bounds(values, bounds[:, number], words, confidence):
             variables[f"fragility_{name}{suffix}"] = variable(of_state, part, text, **said)
-        by_source = np.where(known[:, None], spread.by_source[:, number].T, np.nan)
-        text = f"variance of the {name} by its source"
-        variables[f"{name}_variance"] = variable(
-            (of_state, "source"), by_source, text, comment="of its logarithm; record and structure: their interaction"
-        )
-        alone = f"variance of the {name} if all observations were independent, which they are not"
-        variables[f"{name}_variance_if_independent"] = variable(
-            of_state, left.binomial[number], alone, comment="of its logarithm"
-        )
-        text = f"draw from the sampling distribution of the {name}"
-        of_draw = {"units": units} if name == "median" else {}
-        variables[f"replicate_{name}"] = variable(("replicate", of_state), draws[:, number], text, **of_draw)
-    flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
-    variables["fit_status"] = variable(of_state, outcome.astype(np.int8), "outcome of the fit", **flags)
-    intensity = highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2  # close together at low levels
+    variables |= variances(left, known)
+    variables |= draws(left, known, replicates, seed, units)
+    variables["fit_status"] = variable(of_state, outcome.astype(np.int8), "outcome of the fit", **fit_flags())
+    intensity = intensities_along(highest)
     curve, between = _curves(observed, left, curves, intensity, confidence)
     curve = np.where(np.isfinite(median)[:, None], curve, np.nan)
     between = np.where(known[:, None], between, np.nan)
@@ -92,10 +86,8 @@ def dataset_of_curves(
     }
     if np.isfinite(left.influences).any() and np.any(left.influences):
         variables |= sandwich(left, outcome)
-    parts = "" if observed.parts == observed.records else f" in {observed.parts} parts"
-    groups = f"{parts} and {observed.groups} groups of structures" if observed.groups else parts
     attributes = {
-        "interval_method": f"jackknife over {observed.records} records{groups}, less its bias, with Student's t",
+        "interval_method": interval_method(observed.records, observed.groups, observed.parts),
         "confidence": float(confidence),
         "replicates_seed": seed,
     }

@@ -9,10 +9,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.units import IN_G
-from warpdyn.statistics.demands import DamageLimits
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, CurveShape
-from warpdyn.statistics.jackknife import LeftOut, fraction_intervals, spread_of
+from warpdyn.statistics.intervals.jackknife import LeftOut, fraction_intervals, spread_of
 from warpdyn.statistics.lognormal_fit import FITTED
 from warpdyn.statistics.stripe_counts import StripeCounts
 
@@ -38,10 +37,8 @@ def estimates(
     """Return fractions, medians and dispersions with their bounds, of the worst place and of each."""
     with np.errstate(invalid="ignore"):
         fraction = counts.total / counts.trials
-    spread = spread_of(left.whole, left.records, left.groups, left.interaction)
-    bounds = np.where(has_interval, np.exp(spread.interval(confidence)), np.nan)
+    bounds = np.where(has_interval, np.exp(left.spread.interval(confidence)), np.nan)
     of_measure = {"units": counts.units, "comment": f"{IN_G}; {NO_FIT}" if counts.units == "g" else NO_FIT}
-    flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
     median, dispersion = np.exp(left.whole)
     fraction_bounds = fraction_intervals(counts, confidence, over_structures=over_structures)
     bounds[:, 0] = np.where(outcome == PENALISED, levels_about_median(counts.levels, fraction_bounds), bounds[:, 0])
@@ -49,7 +46,7 @@ def estimates(
         "exceedance_fraction": (fraction, fraction_bounds, "fraction of samples exceeding", {}),
         "fragility_median": (median, bounds[:, 0], "median capacity", of_measure),
         "fragility_dispersion": (dispersion, bounds[:, 1], "dispersion of the capacity", {"comment": NO_FIT}),
-        "fit_status": (outcome, None, "outcome of the lognormal fit", flags),
+        "fit_status": (outcome, None, "outcome of the lognormal fit", fit_flags()),
     }
     variables = {"exceeding_samples": variable(_OF_STRIPES, counts.total[-1], "samples exceeding, worst place")}
     for name, (values, bound, meaning, attributes) in rows.items():
@@ -95,22 +92,22 @@ def curves(
     counts: StripeCounts, left: LeftOut, has_interval: np.ndarray, confidence: float, shape: CurveShape
 ) -> tuple[dict[str, tuple], np.ndarray]:
     """Return the curves of the worst place with their bounds, and their intensities."""
-    intensity = counts.levels.max() * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2  # close together at low levels
-    median, dispersion = np.exp(left.whole[:, -1])
+    intensity, worst, has_interval = intensities_along(counts.levels.max()), left.worst, has_interval[-1]
+    median, dispersion = np.exp(worst.whole)
     curve = shape.probability(intensity, median[:, None], dispersion[:, None])
     with np.errstate(divide="ignore"):
         logarithm = np.log(intensity[1:])
 
     def scores(of: np.ndarray) -> np.ndarray:
-        return (logarithm - of[..., 0, -1, :, None]) * np.exp(-of[..., 1, -1, :, None])
+        return (logarithm - of[..., 0, :, None]) * np.exp(-of[..., 1, :, None])
 
-    slopes = np.stack([-np.exp(-left.whole[1, -1])[:, None] + 0 * logarithm, -scores(left.whole)])
-    interaction = (slopes**2 * left.interaction[:, -1, :, None]).sum(axis=0)  # without the covariance, which is small
-    spread = spread_of(scores(left.whole), scores(left.records), scores(left.groups), interaction)
+    slopes = np.stack([-np.exp(-worst.whole[1])[:, None] + 0 * logarithm, -scores(worst.whole)])
+    interaction = (slopes**2 * worst.interaction[:, :, None]).sum(axis=0)  # without the covariance, which is small
+    spread = spread_of(scores(worst.whole), scores(worst.records), scores(worst.groups), interaction)
     with np.errstate(over="ignore"):
-        standardised = np.exp(np.where(has_interval[-1, :, None], spread.interval(confidence), np.nan))
+        standardised = np.exp(np.where(has_interval[:, None], spread.interval(confidence), np.nan))
     bounds = shape.probability(standardised, 1.0, 1.0)
-    none = np.where(has_interval[-1], 0.0, np.nan)[None, :, None].repeat(2, axis=0)
+    none = np.where(has_interval, 0.0, np.nan)[None, :, None].repeat(2, axis=0)
     bounds = np.concatenate([none, bounds], axis=-1)
     variables = {
         f"fragility_curve{suffix}": variable(("damage_state", "intensity"), part, words, comment=NO_FIT)
@@ -119,37 +116,47 @@ def curves(
     return variables, intensity
 
 
-def variances(dataset: xr.Dataset, limits: DamageLimits, left: LeftOut, has_interval: np.ndarray) -> dict[str, tuple]:
-    """Return the variances of the logarithms of median and dispersion by their source, worst place."""
-    spread = spread_of(left.whole, left.records, left.groups, left.interaction)
-    by_source = np.where(has_interval, spread.by_source, np.nan)[:, :, -1]
-    error = np.full_like(left.whole[:, -1], np.nan)
-    if "estimated_relative_error" in dataset and limits.single in dataset["estimated_relative_error"]["demand"].values:
-        found = dataset["estimated_relative_error"].sel(demand=limits.single, error_statistic="median")
-        error[0] = float(found) ** 2
-    by_source = np.concatenate([by_source, error[None]])
+def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int) -> np.ndarray:
+    """Return the variance of the logarithms of median and dispersion from the step, shape [2, damage_state].
+
+    Of the median it is the square of the demand's median relative error, by `checked_share` of the run; NaN where the
+    run does not tell it, and of the dispersion.
+    """
+    variance = np.full((2, states), np.nan)
+    if "estimated_relative_error" in dataset and demand in dataset["estimated_relative_error"]["demand"].values:
+        variance[0] = float(dataset["estimated_relative_error"].sel(demand=demand, error_statistic="median")) ** 2
+    return variance
+
+
+def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.ndarray | None = None) -> dict[str, tuple]:
+    """Return the variances of the logarithms of median and dispersion by their source, and what they are without it.
+
+    Args:
+        left: The fits at one place, the worst.
+        has_interval: Whether a damage state has an interval, shape [damage_state].
+        of_discretisation: The variance from the step, shape [2, damage_state]; None where no source has it.
+    """
+    by_source, comment = np.where(has_interval, left.spread.by_source, np.nan), "of its logarithm; "
+    if of_discretisation is not None:
+        by_source = np.concatenate([by_source, of_discretisation[None]])
+        comment += "discretisation of the median: square of the demand's median relative error, by `checked_share`; "
+    comment += "record and structure: their interaction, and what is neither's"
     variables = {}
     for number, name in enumerate(("median", "dispersion")):
-        of_error = (
-            "; discretisation is the square of the median relative error of the demand, by `checked_share`"
-            if not number
-            else ""
-        )
-        comment = f"of its logarithm; record and structure: their interaction, and what is neither's{of_error}"
         variables[f"{name}_variance"] = variable(
             ("damage_state", "source"), by_source[:, number].T, f"variance of the {name} by its source", comment=comment
         )
         variables[f"{name}_variance_if_independent"] = variable(
             "damage_state",
-            left.binomial[number, -1],
-            f"variance of the {name} if all samples were independent, which they are not",
-            comment="of its logarithm: the binomial likelihood's own",
+            left.binomial[number],
+            f"variance of the {name} if all observations were independent, which they are not",
+            comment="of its logarithm: the likelihood's own",
         )
     return variables
 
 
 def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
-    """Return the cluster-robust variances of the logarithms of median and dispersion, worst place.
+    """Return the cluster-robust variances of the logarithms of median and dispersion at one place, the worst.
 
     A penalised fit has none: its stripes hold no scatter to tell it from.
     """
@@ -157,7 +164,7 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
     return {
         f"{name}_variance_by_sandwich": variable(
             "damage_state",
-            found[(number, -1) if found.ndim > 2 else number],
+            found[number],
             f"variance of the {name} by the cluster-robust sandwich, with records as clusters",
             comment="of its logarithm; structures are taken as given",
         )
@@ -166,13 +173,28 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
 
 
 def draws(left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str) -> dict[str, tuple]:
-    """Return draws from the joint sampling distribution of the medians and dispersions of the worst place."""
-    worst = (slice(None), slice(None), -1)
-    spread = spread_of(left.whole[:, -1], left.records[worst], left.groups[worst], left.interaction[:, -1])
-    draws = np.exp(np.where(has_interval[-1], spread.draw(count, seed), np.nan))
+    """Return draws from the joint sampling distribution of the medians and dispersions at one place, the worst."""
+    drawn = np.exp(np.where(has_interval, left.spread.draw(count, seed), np.nan))
     said = "draw from the sampling distribution of the"
     of_replicates = ("replicate", "damage_state")
     return {
-        "replicate_median": variable(of_replicates, draws[:, 0], f"{said} median", units=units),
-        "replicate_dispersion": variable(of_replicates, draws[:, 1], f"{said} dispersion"),
+        "replicate_median": variable(of_replicates, drawn[:, 0], f"{said} median", units=units),
+        "replicate_dispersion": variable(of_replicates, drawn[:, 1], f"{said} dispersion"),
     }
+
+
+def fit_flags() -> dict[str, Any]:
+    """Return the attributes of a flag variable of FIT_MEANINGS."""
+    return {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
+
+
+def intensities_along(highest: float) -> np.ndarray:
+    """Return the intensities at which curves are given, from 0 to the highest, closer together at low levels."""
+    return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
+
+
+def interval_method(records: int, groups: int, parts: int | None = None) -> str:
+    """Return what intervals come from: so many records, left out in so many parts, and groups of structures."""
+    in_parts = "" if parts in (None, records) else f" in {parts} parts"
+    and_groups = f" and {groups} groups of structures" if groups else ""
+    return f"jackknife over {records} records{in_parts}{and_groups}, less its bias, with Student's t"

@@ -11,11 +11,21 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import IN_G
-from warpdyn.statistics.curve_variables import DISCRETISATION, curves, draws, estimates, sandwich, variable, variances
+from warpdyn.statistics.curve_variables import (
+    DISCRETISATION,
+    curves,
+    discretisation_variance,
+    draws,
+    estimates,
+    interval_method,
+    sandwich,
+    variable,
+    variances,
+)
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
-from warpdyn.statistics.jackknife import SOURCES, leave_out, trusted
+from warpdyn.statistics.intervals.jackknife import SOURCES, leave_out, trusted
 from warpdyn.statistics.lognormal_fit import FITTED, SEPARATED, check_confidence, levels_to_add
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
@@ -96,22 +106,23 @@ def fragility(
     variables = estimates(counts, left, outcome, has_interval, confidence, over_structures)
     curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
     variables |= curve
-    variables |= variances(dataset, checked, left, has_interval)
-    variables |= sandwich(left, outcome)
-    variables |= draws(left, has_interval, replicates, seed, counts.units)
-    limit = checked.values[0] if checked.single else checked.values
+    of_discretisation = discretisation_variance(dataset, checked.single, len(checked.states))
+    variables |= variances(left.worst, has_interval[-1], of_discretisation)
+    variables |= sandwich(left.worst, outcome[-1])
+    variables |= draws(left.worst, has_interval[-1], replicates, seed, counts.units)
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
     variables |= {
         "valid_samples": variable("stripe", counts.trials, "samples counted, collapsed ones included"),
         "excluded_samples": variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
-        "damage_limit": variable(
-            "damage_state" if checked.single else ("demand", "damage_state"),
-            limit,
-            f"limit of {checked.single or 'each demand'}",
-            units=str(dataset[checked.single].attrs.get("units", "1")) if checked.single else "1",
-            demand=checked.single or "several",
-        ),
     }
+    if checked.single:
+        of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
+        variables["damage_limit"] = variable(
+            "damage_state", checked.values[0], f"limit of {checked.single}", **of_demand
+        )
+    else:
+        words = {"long_name": "limit of each demand, in its demand_units", "demand": "several"}
+        variables["damage_limit"] = ("demand", "damage_state"), checked.values, words
     of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
     coordinates: dict[str, Any] = {
         "damage_state": ("damage_state", np.array(checked.states), {"long_name": "damage state"}),
@@ -124,8 +135,9 @@ def fragility(
         words = {"long_name": f"{counts.dim}, from the ground up", "units": "1"}
         coordinates[counts.dim] = (counts.dim, counts.places, words | said)
     if not checked.single:
+        of_each = [str(dataset[name].attrs.get("units", "1")) for name in checked.demands]
         coordinates["demand"] = ("demand", np.array(checked.demands), {"long_name": "variable of the run"})
-    units = 1 if not len(left.groups) else len(left.groups)
+        coordinates["demand_units"] = ("demand", np.array(of_each), {"long_name": "units of the variable"})
     return xr.Dataset(
         variables,
         coords=coordinates,
@@ -136,9 +148,8 @@ def fragility(
             "demand": ", ".join(checked.demands),
             "fragility_method": chosen.method,
             "fragility_shape": chosen.shape.name,
-            "interval_method": f"jackknife over {len(left.records)} records"
-            + (f" and {units} groups of structures" if units > 1 else "")
-            + ", less its bias, with Student's t; stripe fractions: Korn and Graubard (1998)",
+            "interval_method": interval_method(len(left.records), len(left.groups))
+            + "; stripe fractions: Korn and Graubard (1998)",
             "confidence": float(confidence),
             "replicates_seed": seed,
         },
@@ -161,7 +172,7 @@ def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_i
     for state, name in enumerate(states):
         if outcome[-1, state] != FITTED:
             meaning = FIT_MEANINGS[outcome[-1, state]]
-            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials)
+            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
             what = f"has no lognormal fit: {meaning}"
             if outcome[-1, state] == PENALISED:
                 what = (

@@ -166,13 +166,14 @@ def check_confidence(confidence: float) -> None:
         raise ValueError(f"confidence must be a number between 0 and 1, as 0.95, got {confidence!r}")
 
 
-def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray) -> str:
+def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, units: str = "g") -> str:
     """Return which levels would give a lognormal fit to stripes that have none: where some samples exceed, not all.
 
     Args:
-        levels: Intensity of each stripe [g], increasing, shape [stripe].
+        levels: Intensity of each stripe [units], increasing, shape [stripe].
         exceeding: Samples that exceed at each, shape [stripe].
         total: Samples at each, shape [stripe].
+        units: Units of the levels.
 
     Returns:
         A sentence; "" where exceedances do not increase with the level, which more levels do not mend.
@@ -180,19 +181,20 @@ def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray) 
     counted = total > 0
     levels, exceeding, passing = levels[counted], exceeding[counted], (total - exceeding)[counted]
     if not exceeding.any():
-        return f"add levels above {levels[-1]:g} g, where samples exceed it"
+        return f"add levels above {levels[-1]:g} {units}, where samples exceed it"
     if not passing.any():
-        return f"add levels below {levels[0]:g} g, where samples do not exceed it"
+        return f"add levels below {levels[0]:g} {units}, where samples do not exceed it"
     highest_passing, lowest_exceeding = levels[passing > 0][-1], levels[exceeding > 0][0]
     if highest_passing < lowest_exceeding:
-        return f"add levels between {highest_passing:g} and {lowest_exceeding:g} g, where some samples exceed it"
+        return f"add levels between {highest_passing:g} and {lowest_exceeding:g} {units}, where some samples exceed it"
     if highest_passing > lowest_exceeding:
         return ""
     # One level alone has both: another beside it makes a slope.
+    at = f"{highest_passing:g}"
     below, above = levels[levels < highest_passing], levels[levels > highest_passing]
-    beside = [f"between {below[-1]:g} and {highest_passing:g} g"] if below.size else [f"below {highest_passing:g} g"]
-    beside += [f"between {highest_passing:g} and {above[0]:g} g"] if above.size else [f"above {highest_passing:g} g"]
-    return f"only at {highest_passing:g} g some samples exceed it and some do not: add levels {' or '.join(beside)}"
+    beside = [f"between {below[-1]:g} and {at} {units}"] if below.size else [f"below {at} {units}"]
+    beside += [f"between {at} and {above[0]:g} {units}"] if above.size else [f"above {at} {units}"]
+    return f"only at {at} {units} some samples exceed it and some do not: add levels {' or '.join(beside)}"
 
 
 def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

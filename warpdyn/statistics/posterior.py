@@ -11,6 +11,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import IN_G
+from warpdyn.statistics.curve_variables import fit_flags
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.newton import covariance_of_influences
@@ -116,7 +117,7 @@ def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray) -> No
         said.append("the run has one record: its samples are taken as independent, which they are not")
     for state, name in enumerate(limits.states):
         if outcome[state] != FITTED:
-            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials)
+            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
             said.append(
                 f"damage state {name!r} has no posterior, as no fit by maximum likelihood: "
                 f"{FIT_MEANINGS[outcome[state]]}{'; ' if advice else ''}{advice}"
@@ -140,9 +141,12 @@ def _labelled(
 ) -> xr.Dataset:
     """Return the dataset of the draws, shape [2, draw, damage_state]."""
     of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
-    flags = {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
     variables: dict[str, tuple] = {
-        "fit_status": ("damage_state", outcome, {"long_name": "outcome of the fit that was started from"} | flags),
+        "fit_status": (
+            "damage_state",
+            outcome,
+            {"long_name": "outcome of the fit that it starts from"} | fit_flags(),
+        ),
         "design_effect": (
             "damage_state",
             effect,

@@ -1,4 +1,4 @@
-"""Fits to observations, whole and without each record and group of structures, as the jackknife wants them."""
+"""Which record and structure observations are of, and what the jackknife leaves out of them one after the other."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from warpdyn.statistics.jackknife import LeftOut, interaction_variance
+from warpdyn.statistics.intervals.jackknife import LeftOut, interaction_variance
 from warpdyn.statistics.stripe_counts import structure_groups
 
 MOST_PARTS = 256  # that records are left out in; more would make the variance no better known

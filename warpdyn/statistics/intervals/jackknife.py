@@ -4,7 +4,7 @@ Every structure runs under every record, so that samples share both. Leaving out
 among records, leaving out each structure that among structures; both hold that of their interaction, which is counted
 once. Without structures in common (nested designs) the records tell all. Estimates are corrected for the bias that the
 jackknife finds and intervals take quantiles of Student's t: percentiles of a bootstrap over as few as 22 records are
-too narrow and lie too low, for dispersions above all (measured coverages: docs/statistics.md).
+too narrow and lie too low, for dispersions above all (tests/coverage_of_intervals.py measures it).
 """
 
 from __future__ import annotations
@@ -81,6 +81,18 @@ class LeftOut:
     interaction: np.ndarray
     binomial: np.ndarray
     influences: np.ndarray
+
+    @property
+    def worst(self) -> LeftOut:
+        """The fits at the worst place alone, which is the last of fits by place."""
+        at = (slice(None), slice(None), -1)
+        parts = self.whole[:, -1], self.records[at], self.groups[at]
+        return LeftOut(*parts, self.interaction[:, -1], self.binomial[:, -1], self.influences[at])
+
+    @property
+    def spread(self) -> Spread:
+        """What is known of the sampling distribution of the logarithms."""
+        return spread_of(self.whole, self.records, self.groups, self.interaction)
 
     @property
     def sandwich(self) -> np.ndarray:
