@@ -273,3 +273,21 @@ def test_curves_that_do_not_fit_are_refused():
         wd.annual_rates(curves(STATES).drop_vars("fragility_dispersion"), BENT)
     with pytest.raises(TypeError, match="a HazardCurve or a HazardLogicTree"):
         wd.annual_rates(curves(STATES), [0.1, 0.2])
+
+
+def test_curves_of_another_shape_are_refused():
+    # Loglogistic curves of this dispersion have so much in their lower tail that a hazard of slope 3 and more makes
+    # several times the rate of the lognormal ones of the same median and dispersion.
+    for shape in ("loglogistic", "of demand and collapse"):
+        others = curves(STATES).assign_attrs(fragility_shape=shape)
+        for each in (wd.annual_rates, wd.disaggregate, wd.check_risk_target):
+            with pytest.raises(ValueError, match=f"{each.__name__}: the fragility curves are {shape}, and lognormal"):
+                each(others, BENT)
+
+
+def test_one_state_or_none_may_be_selected():
+    many = curves(STATES, replicates=np.full((2, 20, 2), 0.4))
+    one = wd.annual_rates(many.sel(damage_state="complete"), BENT)
+    xr.testing.assert_equal(one, wd.annual_rates(many.sel(damage_state=["complete"]), BENT))
+    with pytest.raises(ValueError, match="annual_rates: the fragility curves have no damage state"):
+        wd.annual_rates(many.isel(damage_state=[]), BENT)

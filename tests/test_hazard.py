@@ -194,6 +194,13 @@ def test_logic_trees():
         ("PGA", "PGA", True),
         ("SA0P2", "SA(0.2)", True),  # as the USGS writes it
         ("PGA", "SA(0.2)", False),
+        ("SA(0.75)", "geometric mean of Sa(0.75 s, 5 %)", True),
+        ("SA(0.75)", "RotD50 Sa(0.75 s, 5 %)", True),
+        ("SA(1.0)", "geometric mean of Sa(0.75 s, 5 %)", False),
+        ("PGA", "RotD50 Sa(0.75 s, 5 %)", False),
+        ("AvgSA", "Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", True),
+        ("AvgSA", "Sa(0.75 s, 5 %)", False),
+        ("SA(0.75)", "Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", False),
         ("", "PGA", True),
         ("Housner intensity", "PGA", True),  # a name that is not understood is not judged
     ],

@@ -40,7 +40,8 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
 
     Raises:
         TypeError: If `curves` is no Dataset or `hazard` no hazard.
-        ValueError: If a state has no fit, or the hazard is of another unit or intensity measure.
+        ValueError: If a state has no fit, curves are not lognormal, or the hazard is of another unit or intensity
+            measure.
 
     Example:
         >>> rates = wd.annual_rates(wd.fragility(run, limits), hazard)

@@ -11,6 +11,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.risk.hazard_curves import Hazard
 from warpdyn.risk.hazard_files import same_measure
+from warpdyn.statistics.estimators import LOGNORMAL
 
 ADVICE = "give what fragility(run, limits) returned"
 
@@ -49,12 +50,24 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
 
     Raises:
         TypeError: If `curves` is no Dataset.
-        ValueError: If a variable is missing, a state has no fit, or units or measure are not the hazard's.
+        ValueError: If a variable is missing, there is no state or one has no fit, curves are not lognormal, or units
+            or measure are not the hazard's.
     """
     check_dataset(function, curves, "fragility_median", "fragility_dispersion", "damage_state", advice=ADVICE)
-    names = tuple(str(name) for name in np.atleast_1d(curves["damage_state"].values))
+    shape = str(curves.attrs.get("fragility_shape", LOGNORMAL.name))
+    if shape != LOGNORMAL.name:
+        # Curves of one median and dispersion differ in their tails, where rates come from.
+        raise ValueError(
+            f"{function}: the fragility curves are {shape}, and lognormal ones are needed: fit them by "
+            "fragility(run, limits), or to a cloud by fragility_of_cloud(run, limits)"
+        )
+    if "damage_state" not in curves.dims:  # one state, by curves.sel(damage_state="complete")
+        curves = curves.expand_dims("damage_state")
+    names = tuple(str(name) for name in curves["damage_state"].values)
+    if not names:
+        raise ValueError(f"{function}: the fragility curves have no damage state; give a selection that holds some")
     median, dispersion = (
-        np.atleast_1d(curves[name].values).astype(np.float64) for name in ("fragility_median", "fragility_dispersion")
+        curves[name].values.astype(np.float64) for name in ("fragility_median", "fragility_dispersion")
     )
     if median.shape != (len(names),) or dispersion.shape != median.shape:
         raise ValueError(f"{function}: fragility_median and fragility_dispersion must lie along damage_state alone")

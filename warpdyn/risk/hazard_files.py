@@ -18,6 +18,7 @@ SAME_PLACE = 1e-3  # degrees, some 100 m
 # What OpenQuake gives intensities in, and what we make of them: accelerations stay in g.
 _OPENQUAKE_UNITS = {"PGV": ("m s-1", 0.01), "PGD": ("m", 0.01), "IA": ("m s-1", 1.0)}
 _IN_G = re.compile(r"PGA|SA\([\d.]+\)|AvgSA(\([^)]*\))?")
+_COMPONENTS = re.compile(r"^(?:geometric mean of|RotD\d+) ", re.IGNORECASE)
 _USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
 
 Points = tuple[np.ndarray, np.ndarray]
@@ -39,7 +40,7 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     units, factor = _OPENQUAKE_UNITS.get(measure, ("g", 1.0))
     if units == "g" and not _IN_G.fullmatch(measure):
         raise ValueError(f"{path}: the units of {measure!r} are not known; PGA, SA(period), PGV, PGD and IA are read")
-    rows = list(csv.reader(lines[1:]))
+    rows = list(csv.reader(lines[1:])) or [[]]
     columns = [(i, name[4:]) for i, name in enumerate(rows[0]) if name.startswith("poe-")]
     if not columns or not {"lon", "lat"} <= set(rows[0]):
         raise ValueError(f"{path}, line 2: the columns must be lon, lat, ... and poe-<intensity>, got {rows[0][:5]}")
@@ -185,11 +186,19 @@ def same_measure(one: str, other: str) -> bool:
 
 
 def _understood(name: str) -> tuple | None:
-    """Return kind, period and damping of a measure as OpenQuake, the USGS or warpdyn writes it; None of others."""
-    text = _usgs_name(name.strip())
-    if text.upper() in ("PGA", "PGV", "PGD", "IA", "CAV"):
-        return text.upper(), 0.0, 0.0
+    """Return kind, period and damping of a measure as OpenQuake, the USGS or warpdyn writes it; None of others.
+
+    Which of two horizontal components a measure is of (their geometric mean, RotD50) is left out, as it is in files of
+    hazard curves, and so are the periods that an average is over.
+    """
+    text = _COMPONENTS.sub("", _usgs_name(name.strip()))
+    kind = {"ARIAS INTENSITY": "IA"}.get(text.upper(), text.upper())
+    if kind in ("PGA", "PGV", "PGD", "IA", "CAV"):
+        return kind, 0.0, 0.0
     found = re.fullmatch(r"SA\(([\d.]+)\s*s?(?:,\s*([\d.]+)\s*%?)?\)", text, re.IGNORECASE)
     if found:
         return "SA", float(found[1]), float(found[2] or 5)
+    average = re.fullmatch(r"AVGSA(?:\(.*\))?|SA_AVG\(.*?(?:,\s*([\d.]+)\s*%)?\)", text, re.IGNORECASE)
+    if average:
+        return "AVGSA", 0.0, float(average[1] or 5)
     return None
