@@ -158,7 +158,7 @@ def warn_of_extrapolation(
     )
     for side, row in zip(ends, shares, strict=True):
         told = [
-            f"{100 * share:.2g} % of {name!r}"
+            f"{float(f'{100 * share:.2g}'):g} % of {name!r}"
             for name, share in zip(names, row, strict=True)
             if share > EXTRAPOLATED_SHARE
         ]
