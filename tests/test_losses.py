@@ -2,6 +2,7 @@
 
 import warnings
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pyFragility
 import pytest
@@ -332,3 +333,9 @@ def test_a_hazard_that_ends_before_the_function_is_warned_of():
     share = (0.8e-3 + 0.5e-3 * (2 - 1 / 2.1)) / (0.5e-3 * (10 - 1 / 2.1))
     with pytest.warns(UserWarning, match=rf"expected_annual_loss: {100 * share:.2g} % of .* above the last point"):
         wd.expected_annual_loss(whole, short)
+
+
+def test_a_building_without_losses_is_drawn():
+    found = wd.annual_losses(curves(STATES), HAZARD, dict.fromkeys(STATES, 0.0))
+    wd.plots.loss_exceedance(found)
+    plt.close("all")

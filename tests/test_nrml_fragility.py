@@ -268,6 +268,8 @@ def test_names_and_mappings_are_checked(tmp_path):
         wd.write_nrml_fragility({"A": make_curves(), "B": make_curves(states=("slight", "moderate", "bad"))}, path)
     with pytest.raises(TypeError, match="mapping of taxonomies"):
         wd.write_nrml_fragility(make_curves()["fragility_median"], path)
+    with pytest.raises(TypeError, match="mapping of taxonomies to datasets, got one Dataset"):
+        wd.write_nrml_fragility(make_curves(), path)
     with pytest.raises(ValueError, match="at least one"):
         wd.write_nrml_fragility({}, path)
     with pytest.raises(ValueError, match=r"end in '\.xml'"):

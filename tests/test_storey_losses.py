@@ -98,3 +98,11 @@ def test_failed_samples_are_left_out():
 def test_impossible_functions_are_refused(arguments, words):
     with pytest.raises(ValueError, match=words):
         wd.storey_losses(striped_run(), *arguments)
+
+
+def test_runs_of_several_events_or_no_samples_are_refused():
+    run = striped_run()
+    with pytest.raises(ValueError, match="storey_losses: the run has several events; take one by select_event"):
+        wd.storey_losses(run.expand_dims(event=["mainshock", "aftershock"], axis=-1), DRIFT)
+    with pytest.raises(ValueError, match="the run has no samples"):
+        wd.storey_losses(run.isel(sample=[]), DRIFT)

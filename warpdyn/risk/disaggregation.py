@@ -170,8 +170,8 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
         added = (np.nanmean(np.where(which, rates(lower) - rates(capacity), 0.0), axis=1)).mean(axis=0)
         for i in np.flatnonzero(added > EXTRAPOLATED_SHARE * rate):
             warn_caller(
-                f"annual rate by record: {float(f'{100 * shares[i]:.2g}'):g} % of the capacities of {states[i]!r} are {what}; the "
-                f"rate of {rate[i]:.3g} a year may be up to {added[i]:.2g} larger by that"
+                f"annual rate by record: {float(f'{100 * shares[i]:.2g}'):g} % of the capacities of {states[i]!r} are "
+                f"{what}; the rate of {rate[i]:.3g} a year may be up to {added[i]:.2g} larger by that"
             )
     state, per_year, unit = "damage_state", {"units": "year-1"}, {"units": "1"}
     of_rate = "annual rate of reaching the damage state"

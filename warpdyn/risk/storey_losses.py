@@ -49,13 +49,17 @@ def storey_losses(
     Raises:
         TypeError: If `run` is no Dataset.
         ValueError: If no function is given, a demand is not recorded, points do not increase, losses fall, do not begin
-            at 0 or are above 1, or more than 1 % of the samples failed.
+            at 0 or are above 1, the run has several events or no samples, or more than 1 % of the samples failed.
 
     Example:
         >>> drift = [0.0, 0.004, 0.01, 0.03], [0.0, 0.005, 0.05, 0.12]  # of five equal storeys
         >>> losses = wd.storey_losses(run, drift, ([0.0, 3.0, 12.0], [0.0, 0.0, 0.06]))
     """
     check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned")
+    if "event" in run.dims:
+        raise ValueError(f"{_FUNCTION}: the run has several events; take one by select_event(run, name)")
+    if not run.sizes.get("sample", 0):
+        raise ValueError(f"{_FUNCTION}: the run has no samples; give a selection that holds some")
     worst = real_number("collapse_loss", collapse_loss, above=0)
     given = {
         "drift": ("peak_storey_drift_ratio", "storey", drift_loss),
