@@ -285,3 +285,17 @@ def test_curves_that_do_not_fit_are_refused():
         for function in (wd.annual_rates, wd.disaggregate, wd.check_risk_target):
             with pytest.raises(ValueError, match=f"the curves are of the shape '{shape}'"):
                 function(curves(STATES).assign_attrs(fragility_shape=shape), BENT)
+
+
+def test_one_state_or_none_may_be_selected():
+    many = curves(STATES, replicates=np.full((2, 20, 2), 0.4))
+    one = wd.annual_rates(many.sel(damage_state="complete"), BENT)
+    xr.testing.assert_equal(one, wd.annual_rates(many.sel(damage_state=["complete"]), BENT))
+    with pytest.raises(ValueError, match="annual_rates: the fragility curves have no damage state"):
+        wd.annual_rates(many.isel(damage_state=[]), BENT)
+
+
+def test_bins_that_miss_the_rate_are_warned_of():
+    # Of the slight state (median 0.2) next to nothing comes from above 2 g.
+    with pytest.warns(UserWarning, match=r"disaggregate: 100 % of 'slight'.* outside of the bins \(2 to 3 g\)"):
+        wd.disaggregate(curves(STATES), BENT, lowest=2.0)

@@ -140,6 +140,11 @@ BAD = {
 }
 
 
+def test_an_empty_selection_is_refused():
+    with pytest.raises(ValueError, match="the dataset is empty"):
+        wd.fragility_of_cloud(make_cloud(im=IM, edp=EDP).isel(sample=[]), LIMITS)
+
+
 @pytest.mark.parametrize("case", BAD)
 def test_bad_input(case):
     changes, arguments, message = BAD[case]

@@ -171,6 +171,13 @@ def test_rates_and_probabilities_that_are_taken_for_each_other():
     wd.HazardCurve([0.01, 0.1, 0.5], [0.98, 0.05, 2e-3])  # frequent small motions are no mistake
 
 
+def test_intensities_in_another_unit_are_told():
+    gal = 981 * np.array([0.05, 0.5, 2.0])
+    with pytest.warns(UserWarning, match=r"curve is 49.05 g .* given in cm/s2 \(gal\), it would be 0.05 g"):
+        wd.HazardCurve(gal, [2e-2, 1e-3, 1e-5])
+    wd.HazardCurve(gal, [2e-2, 1e-3, 1e-5], units="cm s-2")
+
+
 def test_logic_trees():
     low, high = wd.HazardCurve(*POINTS), wd.HazardCurve([0.05, 0.5, 2.0], [2e-2, 1e-3, 1e-5])
     tree = wd.HazardLogicTree([low, high], [0.25, 0.75])
@@ -194,6 +201,13 @@ def test_logic_trees():
         ("PGA", "PGA", True),
         ("SA0P2", "SA(0.2)", True),  # as the USGS writes it
         ("PGA", "SA(0.2)", False),
+        ("SA(0.75)", "geometric mean of Sa(0.75 s, 5 %)", True),
+        ("SA(0.75)", "RotD50 Sa(0.75 s, 5 %)", True),
+        ("SA(1.0)", "geometric mean of Sa(0.75 s, 5 %)", False),
+        ("PGA", "RotD50 Sa(0.75 s, 5 %)", False),
+        ("AvgSA", "Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", True),
+        ("AvgSA", "Sa(0.75 s, 5 %)", False),
+        ("SA(0.75)", "Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", False),
         ("", "PGA", True),
         ("geometric mean of Sa(0.75 s, 5 %)", "SA(0.75)", True),
         ("geometric mean of Sa(0.75 s, 5 %)", "SA(1.5)", False),

@@ -1,5 +1,8 @@
 """Losses of a building: Hazus' ratios, vulnerability, expected annual loss, loss exceedance, return periods."""
 
+import warnings
+
+import matplotlib.pyplot as plt
 import numpy as np
 import pyFragility
 import pytest
@@ -306,3 +309,33 @@ def test_what_is_no_dataset_is_refused(name):
         with pytest.raises(TypeError) as error:
             call(given)
         assert f"{name}() takes a Dataset, got {type(given).__name__}; {advice}" in str(error.value)
+
+
+def test_a_function_that_is_cut_off_is_warned_of():
+    hazard = wd.HazardCurve([0.04, 10.0], [0.625, 1e-5])  # 1e-3 / x^2, to far beyond the functions
+    whole = function([0.05, 0.1, 5.0, 6.0], [0.0, 0.001, 1.0, 1.0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.expected_annual_loss(whole, hazard)
+    # 0.2 at 0.5: the step makes 0.2 * 4e-3, the line to 1.0 at 2.5 makes 0.4e-3 * (1 / 0.5 - 1 / 2.5): 56 %.
+    with pytest.warns(UserWarning, match="begins at 0.5 g with a loss ratio of 0.2, which makes 56 % of"):
+        wd.expected_annual_loss(function([0.5, 2.5, 3.0], [0.2, 1.0, 1.0]), hazard)
+    # From 0 at 0.1 to 0.2 at 0.2: 2e-3 * (1 / 0.1 - 1 / 0.2) = 1e-2. As steep in the logarithm beyond, it would be
+    # 0.2 / ln 2 * 0.025 / 2 = 3.6e-3 more.
+    with pytest.warns(UserWarning, match="ends at 0.2 g, where it still rises: .* would add 36 % to"):
+        wd.expected_annual_loss(function([0.1, 0.2], [0.0, 0.2]), hazard)
+
+
+def test_a_hazard_that_ends_before_the_function_is_warned_of():
+    whole = function([0.1, 2.1], [0.0, 1.0])  # 0.5 a unit: 0.5e-3 * (1 / 0.1 - 1 / 2.1) a year
+    short = wd.HazardCurve([0.04, 0.5], [0.625, 4e-3])
+    # Above 0.5: 0.2 * 4e-3 by the step there, and 0.5e-3 * (1 / 0.5 - 1 / 2.1) from there on.
+    share = (0.8e-3 + 0.5e-3 * (2 - 1 / 2.1)) / (0.5e-3 * (10 - 1 / 2.1))
+    with pytest.warns(UserWarning, match=rf"expected_annual_loss: {100 * share:.2g} % of .* above the last point"):
+        wd.expected_annual_loss(whole, short)
+
+
+def test_a_building_without_losses_is_drawn():
+    found = wd.annual_losses(curves(STATES), HAZARD, dict.fromkeys(STATES, 0.0))
+    wd.plots.loss_exceedance(found)
+    plt.close("all")

@@ -1,5 +1,6 @@
 """OpenQuake's NRML 0.5 fragility models: what is written, what is refused, and what is read back."""
 
+import warnings
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -126,6 +127,16 @@ def test_measures_have_openquake_s_names_and_units(tmp_path, units, measure, nam
     in_g = factor == 1 / 9.80665 and units == "m s-2"  # accelerations are read in g
     np.testing.assert_allclose(again["fragility_median"] * (9.80665 if in_g else 1), [0.2, 0.35, 0.5], rtol=1e-12)
     assert again["fragility_median"].attrs["units"] == ("g" if in_g else units)
+
+
+def test_curves_written_as_of_another_measure_are_warned_of(tmp_path):
+    curves = {"A": make_curves(measure="Sa(0.3 s, 5 %)")}
+    for measure in ("PGA", "SA(1.0)"):
+        with pytest.warns(UserWarning, match=r"'A': the intensities are of 'Sa\(0.3 s, 5 %\)', and are written as if"):
+            wd.write_nrml_fragility(curves, tmp_path / "model.xml", measure=measure)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.write_nrml_fragility(curves, tmp_path / "model.xml", measure="SA(0.3)")
 
 
 def test_warpdyn_s_own_names_are_all_understood():
@@ -268,6 +279,8 @@ def test_names_and_mappings_are_checked(tmp_path):
         wd.write_nrml_fragility({"A": make_curves(), "B": make_curves(states=("slight", "moderate", "bad"))}, path)
     with pytest.raises(TypeError, match="mapping of taxonomies"):
         wd.write_nrml_fragility(make_curves()["fragility_median"], path)
+    with pytest.raises(TypeError, match="mapping of taxonomies to datasets, got one Dataset"):
+        wd.write_nrml_fragility(make_curves(), path)
     with pytest.raises(ValueError, match="at least one"):
         wd.write_nrml_fragility({}, path)
     with pytest.raises(ValueError, match=r"end in '\.xml'"):

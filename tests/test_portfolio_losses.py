@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from test_damage import LIMITS, made
 
 import warpdyn as wd
@@ -56,6 +57,17 @@ def test_events_with_rates():
     np.testing.assert_allclose(found["loss_exceedance_rate"], [0.011, 0.0, 0.001, 0.001], rtol=1e-12)
     # Losses occur 0.031 times a year, above 60 0.011 times, above 160 0.001 times, above 600 never.
     np.testing.assert_allclose(found["return_period_loss"], [0, 60, 160, 160, 600], rtol=1e-12)
+
+
+def test_rates_with_labels_go_by_these():
+    rates = [0.02, 0.001, 0.004, 0.006]
+    expected = wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=rates)
+    labels = shares()["motion"].values
+    turned = xr.DataArray(rates[::-1], dims="motion", coords={"motion": labels[::-1]})
+    xr.testing.assert_equal(wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=turned), expected)
+    others = turned.assign_coords(motion=labels + 1)
+    with pytest.raises(ValueError, match="event_rates are of the motions"):
+        wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=others)
 
 
 def test_stripes_keep_their_dimension():

@@ -101,3 +101,18 @@ def test_failed_samples_are_left_out():
 def test_impossible_functions_are_refused(arguments, words):
     with pytest.raises(ValueError, match=words):
         wd.storey_losses(striped_run(), *arguments)
+
+
+def test_runs_of_several_events_or_no_samples_are_refused():
+    run = striped_run()
+    with pytest.raises(ValueError, match="storey_losses: the run has several events; take one by select_event"):
+        wd.storey_losses(run.expand_dims(event=["mainshock", "aftershock"], axis=-1), DRIFT)
+    with pytest.raises(ValueError, match="the run has no samples"):
+        wd.storey_losses(run.isel(sample=[]), DRIFT)
+
+
+def test_what_is_given_in_percent_is_told():
+    with pytest.warns(UserWarning, match="first loss of drift_loss is 0.4 .* given in percent, it would be 0.004"):
+        wd.storey_losses(striped_run(), ([0.0, 0.4, 3.0], [0.0, 0.02, 0.3]))
+    with pytest.raises(ValueError, match="collapse_loss is 100; it is a share"):
+        wd.storey_losses(striped_run(), DRIFT, collapse_loss=100)

@@ -217,6 +217,7 @@ BANDS: Mapping[str, Band] = {
     "measure_period": Band(
         "period of the intensity measure or spectrum", "s", 5e-3, 20.0, _given(TIME) | _AS_FREQUENCY
     ),
+    "hazard_intensity": Band("first intensity of a hazard curve", "g", 0.0, 1.0, _LEVEL),
     "annual_rate": Band(
         "largest annual rate of a hazard curve", "a year", 0.0, 1.0, _given(IN_PERCENT) | _IN_MANY_YEARS
     ),

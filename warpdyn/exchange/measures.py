@@ -8,6 +8,7 @@ import xarray as xr
 
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.risk.hazard_files import same_measure
 
 # OpenQuake's measures (openquake.hazardlib.imt) that warpdyn has too, with its names of them and the unit of OpenQuake.
 NAMES = {
@@ -95,18 +96,22 @@ def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
     Args:
         what: What the dataset is, in errors.
         dataset: The dataset, with the attribute `intensity_measure`.
-        given: The user's `measure`; None to take that of the dataset.
+        given: The user's `measure`; None to take that of the dataset. A warning tells where they are of two measures.
 
     Raises:
         ValueError: If neither names a measure that OpenQuake has.
     """
-    text = dataset.attrs.get("intensity_measure") if given is None else given
+    own = dataset.attrs.get("intensity_measure")
+    text = own if given is None else given
     if text is None:
         raise ValueError(f"{what}: the dataset has no attribute 'intensity_measure'; give measure=, such as 'SA(0.3)'")
     try:
-        return openquake_measure(text)
+        name = openquake_measure(text)
     except ValueError as error:
         raise ValueError(f"{what}: {error}") from None
+    if given is not None and own and not same_measure(str(own), name):
+        warn_caller(f"{what}: the intensities are of {own!r}, and are written as if they were of {name}")
+    return name
 
 
 def to_openquake(what: str, units: object, measure: str) -> float:

@@ -23,7 +23,10 @@ LONGEST_NAME = 75  # of a limit state; the engine's MAX_ID_LENGTH
 
 def check_by_taxonomy(function: str, datasets: object) -> None:
     """Raise an error unless an argument maps names of taxonomies to datasets."""
-    check_kind(function, "a mapping of taxonomies to datasets", datasets, Mapping, "give {'taxonomy': dataset}")
+    advice = "give {'taxonomy': dataset}"
+    if isinstance(datasets, xr.Dataset):  # which is a mapping too
+        raise TypeError(f"{function}() takes a mapping of taxonomies to datasets, got one Dataset; {advice}")
+    check_kind(function, "a mapping of taxonomies to datasets", datasets, Mapping, advice)
     assert isinstance(datasets, Mapping)
     if not datasets:
         raise ValueError(f"{function}() takes at least one taxonomy, got an empty mapping")

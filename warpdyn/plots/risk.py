@@ -198,7 +198,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     losses, rate = dataset["loss"].values, dataset["loss_exceedance_rate"].values
     shown = rate > 0
     lowest = float(rate[shown].min()) if shown.any() else 1e-6
-    if np.isfinite(dataset["loss_exceedance_rate_lower"]).all():
+    if shown.any() and np.isfinite(dataset["loss_exceedance_rate_lower"]).all():
         low, high = (np.maximum(dataset[f"loss_exceedance_rate_{side}"], 1e-12) for side in ("lower", "upper"))
         words = f"{100 * dataset.attrs.get('confidence', 0.95):.0f} % interval"
         axes.fill_between(losses[shown], low[shown], high[shown], color=colour, alpha=0.2, lw=0, label=words)
@@ -215,7 +215,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     axes.set(xlabel="Loss ratio" if value == 1 else "Loss", ylabel="Annual rate of exceedance [1/year]", yscale="log")
     if value != 1:
         axes.xaxis.set_major_formatter(ticker.FuncFormatter(lambda loss, _: _amount(loss)))
-    axes.set(xlim=(0, 1.02 * losses[-1]), ylim=(0.5 * lowest, 2 * float(rate.max())))
+    axes.set(xlim=(0, 1.02 * losses[-1]), ylim=(0.5 * lowest, 2 * max(float(rate.max()), lowest)))
     grid(axes)
     legend(axes, loc="upper right")
     title(axes, "Loss exceedance; points: losses of the return periods")

@@ -40,7 +40,8 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
 
     Raises:
         TypeError: If `curves` is no Dataset or `hazard` no hazard.
-        ValueError: If a state has no fit, or the hazard is of another unit or intensity measure.
+        ValueError: If a state has no fit, curves are not lognormal, or the hazard is of another unit or intensity
+            measure.
 
     Example:
         >>> rates = wd.annual_rates(wd.fragility(run, limits), hazard)
@@ -157,7 +158,7 @@ def warn_of_extrapolation(
     )
     for side, row in zip(ends, shares, strict=True):
         told = [
-            f"{100 * share:.2g} % of {name!r}"
+            f"{float(f'{100 * share:.2g}'):g} % of {name!r}"
             for name, share in zip(names, row, strict=True)
             if share > EXTRAPOLATED_SHARE
         ]

@@ -64,6 +64,8 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
         curves = curves[[name for name in curves if str(name).startswith(("fragility", "replicate"))]]
         curves = curves.expand_dims("damage_state")
     names = tuple(str(name) for name in curves["damage_state"].values)
+    if not names:
+        raise ValueError(f"{function}: the fragility curves have no damage state; give a selection that holds some")
     median, dispersion = (
         curves[name].values.astype(np.float64) for name in ("fragility_median", "fragility_dispersion")
     )

@@ -12,6 +12,8 @@ from warpdyn.risk.curves import check_hazard, curves_of
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.risk.integrals import rates_by_bin
 
+MISSED_SHARE = 0.1  # of a rate that comes from outside of the bins: with more a warning is given
+
 
 def disaggregate(
     curves: xr.Dataset, hazard: Hazard, *, bins: int = 40, lowest: float | None = None, highest: float | None = None
@@ -30,7 +32,7 @@ def disaggregate(
         the whole rate [1], `contribution_density(damage_state, intensity)`, that share over the width of the bin in
         logarithms [1], by the middle `intensity` of the bins, whose edges are `intensity_lower` and `intensity_upper`;
         `modal_intensity(damage_state)`, the middle of the bin that contributes most, and `share_below_bins` and
-        `share_above_bins(damage_state)`.
+        `share_above_bins(damage_state)`. A warning names states of which more than 10 % comes from outside of the bins.
 
     Raises:
         TypeError, ValueError: As of `annual_rates`; if the edges do not increase.
@@ -54,6 +56,16 @@ def disaggregate(
         rate, below, above = rate + weight * own, below + weight * own_below, above + weight * own_above
     whole = np.sum(rate, axis=-1) + below + above
     share = rate / whole[:, None]
+    missed = [
+        f"{float(f'{100 * part:.2g}'):g} % of {name!r}"
+        for name, part in zip(found.names, (below + above) / whole, strict=True)
+        if part > MISSED_SHARE
+    ]
+    if missed:
+        warn_caller(
+            f"disaggregate: {', '.join(missed)} comes from intensities outside of the bins ({low:.3g} to {high:.3g} "
+            f"{tree.units}), so that the mode is that of the rest: take bins, and a hazard curve, that reach further"
+        )
     middle = np.sqrt(edges[:-1] * edges[1:])
     state, along, unit = "damage_state", ("damage_state", "intensity"), {"units": "1"}
     length = {"units": tree.units}
@@ -158,8 +170,8 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
         added = (np.nanmean(np.where(which, rates(lower) - rates(capacity), 0.0), axis=1)).mean(axis=0)
         for i in np.flatnonzero(added > EXTRAPOLATED_SHARE * rate):
             warn_caller(
-                f"annual rate by record: {100 * shares[i]:.2g} % of the capacities of {states[i]!r} are {what}; the "
-                f"rate of {rate[i]:.3g} a year may be up to {added[i]:.2g} larger by that"
+                f"annual rate by record: {float(f'{100 * shares[i]:.2g}'):g} % of the capacities of {states[i]!r} are "
+                f"{what}; the rate of {rate[i]:.3g} a year may be up to {added[i]:.2g} larger by that"
             )
     state, per_year, unit = "damage_state", {"units": "year-1"}, {"units": "1"}
     of_rate = "annual rate of reaching the damage state"

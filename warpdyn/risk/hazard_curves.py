@@ -67,6 +67,8 @@ class HazardCurve:
             )
         findings = PlausibilityFindings()
         findings.add("annual_rate", rate)
+        if units == "g":
+            findings.add("hazard_intensity", intensity[0])
         # Probabilities in many years come close to 1 at several points, where rates of a site do not level off.
         if rate.size > 2 and 0.9 < rate[1] <= rate[0] <= 1.0:
             findings.add("annual_rate_near_one", rate[0])

@@ -34,7 +34,8 @@ def portfolio_losses(
         loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, the same for
             all archetypes; or of each archetype such a mapping.
         replacement_values: Value of all buildings of each archetype together, in one currency.
-        event_rates: Annual rate of each event (or motion) [1/year], shape [event]; None for losses of events alone.
+        event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares, or a
+            DataArray along it, which goes by its labels; None for losses of events alone.
         return_periods: Return periods [year] of the total loss, if events have rates.
 
     Returns:
@@ -100,6 +101,13 @@ def portfolio_losses(
         return result
     if "stripe" in total.dims:
         raise ValueError(f"{_FUNCTION}: event_rates are of events as they were, and these shares are on stripes")
+    if isinstance(event_rates, xr.DataArray) and along in event_rates.coords and event_rates.dims == (along,):
+        if set(event_rates[along].values.tolist()) != set(shares[along].values.tolist()):
+            raise ValueError(
+                f"{_FUNCTION}: event_rates are of the {along}s {event_rates[along].values.tolist()}, and the shares of "
+                f"{shares[along].values.tolist()}"
+            )
+        event_rates = event_rates.sel({along: shares[along].values})  # by label, as xarray goes together
     rates = np.atleast_1d(finite_numbers("event_rates", event_rates))
     if rates.shape != (total.sizes[along],) or np.any(rates < 0):
         raise ValueError(

@@ -10,11 +10,13 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.output_variables import COLLAPSED, STRIPED
+from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import IN_G
 from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
 
 LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
 _FUNCTION = "storey_losses"
+SMALL_DRIFT_RATIO = 0.01  # up to which the first drift of a loss function is not judged
 
 
 def storey_losses(
@@ -49,14 +51,23 @@ def storey_losses(
     Raises:
         TypeError: If `run` is no Dataset.
         ValueError: If no function is given, a demand is not recorded, points do not increase, losses fall, do not begin
-            at 0 or are above 1, or more than 1 % of the samples failed.
+            at 0 or are above 1, `collapse_loss` is above 1, the run has several events or no samples, or more than 1 %
+            of the samples failed.
 
     Example:
         >>> drift = [0.0, 0.004, 0.01, 0.03], [0.0, 0.005, 0.05, 0.12]  # of five equal storeys
         >>> losses = wd.storey_losses(run, drift, ([0.0, 3.0, 12.0], [0.0, 0.0, 0.06]))
     """
     check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned")
+    if "event" in run.dims:
+        raise ValueError(f"{_FUNCTION}: the run has several events; take one by select_event(run, name)")
+    if not run.sizes.get("sample", 0):
+        raise ValueError(f"{_FUNCTION}: the run has no samples; give a selection that holds some")
     worst = real_number("collapse_loss", collapse_loss, above=0)
+    if worst > 1:
+        raise ValueError(
+            f"collapse_loss is {worst:g}; it is a share of the replacement value, at most 1 (100 % is 1.0)"
+        )
     given = {
         "drift": ("peak_storey_drift_ratio", "storey", drift_loss),
         "acceleration": ("peak_floor_acceleration", "floor", acceleration_loss),
@@ -80,6 +91,11 @@ def storey_losses(
             raise ValueError(f"{_FUNCTION}: the run has no {variable}: record {recorder!r}")
         demand = run[variable].transpose("sample", dim).values.astype(np.float64)
         part = _losses_at(f"{recorder}_loss", function, demand)
+        if recorder == "drift":
+            points = np.asarray(function[0], dtype=np.float64)
+            first = float(points[points > 0][0])  # further points may stand far out, and small drifts are meant
+            if first > SMALL_DRIFT_RATIO:
+                warn_of_implausible_limits({" of the first loss of drift_loss": first})
         part[status != 0] = np.nan
         name = f"{recorder}_loss_ratio"
         variables[name] = ("sample", dim), part, unit | {"long_name": f"loss of the {dim} by its {recorder}"}

@@ -164,10 +164,10 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
         )
     if not np.issubdtype(variable.dtype, np.floating):
         raise ValueError(f"{name!r} holds no demand: its values are of type {variable.dtype}")
+    if variable.size == 0:
+        raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     values = variable.transpose("sample", ...).values
     values = np.ascontiguousarray(values.reshape(len(values), -1).T)
-    if values.size == 0:
-        raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     # What a sample that failed or collapsed holds is not read.
     is_good = np.ones(status.size, dtype=bool)
     for row in values:
