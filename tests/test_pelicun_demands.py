@@ -215,6 +215,7 @@ def test_what_pelicun_would_take_wrongly_is_refused(tmp_path, old, new, message)
         wd.read_pelicun_demands(path, direction=3)
 
 
+@pytest.mark.usefixtures("unoptimised")  # the file is held to its run
 def test_a_run_has_all_that_the_file_needs(tmp_path):
     building = wd.ShearBuilding.from_hazus("C1L", "high", 2)
     pulse = np.sin(np.arange(100) / 5.0)

@@ -240,10 +240,13 @@ def test_each_building_can_have_a_motion_of_its_own():
 
 @pytest.mark.parametrize("keep_inputs", [True, False])
 def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monkeypatch):
-    monkeypatch.setattr("warpdyn.portfolio.labels.SAMPLES_AT_A_TIME", 7 * 6)
+    monkeypatch.setattr("warpdyn.portfolio.labels.SAMPLES_AT_A_TIME", 7 * 6)  # ends within an archetype
+    # Three of the five kernels: the estimate of the error has as many again.
+    names = ("low", "table", "linear")
+    few = wd.Portfolio({name: ARCHETYPES[name] for name in names})
     settings = {"keep_inputs": keep_inputs, "checked_share": 0.1, "memory": 10**9, **SETTINGS}
-    held = simulate(CITY, STRIPES, seed=5, device="cpu", **settings)
-    with simulate(CITY, STRIPES, seed=5, device="cpu", path=tmp_path / "run.nc", **settings) as read:
+    held = simulate(few, STRIPES, seed=5, device="cpu", **settings)
+    with simulate(few, STRIPES, seed=5, device="cpu", path=tmp_path / "run.nc", **settings) as read:
         assert os.listdir(tmp_path) == ["run.nc"]
         assert set(read.variables) == set(held.variables)
         assert set(read.attrs) == set(held.attrs)
@@ -258,8 +261,13 @@ def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monk
     errors = held["estimated_relative_error"].sel(demand="peak_storey_drift")
     assert 0 < float(errors.sel(error_statistic="median")) <= float(errors.sel(error_statistic="worst")) < 0.1
     assert "estimated relative error" in wd.summary(held)
-    for name in set(held.data_vars) - {"estimated_relative_error"}:
-        np.testing.assert_array_equal(held[name].values, city[name].values)
+    # Neither file nor estimate changes a bit of what is recorded.
+    sampled = [name for name in held.data_vars if held[name].dims[0] == "sample"]
+    assert {"status", "peak_storey_drift", "integration_step"} <= set(sampled)
+    for archetype in names:
+        part, whole = held.isel(sample=rows_of(few, archetype, 6)), city.isel(sample=rows_of(CITY, archetype, 6))
+        for name in sampled:
+            np.testing.assert_array_equal(part[name].values, whole[name].values, err_msg=name)
 
 
 def test_a_portfolio_that_was_stopped_goes_on_from_its_finished_groups(tmp_path, monkeypatch, caplog):
@@ -313,7 +321,7 @@ def test_unstable_steps_are_seen_to_and_say_whose_they_are():
     # A stiff building at a step far beyond its limit, beside a soft one that it suits.
     stiff = chain(1, 2e8, yield_force=1e7)
     city = wd.Portfolio({"soft": wd.Archetype(chain(2)), "stiff": wd.Archetype(stiff, 2)})
-    settings = {"step": 0.02, "device": "cpu", "tail": 1.0}
+    settings = {"step": 0.02, "recorders": ("drift",), "device": "cpu", "tail": 1.0}
     with pytest.warns(UserWarning, match=r"2 buildings of 1 storeys \(archetype 'stiff'\): the step is beyond"):
         run = simulate(city, MOTIONS[0], **settings)
     np.testing.assert_array_equal(run["status"], [0, 0, 0])
