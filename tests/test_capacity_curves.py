@@ -119,6 +119,13 @@ def test_states_without_a_curve():
     same = np.full((2, 3, 2), 0.5) * np.array([1.0, 2.0])
     with pytest.warns(UserWarning, match="all brackets have a level in common"):
         wd.fragility_from_capacities(bracketed(same))
+    one = np.where(np.arange(120).reshape(6, 20, 1) == 7, [0.5, 0.5], np.inf)  # of 120 capacities one was reached
+    with pytest.warns(
+        UserWarning, match="no fit \\(separated\\); 99 % of the capacities lie above the highest level: raise"
+    ):
+        wd.fragility_from_capacities(
+            dataset(one, np.where(np.isinf(one), 0.52, 0.49), np.where(np.isinf(one), np.inf, 0.52))
+        )
     far = bracketed(capacity, highest=float(np.quantile(capacity[..., 1], 0.3)))
     with pytest.warns(UserWarning, match="'complete': 7. % of the capacities lie above"):
         curves = wd.fragility_from_capacities(far)

@@ -187,14 +187,16 @@ def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.nd
         ALL_EXCEEDING: "every capacity lies below the lowest level: lower it",
         SEPARATED: "all brackets have a level in common: take a smaller tolerance, or more motions",
     }
-    said = [
-        f"damage state {name!r} has no fit ({FIT_MEANINGS[each]}); {advice.get(each, 'see its capacities')}"
-        for name, each in zip(names, outcome, strict=True)
-        if each != FITTED
-    ]
+    share = np.isposinf(high).mean(axis=0)
+    said = []
+    for name, each, part in zip(names, outcome, share, strict=True):
+        what = advice.get(each, "see its capacities")
+        if each == SEPARATED and part > 0.5:
+            what = f"{100 * part:.0f} % of the capacities lie above the highest level: raise it"
+        if each != FITTED:
+            said.append(f"damage state {name!r} has no fit ({FIT_MEANINGS[each]}); {what}")
     if records == 1:
         said.append("there is one motion: records are what intervals are over, so that none is given")
-    share = np.isposinf(high).mean(axis=0)
     said += [
         f"damage state {name!r}: {100 * part:.0f} % of the capacities lie above the highest level, so that the median "
         "is extrapolated; raise the highest level"
