@@ -125,9 +125,9 @@ class PlausibilityFindings:
         )
 
 
-def warn_of_implausible_limits(limits: Mapping[str, float]) -> None:
-    """Give one warning of implausible drift limits, each by the words for whose it is, such as " of 'slight'"."""
+def warn_of_implausible_limits(limits: Mapping[str, float], of: str = "drift_limit") -> None:
+    """Give one warning of implausible limits, each by the words for whose it is, such as " of 'slight'"."""
     findings = PlausibilityFindings()
     for where, limit in limits.items():
-        findings.add("drift_limit", limit, where)
+        findings.add(of, limit, where)
     findings.warn()

@@ -244,5 +244,6 @@ BANDS: Mapping[str, Band] = {
     "tail": Band("tail", "s", 0.0, 600.0, _given(TIME) | {"given in steps": None}),
     "collapse_drift_ratio": Band("collapse drift ratio", "1", 5e-3, 0.5, _RATIO),
     "drift_limit": Band("drift limit", "1", 2e-4, 0.2, _RATIO),
+    "acceleration_limit": Band("floor acceleration limit", "m s-2", 0.5, 100.0, _given(ACCELERATION)),
     "pushed_drift_ratio": Band("largest drift over height", "1", 0.0, 0.5, _given(LENGTH)),
 }

@@ -70,9 +70,10 @@ class DamageLimits:
                 values[demands.index(str(name)), place] = value
         for name, row_of_demand in zip(demands, values, strict=True):
             _check_increase(name, states, row_of_demand)
-        if DRIFT in demands:
-            drifts = zip(states, values[demands.index(DRIFT)], strict=True)
-            warn_of_implausible_limits({f" of {state!r}": value for state, value in drifts if np.isfinite(value)})
+        for name, of in ((DRIFT, "drift_limit"), ("peak_floor_acceleration", "acceleration_limit")):
+            if name in demands:
+                given = zip(states, values[demands.index(name)], strict=True)
+                warn_of_implausible_limits({f" of {state!r}": limit for state, limit in given if np.isfinite(limit)}, of)
         return DamageLimits(states, demands, values)
 
     @property
@@ -119,6 +120,12 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
         ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is negative
             or not finite in a sample that is ok.
     """
+    if "archetype_index" in dataset and "archetype" in dataset and np.ptp(dataset["archetype_index"].values) > 0:
+        raise ValueError(
+            "this is a run of a portfolio of several archetypes: fragility() takes one archetype, "
+            "select_archetype(run, name), and damage_shares(run, limits) counts all, with limits for each of "
+            f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
+        )
     single, dim, places = limits.single, "", np.arange(0)
     worst = np.zeros(status.size, dtype=np.uint8)
     columns: list[np.ndarray] = []
@@ -174,12 +181,6 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
         is_good &= (row >= 0) & (row < np.inf)
     bad = np.flatnonzero(~is_good & (status == OK))
     if bad.size:
-        if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
-            raise ValueError(
-                "this is a run of a portfolio whose buildings differ in storeys: fragility() takes one archetype, "
-                "select_archetype(run, name), and damage_shares(run, limits) counts all, with limits for each of "
-                f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
-            )
         first = bad[0]
         where = " and ".join(
             f"{key} {dataset[key].values[first]}" for key in ("motion_index", "im_level") if key in dataset
