@@ -32,6 +32,7 @@ def test_every_command_is_known_here() -> None:
         "seed_frame",
         "stability",
         "accuracy_speed",
+        "decision",
         "benchmark",
         "portfolio",
         "isolation",

@@ -74,7 +74,6 @@ def test_a_precision_is_met_and_records_that_bound_it_are_told():
         highest=math.inf,
         seed=3,
         method="rk4",
-        longest_step=curves.attrs["longest_step"],
         dtype=curves.attrs["dtype"],
         device="cpu",
     )

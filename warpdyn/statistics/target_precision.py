@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -32,6 +33,9 @@ PILOT_LADDER = 1.3  # of the pilot, whose brackets are not narrowed
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 0.02, 0.1  # of the brackets of capacities, whose own error averages out
 MOST_RECORDS = 10**6
 PLANNED_LEVELS = 4  # that the step is chosen at
+# Histories from which `plan` pays: its own pilot runs some ten thousand, most of them at shorter steps. Below, the
+# default method errs by a thousandth at its default step (studies/decision.py), and the answer by far more.
+PLANNED_FROM = 50_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +84,10 @@ def fragility_to(
     """Find the fragility curves of a scene with intervals of a stated width, by as few histories as that takes.
 
     A pilot of two structures for each motion finds the capacities (by `capacities`), and from these how much they vary
-    among motions and among the structures of one motion, and where the levels must lie. The method and the step are
-    those of `plan`. Then every motion gets as many structures of its own as the precision takes, with a seed of their
-    own: the answer rests on these alone, so that what the pilot found by chance does not bias it.
+    among motions and among the structures of one motion, and where the levels must lie. Where the answer takes many
+    histories, the method and the step are those of `plan`, else the default ones. Then every motion gets as many
+    structures of its own as the precision takes, with a seed of their own: the answer rests on these alone, so that
+    what the pilot found by chance does not bias it.
 
     Often the records decide, and no number of structures reaches the precision: then structures stop where they add
     next to nothing, and a warning says so and how many records it would take.
@@ -93,7 +98,7 @@ def fragility_to(
             collapse alone.
         precision: Half the width of the interval of each median, relative: 0.1 asks for medians to within 10 %.
         demand: Variable that limits are of, as of `capacities`.
-        method: Integration method; None to let `plan` choose.
+        method: Integration method; None to let `plan` choose, or for the default where `plan` would cost more.
         confidence: Probability that the intervals cover.
         seed: Seed of every random draw.
         device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
@@ -102,7 +107,7 @@ def fragility_to(
     Returns:
         What `fragility_from_capacities` returns, with `half_width(damage_state)` reached [1],
         `expected_half_width` by the pilot, `records_needed(damage_state)` for the precision, and attributes of what was
-        chosen and spent: structures_per_motion, method, dtype, longest_step, histories and pilot_histories.
+        chosen and spent: structures_per_motion, method, dtype, longest_step (by `plan`), histories and pilot_histories.
 
     Raises:
         ValueError: If the intensity is no acceleration, there are fewer than three motions, the precision is not
@@ -146,26 +151,27 @@ def fragility_to(
     asked = math.log1p(precision)
     structures, is_bound = _structures(found, asked)
     final = _nested(scene, structures)
-    error = float(np.clip(ERROR_SHARE * precision, LEAST_ERROR, LARGEST_ERROR))
-    chosen = choose_method(
-        _where_it_counts(final, pilot),
-        error,
-        structures=final.structures_given,
-        seed=pilot_seed,
-        method=method,
-        dtype=None,
-        device=device,
-        threads=threads,
-    )
+    integration: dict[str, Any] = {"method": method}
+    expected_histories = pilot.attrs["histories"] * structures / PILOT_STRUCTURES
+    if expected_histories > PLANNED_FROM:
+        chosen = choose_method(
+            _where_it_counts(final, pilot),
+            float(np.clip(ERROR_SHARE * precision, LEAST_ERROR, LARGEST_ERROR)),
+            structures=final.structures_given,
+            seed=pilot_seed,
+            method=method,
+            dtype=None,
+            device=device,
+            threads=threads,
+        )
+        integration = {"method": chosen.method, "dtype": chosen.dtype, "longest_step": chosen.longest_step}
     answer = search(
         final,
         limits,
         tolerance=float(np.clip(precision, LEAST_TOLERANCE, LARGEST_TOLERANCE)),
         highest=float(pilot.attrs["highest"]),
         seed=seed,
-        method=chosen.method,
-        longest_step=chosen.longest_step,
-        dtype=chosen.dtype,
+        **integration,
     )
     curves = fragility_from_capacities(answer, confidence=confidence, seed=seed)
     expected, needed = found.half_width(structures), found.records_for(asked)
@@ -180,9 +186,9 @@ def fragility_to(
     curves.attrs |= {
         "precision": precision,
         "structures_per_motion": structures,
-        "method": chosen.method,
-        "dtype": chosen.dtype,
-        "longest_step": chosen.longest_step,
+        **{name: value for name, value in integration.items() if name == "longest_step"},
+        "method": answer.attrs["method"],
+        "dtype": answer.attrs["dtype"],
         "histories": int(answer.attrs["histories"]),
         "pilot_histories": int(pilot.attrs["histories"]),
         "bounded_by": "records" if is_bound.any() else "structures",
