@@ -1,4 +1,4 @@
-"""How often the intervals of fragility curves cover the truth; run by hand.
+"""How often the intervals of fragility curves cover the truth; run by hand, and copied to docs/statistics.md.
 
     python tests/coverage_of_intervals.py [replications] [device] [records design sampling]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from numbers import Real
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,19 +16,6 @@ _ITERATIONS = 60  # Newton's method needs 5 to 10; more occur only where the lik
 _HALVINGS = 40
 _TOLERANCE = 1e-9  # on the Newton step; convergence is quadratic, so the error left is far below 1e-10
 _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
-
-
-class Fit(Protocol):
-    """What fits rows of counts: `fit_stripes`, or another estimator with the same arguments."""
-
-    def __call__(
-        self,
-        levels: ArrayLike,
-        exceeding: ArrayLike,
-        total: ArrayLike,
-        start: tuple[np.ndarray, np.ndarray] | None = None,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return median, dispersion and outcome of each row."""
 
 
 def clopper_pearson(exceeding: ArrayLike, total: ArrayLike, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
