@@ -72,8 +72,9 @@ class DamageLimits:
             _check_increase(name, states, row_of_demand)
         for name, of in ((DRIFT, "drift_limit"), ("peak_floor_acceleration", "acceleration_limit")):
             if name in demands:
-                given = zip(states, values[demands.index(name)], strict=True)
-                warn_of_implausible_limits({f" of {state!r}": limit for state, limit in given if np.isfinite(limit)}, of)
+                row = values[demands.index(name)]
+                finite = {f" of {state!r}": float(row[i]) for i, state in enumerate(states) if np.isfinite(row[i])}
+                warn_of_implausible_limits(finite, of)
         return DamageLimits(states, demands, values)
 
     @property
@@ -120,7 +121,7 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
         ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is negative
             or not finite in a sample that is ok.
     """
-    if "archetype_index" in dataset and "archetype" in dataset and np.ptp(dataset["archetype_index"].values) > 0:
+    if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
         raise ValueError(
             "this is a run of a portfolio of several archetypes: fragility() takes one archetype, "
             "select_archetype(run, name), and damage_shares(run, limits) counts all, with limits for each of "
