@@ -30,11 +30,12 @@ SCENES, BUILDINGS, MOTIONS = 10_000, 60, 4
 FINE = (4e-4, 2e-4)  # steps of the truth [s]
 OFF, SETTLED, LARGEST_IMBALANCE = 0.05, 0.01, 0.02
 DEVICES = ("", "friction_damper", "viscous_damper", "gap", "")
+WITH_GRAVITY = 3  # every third building has P-Delta
 NOMINAL = {"m": 1.25e-3, "N": 500.0, "N m-1": 4e5}  # of the buildings that the values of `springs_of_laws` are of
 METHODS_A_BUILDING = 3
 
 
-def random_building(random, law, values, device, damping):
+def random_building(random, law, values, device, damping, *, has_gravity):
     """Return a building and the scatter that lists as many random ones."""
     storeys = int(random.integers(1, 4))
     shape = (BUILDINGS, storeys)
@@ -66,6 +67,8 @@ def random_building(random, law, values, device, damping):
         nominal["velocity_exponent"] = 1.0
     elif device == "gap":
         listed |= {"clearance": own["m"] * drawn(0.5, 5), "contact_stiffness": stiffness * drawn(1, 10)}
+    if has_gravity:
+        listed["gravity_load"] = 3.0 * stiffness * drawn(0.005, 0.1)
     for name in DAMPING[damping].parameters:
         if name == "damping_ratio":
             listed[name] = drawn(0.01, 0.1)[:, 0]
@@ -118,11 +121,12 @@ def sweep(seconds):
             break
         random = np.random.default_rng([13, number])
         device, damping = DEVICES[number % len(DEVICES)], next(dampings)
-        case = f"{number}: {spring}{'+' * bool(device)}{device}, {damping}"
+        has_gravity = number % WITH_GRAVITY == 1
+        case = f"{number}: {spring}{'+' * bool(device)}{device}, {damping}{', P-Delta' * has_gravity}"
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                building, scatter = random_building(random, law, values, device, damping)
+                building, scatter = random_building(random, law, values, device, damping, has_gravity=has_gravity)
                 motions = wd.Cloud(random_motions(random))
                 scene = wd.Scene(building, motions, scatter=scatter, recorders=("drift", "energy"))
                 coarse, truth = (run(scene, dtype="float64", longest_step=step)[0] for step in FINE)

@@ -60,10 +60,10 @@ def test_the_worst_of_several_demands():
         here = run["im_level"].values == level
         counted = curves["exceeding_samples"].sel(stripe=level).values.tolist()
         assert counted == [int(state[here].sum()) for state in (light, heavy, lost)]
-    assert curves["damage_limit"].dims == ("demand", "damage_state")
-    assert np.isnan(curves["damage_limit"].sel(demand="peak_floor_acceleration", damage_state="heavy"))
+    assert curves["damage_limit"].dims == ("limited_demand", "damage_state")
+    assert np.isnan(curves["damage_limit"].sel(limited_demand="peak_floor_acceleration", damage_state="heavy"))
     assert "units" not in curves["damage_limit"].attrs  # drifts and accelerations have none in common
-    assert curves["demand_units"].sel(demand="peak_floor_acceleration").item() == "m s-2"
+    assert curves["demand_units"].sel(limited_demand="peak_floor_acceleration").item() == "m s-2"
 
 
 def test_a_limit_is_compared_in_the_precision_of_the_demand():

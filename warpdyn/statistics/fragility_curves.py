@@ -122,7 +122,7 @@ def fragility(
         )
     else:
         words = {"long_name": "limit of each demand, in its demand_units", "demand": "several"}
-        variables["damage_limit"] = ("demand", "damage_state"), checked.values, words
+        variables["damage_limit"] = ("limited_demand", "damage_state"), checked.values, words
     of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
     coordinates: dict[str, Any] = {
         "damage_state": ("damage_state", np.array(checked.states), {"long_name": "damage state"}),
@@ -136,8 +136,9 @@ def fragility(
         coordinates[counts.dim] = (counts.dim, counts.places, words | said)
     if not checked.single:
         of_each = [str(dataset[name].attrs.get("units", "1")) for name in checked.demands]
-        coordinates["demand"] = ("demand", np.array(checked.demands), {"long_name": "variable of the run"})
-        coordinates["demand_units"] = ("demand", np.array(of_each), {"long_name": "units of the variable"})
+        of_limit = "limited_demand"  # a run may have the dimension `demand`
+        coordinates[of_limit] = (of_limit, np.array(checked.demands), {"long_name": "variable of the run"})
+        coordinates["demand_units"] = (of_limit, np.array(of_each), {"long_name": "units of the variable"})
     return xr.Dataset(
         variables,
         coords=coordinates,
