@@ -1,6 +1,7 @@
 """Fragility curves of a stated precision: what is predicted, what is spent, and what bounds it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -95,12 +96,20 @@ def test_a_precision_is_met_and_records_that_bound_it_are_told():
         ({"confidence": 95}, ValueError, "confidence must be a number between 0 and 1"),
         ({"scene": 3}, TypeError, "a Scene"),
         ({"limits": {}}, ValueError, "limits must map"),
+        ({"limits": {"slight": {"peak_storey_drift_ratio": 0.01}}}, ValueError, "limits of one demand"),
     ],
 )
 def test_bad_arguments(change, error, message):
     given = {"scene": scene(3), "limits": LIMITS} | change
     with pytest.raises(error, match=message):
         wd.fragility_to(given.pop("scene"), given.pop("limits"), device="cpu", **given)
+
+
+@pytest.mark.fast
+def test_given_structures():
+    given = replace(scene(3), scatter={"stiffness": wd.GivenValues([STIFFNESS, STIFFNESS])})
+    with pytest.raises(ValueError, match=r"scatter\['stiffness'\] lists given ones"):
+        wd.fragility_to(given, LIMITS, device="cpu")
 
 
 @pytest.mark.fast

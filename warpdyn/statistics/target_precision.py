@@ -17,6 +17,7 @@ from warpdyn.core.checks import check_kind, real_number, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.incremental.capacities import capacities
+from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 from warpdyn.statistics.capacity_curves import fragility_from_capacities
 from warpdyn.statistics.demands import DRIFT
@@ -132,6 +133,17 @@ def fragility_to(
         raise ValueError(
             f"fragility_to() scales motions to levels of an acceleration, got {design.measure.name}: take "
             "SpectralAcceleration(period), or fragility_from_capacities() of capacities()"
+        )
+    given = [name for name, spread in scene.scatter.items() if isinstance(spread, GivenValues)]
+    if given:
+        raise ValueError(
+            f"fragility_to() draws as many structures as the precision takes, and scatter[{given[0]!r}] lists given "
+            "ones: take capacities() of these, and fragility_from_capacities()"
+        )
+    if isinstance(limits, Mapping) and any(isinstance(limit, Mapping) for limit in limits.values()):
+        raise ValueError(
+            "fragility_to() takes limits of one demand, demand=; for the worst of several take fragility() of a run on "
+            "stripes"
         )
     motions = len(design.motions)
     if motions < 3:
