@@ -136,7 +136,7 @@ BAD = {
     "failed": ({"collapsed": [2] * 2 + [0] * 12}, {}, "2 of 14 samples are kept out \\(2 diverged\\)"),
     "estimator": ({}, {"estimator": "tobit"}, "estimator of a cloud 'tobit'"),
     "several demands": ({}, {"limits": {"slight": {"a": 1.0, "b": 2.0}}}, "limits are of several demands"),
-    "not recorded": ({}, {"demand": "peak_floor_acceleration"}, "no 'peak_floor_acceleration'"),
+    "not recorded": ({}, {"demand": "peak_base_shear"}, "no 'peak_base_shear'"),
 }
 
 
