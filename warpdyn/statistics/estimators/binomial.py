@@ -224,8 +224,8 @@ def influences_of_cells(
     above, below = (np.exp(log_density - link.log_cumulative(side)) for side in (score, -score))
     # Of the score in both logarithms.
     slopes = np.stack([-link.deviation / dispersion + 0.0 * score, -score])
-    passing = valid[(..., *(None,) * len(rows))] - exceeding
-    bend, (over, under) = link.slope(score), (part.sum(axis=(0, 1)) for part in (exceeding, passing))
+    bend, over = link.slope(score), exceeding.sum(axis=(0, 1))
+    under = valid.sum(axis=(0, 1))[at] - over
     weight = over * above * (above - bend) + under * below * (below + bend)
     # At the maximum the second derivatives of the score itself add nothing: they multiply a gradient of 0.
     information = np.einsum("al...,bl...,l...->...ab", slopes, slopes, weight)
@@ -240,6 +240,7 @@ def influences_of_cells(
         )
         inverse = flipped / determinant[..., None, None]
     factors = np.einsum("...ab,bl...->al...", inverse, slopes)  # of a derivative in the score
-    influences = np.einsum("rgl...,al...->rga...", exceeding, factors * above)
-    influences -= np.einsum("rgl...,al...->rga...", passing, factors * below)
+    # What exceeds adds its score, what passes takes its own: counted as all that pass, and those that exceed besides.
+    influences = np.einsum("rgl...,al...->rga...", exceeding.astype(np.float64), factors * (above + below))
+    influences -= np.tensordot(valid.astype(np.float64), np.moveaxis(factors * below, 1, 0), axes=1)
     return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)
