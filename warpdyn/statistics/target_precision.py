@@ -239,11 +239,11 @@ def _variances(pilot: xr.Dataset, confidence: float) -> Variances:
             f"{pilot.attrs['highest']:g} {pilot['capacity'].attrs['units']}: are the limits in the demand's unit?"
         )
     among, within = np.zeros(known.shape[1]), np.zeros(known.shape[1])
+    rounding = math.log(PILOT_LADDER) ** 2 / 12  # of brackets that are not narrowed
     for state, of_state in enumerate(known.T):
         values = logarithm[:, of_state, state]
         if values.shape[1] < 2:
             continue
-        rounding = math.log(PILOT_LADDER) ** 2 / 12  # of brackets that are not narrowed
         within[state] = max(values.var(axis=0, ddof=1).mean() - rounding, 0.0)
         among[state] = max(values.mean(axis=0).var(ddof=1) - (within[state] + rounding) / len(values), 0.0)
     return Variances(among, within, pilot.sizes["motion"], confidence)

@@ -9,7 +9,9 @@ too narrow and lie too low, for dispersions above all (measured coverages: docs/
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import betaincinv, stdtrit
@@ -82,14 +84,14 @@ class LeftOut:
     binomial: np.ndarray
     influences: np.ndarray
 
-    @property
+    @cached_property
     def worst(self) -> LeftOut:
         """The fits at the worst place alone, which is the last of fits by place."""
         at = (slice(None), slice(None), -1)
         parts = self.whole[:, -1], self.records[at], self.groups[at]
         return LeftOut(*parts, self.interaction[:, -1], self.binomial[:, -1], self.influences[at])
 
-    @property
+    @cached_property
     def spread(self) -> Spread:
         """What is known of the sampling distribution of the logarithms."""
         return spread_of(self.whole, self.records, self.groups, self.interaction)
@@ -119,18 +121,45 @@ def leave_out(
     with np.errstate(divide="ignore"):
         whole = np.log(np.stack([median, dispersion]))
 
-    def without(exceeding: np.ndarray, valid: np.ndarray) -> np.ndarray:
-        kept, trials = counts.total - np.moveaxis(exceeding, 1, -1), counts.trials - valid
-        medians, dispersions, _ = fit(counts.levels, kept, trials[:, None, None, :], start)
+    def fitted(exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
+        medians, dispersions, _ = fit(counts.levels, exceeding, trials, start)
         return np.log(np.stack([medians, dispersions], axis=1))
 
-    shape = (0, *whole.shape)
-    records = without(counts.of_records, counts.valid.sum(axis=1)) if len(counts.valid) > 1 else np.empty(shape)
-    is_crossed = over_structures and counts.is_crossed and counts.valid.shape[1] > 1
-    groups = without(counts.of_groups, counts.valid.sum(axis=0)) if is_crossed else np.empty(shape)
+    is_crossed = _leaves_out_structures(counts, over_structures)
+    records, groups = _without_each(counts, fitted, whole.shape, is_crossed=is_crossed)
     influences, binomial = estimator.influences(counts.levels, counts.exceeding, counts.valid, median, dispersion)
     interaction = interaction_variance(influences) if is_crossed else 0 * whole
     return LeftOut(whole, records, groups, interaction, binomial, influences.sum(axis=1)), outcome
+
+
+def _leaves_out_structures(counts: StripeCounts, over_structures: bool) -> bool:
+    """Return whether groups of structures are left out as well as records."""
+    return over_structures and counts.is_crossed and counts.valid.shape[1] > 1
+
+
+def _without_each(
+    counts: StripeCounts,
+    estimate: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    shape: tuple[int, ...],
+    *,
+    is_crossed: bool,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return an estimate without each record, and without each group of structures, shape [part, ...].
+
+    Args:
+        counts: The counts.
+        estimate: Returns it of exceeding samples, shape [part, place + 1, damage_state, im_level], and of the samples
+            counted, which broadcast with these.
+        shape: Its shape without the parts.
+        is_crossed: Whether groups of structures are left out; there is no part of them else, nor of a single record.
+    """
+
+    def without(exceeding: np.ndarray, valid: np.ndarray) -> np.ndarray:
+        return estimate(counts.total - np.moveaxis(exceeding, 1, -1), (counts.trials - valid)[:, None, None, :])
+
+    none = np.empty((0, *shape))
+    records = without(counts.of_records, counts.valid.sum(axis=1)) if len(counts.valid) > 1 else none
+    return records, without(counts.of_groups, counts.valid.sum(axis=0)) if is_crossed else none
 
 
 def spread_of(estimate: np.ndarray, records: np.ndarray, groups: np.ndarray, interaction: np.ndarray) -> Spread:
@@ -195,23 +224,14 @@ def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structur
     with np.errstate(divide="ignore", invalid="ignore"):
         fraction = total / trials
 
-        def without(exceeding: np.ndarray, valid: np.ndarray) -> np.ndarray:
-            kept, kept_trials = total - np.moveaxis(exceeding, 1, -1), trials - valid
-            return kept / kept_trials[:, None, None, :]
-
-        none = np.empty((0, *fraction.shape))
-        is_crossed = over_structures and counts.is_crossed and counts.valid.shape[1] > 1
+        is_crossed = _leaves_out_structures(counts, over_structures)
         interaction = 0 * fraction
         if is_crossed:
             expected = np.moveaxis(fraction, -1, 0) * counts.valid[..., None, None]
             residual = (counts.exceeding - expected) / trials[:, None, None]
             interaction = np.moveaxis(interaction_variance(residual), 0, -1)
-        spread = spread_of(
-            fraction,
-            without(counts.of_records, counts.valid.sum(axis=1)) if len(counts.valid) > 1 else none,
-            without(counts.of_groups, counts.valid.sum(axis=0)) if is_crossed else none,
-            interaction,
-        )
+        left_out = _without_each(counts, np.divide, fraction.shape, is_crossed=is_crossed)
+        spread = spread_of(fraction, *left_out, interaction)
         records = (counts.valid.sum(axis=1) > 0).sum(axis=0)
         tail = 0.5 - 0.5 * confidence
         effective = fraction * (1 - fraction) / spread.standard_error**2
