@@ -44,6 +44,7 @@ class Design(Excitation):
     is_design = True
     motions: Sequence[GroundMotion]
     measure: IntensityMeasure
+    structures_per_motion: int | None = None  # that each motion has for itself; None where they are not its own
     _intensities: np.ndarray  # of every motion as recorded, by the design's measure
 
     def __repr__(self) -> str:

@@ -124,7 +124,7 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
     }
     dims = (*PAIR, "damage_state")
     numbers = {"units": "1"}
-    is_nested = getattr(design, "structures_per_motion", None) is not None
+    is_nested = design.structures_per_motion is not None
     label = "number among the structures of a motion" if is_nested else "index of the drawn structure"
     of_structure = numbers | {"long_name": "index of the drawn structure", "sampling": scene.sampling_of_structures}
     text = f"{design.measure.name} at which the limit is first passed"

@@ -35,7 +35,7 @@ def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
         design: The design.
         structures: Indices of the structures; where each motion has structures of its own, their numbers among these.
     """
-    own = getattr(design, "structures_per_motion", None)
+    own = design.structures_per_motion
     motions = np.arange(len(design.motions))
     if own:
         return structures[:, None] + own * motions
