@@ -11,6 +11,7 @@ STRIPED = "stripes"
 STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")
 # A drift beyond this many storey heights is a numerical blow-up that has not become infinite yet, not a collapse.
 LARGEST_DRIFT_RATIO = 1e3
+LARGEST_EXCLUDED_FRACTION = 0.01  # of samples or pairs that failed; with more of them statistics are refused
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 from warpdyn.core.checks import check_kind, one_of, real_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.progress import counted_histories
 from warpdyn.ground_motions.designs import Cloud, Design, Stripes
@@ -28,7 +29,6 @@ from warpdyn.scene.scene import Scene
 PAIRS_AT_A_TIME = 2**16
 FIRST_SHARE = 1e-3  # level of the elastic run, over the middle of the intensities as recorded
 BEYOND_ELASTIC = 4.0  # highest level of a cloud, over the largest that the first structure's elastic response needs
-LARGEST_FAILED_FRACTION = 0.01  # with a larger fraction of failed pairs an error is raised
 
 
 def capacities(
@@ -150,7 +150,7 @@ def capacities(
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
         highest = float(design.levels_in_g[-1])
-    own = getattr(design, "structures_per_motion", None) or run.structures
+    own = design.structures_per_motion or run.structures
     findings = StabilityFindings(own * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
@@ -256,9 +256,9 @@ def _refuse_failed(found: Found, run: Run) -> None:
     first = int(failed.ravel().argmax())
     where = f"{count} of {failed.size} pairs of a structure and a motion failed, the first of them structure "
     where += f"{first // failed.shape[1]} under motion {first % failed.shape[1]}: {found.reasons()}"
-    if count > LARGEST_FAILED_FRACTION * failed.size:
+    if count > LARGEST_EXCLUDED_FRACTION * failed.size:
         raise ValueError(
-            f"{where}; at most {100 * LARGEST_FAILED_FRACTION:g} % may. Take a smaller step or another method"
+            f"{where}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may. Take a smaller step or another method"
         )
     warn_caller(f"{where}; their capacities are NaN. A shorter step may hold")
 

@@ -9,10 +9,10 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
-from warpdyn.core.output_variables import COLLAPSED, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import IN_G
-from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
+from warpdyn.statistics.stripe_counts import decoded_status
 
 LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
 _FUNCTION = "storey_losses"

@@ -7,6 +7,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
@@ -21,7 +22,6 @@ from warpdyn.statistics.lognormal_fit import (
     SEPARATED,
     check_confidence,
 )
-from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION
 
 PAIRS = ("structure", "motion")
 _ADVICE = "give what capacities() returned"

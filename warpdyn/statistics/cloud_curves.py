@@ -9,7 +9,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, STATUS_MEANINGS
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit, checked_demand
 from warpdyn.statistics.estimators import FIT_MEANINGS
@@ -18,7 +18,7 @@ from warpdyn.statistics.estimators.cloud import CloudFits, fit_censored, fit_wit
 from warpdyn.statistics.fragility_curves import OVER
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import FITTED, NO_EXCEEDANCE, NO_FINITE_MEDIAN, NOT_INCREASING, check_confidence
-from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status, structure_label
+from warpdyn.statistics.stripe_counts import decoded_status, structure_label
 
 METHODS = {
     "censored": "regression of ln demand on ln intensity by maximum likelihood, collapses right-censored (Tobin 1958)",

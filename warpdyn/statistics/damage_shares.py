@@ -11,12 +11,12 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, OK, STRIPED
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import IN_G
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.running.selections import archetypes_of
-from warpdyn.statistics.stripe_counts import LARGEST_EXCLUDED_FRACTION, decoded_status
+from warpdyn.statistics.stripe_counts import decoded_status
 
 SAMPLES_AT_A_TIME = 2**18  # read from a file
 FAILED = -1

@@ -9,10 +9,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, STATUS_MEANINGS, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS, STRIPED
 from warpdyn.statistics.demands import DRIFT, DamageLimits, damage_of
 
-LARGEST_EXCLUDED_FRACTION = 0.01  # with a larger fraction of failed samples an error is raised
 MOST_GROUPS = 64  # of structures; more would not make the variance among them better known than that among records
 
 _NEEDS_STRIPES = (
