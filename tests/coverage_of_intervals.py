@@ -165,7 +165,7 @@ def coverage(case: Case, records: int, design: str, sampling: str, replications:
     together = whole.assign_coords(motion_index=whole["motion_index"] + records * whole["replication"])
     truth = wd.fragility(together, case.limits, intervals_over="records")
     parts = [whole.isel(sample=slice(number * samples, (number + 1) * samples)) for number in range(replications)]
-    with multiprocessing.get_context("fork").Pool(len(os.sched_getaffinity(0))) as processes:
+    with multiprocessing.get_context("spawn").Pool(len(os.sched_getaffinity(0))) as processes:
         return np.mean(processes.map(partial(covers, limits=case.limits, truth=truth), parts), axis=0)
 
 
