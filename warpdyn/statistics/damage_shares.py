@@ -130,7 +130,9 @@ def damage_shares(
         if "motion_name" in run:
             variables["motion_name"] = run["motion_name"].variable
     if is_striped:
-        level = {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G}
+        units_of_level = str(run["im_level"].attrs.get("units", "g"))
+        comment = {"comment": IN_G} if units_of_level == "g" else {}
+        level = {"long_name": "intensity of the stripe", "units": units_of_level} | comment
         coordinates["stripe"] = ("stripe", levels, level)
     return xr.Dataset(variables, coordinates, run.attrs)
 
