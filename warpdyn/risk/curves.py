@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of
+from warpdyn.risk.hazard.measures import same_measure, warn_unless_compared
 from warpdyn.risk.hazard_curves import Hazard
-from warpdyn.risk.hazard_files import same_measure
 from warpdyn.statistics.estimators import LOGNORMAL
 
 ADVICE = "give what fragility(run, limits) returned"
@@ -91,7 +91,8 @@ def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> Non
             f"{function}: the hazard is in {hazard.units!r} and the medians in {units!r}: convert the hazard's "
             "intensities"
         )
-    if not same_measure(hazard.measure, measure):
+    warn_unless_compared(f"{function}: the hazard and the curves", hazard.measure, measure)
+    if same_measure(hazard.measure, measure) is False:
         raise ValueError(
             f"{function}: the hazard is of {hazard.measure!r} and the curves are of {measure!r}; take the hazard of "
             "that measure (interpolate between periods), or measure='' if they are to be taken as one"
