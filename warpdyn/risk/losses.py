@@ -10,10 +10,9 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.risk.annual_rates import annual_rates, warn_of_extrapolation, weighted_bounds
+from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
 from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree, branches_of
-from warpdyn.risk.integrals import rates_by_segment
 from warpdyn.risk.vulnerability import Ratios, checked_ratios, rates_in_states, warn_of_crossing
 from warpdyn.statistics.lognormal_fit import check_confidence
 
@@ -37,10 +36,12 @@ def annual_losses(
     Losses follow from the annual rates of the damage states: the expected loss is the sum of rate times mean ratio of
     each state, and the rate at which a loss is exceeded the sum of rate times probability of exceedance, by the beta
     distribution of the state's ratio. Ratios without a coefficient of variation make a curve of steps. Occurrences are
-    a Poisson process, and the building is repaired between them. Intervals are those of `annual_rates`.
+    a Poisson process, and the building is repaired between them. Intervals are those of `annual_rates`. As in
+    `vulnerability`, a heavier state is never likelier than a lighter one at any intensity: where fitted curves cross,
+    the lower probability holds for both, a warning names them, and rates are those of these probabilities.
 
     Args:
-        curves: What `fragility` returned.
+        curves: As of `annual_rates`.
         hazard: The hazard of the curves' intensity measure.
         loss_ratios: As of `vulnerability`.
         replacement_value: Value of the building, in the currency in which losses are wanted; 1 for loss ratios.
@@ -70,15 +71,10 @@ def annual_losses(
     if periods.ndim != 1 or np.any(periods <= 0):
         raise ValueError("return_periods must be a row of years above 0")
     warn_of_crossing(found)
-    rates = annual_rates(curves, tree, confidence=confidence)  # warns of what is extrapolated
-    sampled = rates["branch_annual_rate"].values[None]
-    if found.replicate_median is not None and found.replicate_dispersion is not None:
-        each = [
-            rates_by_segment(one, found.replicate_median, found.replicate_dispersion).sum(-1) for one in tree.curves
-        ]
-        sampled = np.stack(each, axis=1)
-    in_state = rates_in_states(rates["annual_rate"].values)
-    in_state_sampled = rates_in_states(sampled)
+    rate = tree.weights @ found.rates(tree, ordered=True)
+    warned_shares(found, tree, rate)
+    in_state = rates_in_states(rate)
+    in_state_sampled = rates_in_states(found.sampled_rates(tree, ordered=True))
 
     def rate_of_loss(side: int, ratio: float) -> float:
         """Return estimate or bound of the rate at which a loss ratio is exceeded."""

@@ -12,9 +12,9 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit, checked_demand
-from warpdyn.statistics.estimators import FIT_MEANINGS
+from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
-from warpdyn.statistics.estimators.cloud import CloudFits, fit_censored, fit_with_collapse
+from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits, fit_censored, fit_with_collapse
 from warpdyn.statistics.fragility_curves import OVER
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import FITTED, NO_EXCEEDANCE, NO_FINITE_MEDIAN, NOT_INCREASING, check_confidence
@@ -138,7 +138,7 @@ def fragility_of_cloud(
         intensity_measure=measure,
         demand=checked.single,
         fragility_method=METHODS[estimator],
-        fragility_shape="lognormal" if estimator == "censored" else "of demand and collapse",
+        fragility_shape=LOGNORMAL.name if estimator == "censored" else DEMAND_AND_COLLAPSE,
     )
 
 
