@@ -18,6 +18,7 @@ from warpdyn.plots.style import (
     SMALL,
     Colours,
     Drawn,
+    check_kept,
     colours_of,
     grid,
     legend,
@@ -105,14 +106,12 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the dataset lacks the contributions.
+        ValueError: If the dataset lacks the contributions, or one damage state alone was selected.
         TypeError: If `dataset` is no Dataset.
     """
     needed = "contribution", "intensity_lower", "intensity_upper", "modal_intensity", "annual_rate", "damage_state"
     check_dataset("plots.disaggregation", dataset, *needed, advice="draw what disaggregate(curves, hazard) returned")
-    if not dataset["damage_state"].ndim:  # one that was selected, as by dataset.sel(damage_state="complete")
-        of_states = [name for name in dataset if not str(name).startswith("intensity_")]
-        dataset = dataset.assign({name: dataset[name].expand_dims("damage_state") for name in of_states})
+    check_kept("disaggregation", "contributions", dataset, "damage_state", "intensity")
     result, (axes,) = panels("disaggregation", ax, size=(6.4, 4.2))
     edges = np.append(dataset["intensity_lower"].values, dataset["intensity_upper"].values[-1])
     units = dataset["intensity"].attrs.get("units", "g")
@@ -158,6 +157,7 @@ def vulnerability(
     """
     needed = "mean_loss_ratio", "coefficient_of_variation", "intensity"
     check_dataset("plots.vulnerability", dataset, *needed, advice="draw what vulnerability(curves, ratios) returned")
+    check_kept("vulnerability", "loss ratios", dataset, "intensity")
     result, (axes,) = panels("vulnerability", ax, size=(6.4, 4.2))
     levels, mean = dataset["intensity"].values, dataset["mean_loss_ratio"].values
     low, high = _beta_range(mean, dataset["coefficient_of_variation"].values)
@@ -197,6 +197,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     needed = "loss_exceedance_rate", "return_period_loss", "expected_annual_loss", "loss"
     advice = "draw what annual_losses(curves, hazard, ratios) returned"
     check_dataset("plots.loss_exceedance", dataset, *needed, advice=advice)
+    check_kept("loss_exceedance", "losses", dataset, "loss", "return_period")
     result, (axes,) = panels("loss_exceedance", ax, size=(6.4, 4.2))
     losses, rate = dataset["loss"].values, dataset["loss_exceedance_rate"].values
     shown = rate > 0
