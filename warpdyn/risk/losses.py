@@ -7,9 +7,11 @@ from functools import partial
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
 from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree, branches_of
@@ -67,9 +69,7 @@ def annual_losses(
     ratios = checked_ratios("annual_losses", loss_ratios, found.names)
     value = real_number("replacement_value", replacement_value, above=0)
     check_confidence(confidence)
-    periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
-    if periods.ndim != 1 or np.any(periods <= 0):
-        raise ValueError("return_periods must be a row of years above 0")
+    periods = checked_periods(return_periods)
     warn_of_crossing(found)
     rate = tree.weights @ found.rates(tree, ordered=True)
     warned_shares(found, tree, rate)
@@ -150,6 +150,17 @@ def annual_losses(
             **interval_attributes(found, len(tree.curves), confidence),
         },
     )
+
+
+def checked_periods(return_periods: ArrayLike) -> np.ndarray:
+    """Return a row of return periods [year], with a warning of what seem to be rates."""
+    periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
+    if periods.ndim != 1 or np.any(periods <= 0):
+        raise ValueError("return_periods must be a row of years above 0")
+    findings = PlausibilityFindings()
+    findings.add("return_period", periods)
+    findings.warn()
+    return periods
 
 
 def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
