@@ -9,9 +9,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
-from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_levels
 from warpdyn.core.plausibility import warn_of_implausible_limits
-from warpdyn.core.units import IN_G, STANDARD_GRAVITY
+from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.statistics.stripe_counts import decoded_status
 
 LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
@@ -126,9 +126,9 @@ def storey_losses(
     collapsed = [
         (status[(stripe == i) & ~failed] == COLLAPSED).mean() if rows[i].size else np.nan for i in range(levels.size)
     ]
-    measure = run["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    measure = measure_of_levels(run["im_level"].attrs)
     units = str(run["im_level"].attrs.get("units", "g"))
-    of_stripe = {"long_name": "intensity of the stripe", "units": units} | ({"comment": IN_G} if units == "g" else {})
+    of_stripe = {"long_name": "intensity of the stripe"} | unit_attributes(units)
     return (
         result.assign(
             mean_loss_ratio=("intensity", mean, unit | {"long_name": "mean loss ratio of the stripe"}),

@@ -9,7 +9,13 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
+from warpdyn.core.output_variables import (
+    COLLAPSED,
+    DIVERGED,
+    LARGEST_EXCLUDED_FRACTION,
+    STATUS_MEANINGS,
+    measure_of_levels,
+)
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit, checked_demand
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
@@ -133,7 +139,7 @@ def fragility_of_cloud(
         result[name] = ((), number, {"long_name": words, "units": "1"})
     of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
     result["damage_limit"] = ("damage_state", limit, {"long_name": f"limit of {checked.single}"} | of_demand)
-    measure = dataset["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    measure = measure_of_levels(dataset["im_level"].attrs)
     return result.assign_attrs(
         intensity_measure=measure,
         demand=checked.single,
