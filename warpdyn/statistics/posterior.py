@@ -15,8 +15,8 @@ from warpdyn.core.units import unit_attributes
 from warpdyn.statistics.curve_variables import fit_flags
 from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
-from warpdyn.statistics.estimators.newton import covariance_of_influences
 from warpdyn.statistics.lognormal_fit import FITTED, check_confidence, levels_to_add
+from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
 PRIORS = {"median": "theta", "dispersion": "beta"}  # and what pyFragility calls them
