@@ -116,6 +116,15 @@ def test_logit_curves_of_a_run_are_taken_with_their_replicates():
     assert losses["expected_annual_loss_lower"] < losses["expected_annual_loss"] < losses["expected_annual_loss_upper"]
 
 
+def test_a_state_without_replicates_takes_none_from_the_others():
+    medians, spread = np.full((50, 2), [0.2, np.nan]), np.full((50, 2), [0.3, np.nan])
+    found = wd.annual_rates(loglogistic(STATES, replicates=(medians, spread)), BENT)
+    np.testing.assert_allclose(found["annual_rate_upper"], [found["annual_rate"][0], np.nan], rtol=1e-12)
+    for make in (curves, loglogistic):  # of the heavier state nothing is known, and so of the loss
+        losses = wd.annual_losses(make(STATES, replicates=(medians, spread)), BENT, {"slight": 0.1, "complete": 1.0})
+        assert np.isnan(losses["expected_annual_loss_upper"])
+
+
 def test_curves_of_demand_and_collapse_agree_with_quad():
     im, edp, collapsed = with_collapses()
     limits = {"slight": 0.02, "complete": 0.05}
@@ -281,7 +290,7 @@ def test_replicates_that_cross_are_ordered_too():
             assert rates[row, place] == pytest.approx(truth, rel=CLOSE)
 
 
-def test_penalised_fits_are_told_once():
+def test_penalised_fits_are_told_once(tmp_path):
     status = ("damage_state", np.array([0, FIT_MEANINGS.index("penalised")], np.int8))
     given = curves(STATES).assign(fit_status=status)
     calls = {
@@ -291,6 +300,9 @@ def test_penalised_fits_are_told_once():
         "annual_losses": lambda: wd.annual_losses(given, BENT, {"slight": 0.1, "complete": 1.0}),
         "check_risk_target": lambda: wd.check_risk_target(given, BENT),
         "hazard_and_rates": lambda: wd.plots.hazard_and_rates(given, BENT),
+        "write_nrml_fragility": lambda: wd.write_nrml_fragility(
+            {"A": given.assign_attrs(intensity_measure="PGA")}, tmp_path / "model.xml", no_damage_limit=0.01
+        ),
     }
     for name, call in calls.items():
         with warnings.catch_warnings(record=True) as told:

@@ -144,7 +144,7 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
     if hazard is not None:
         check_hazard(function, hazard, units, measure)
     shape = shape_of(function, curves, table, median, dispersion)
-    _warn_of_penalised(curves, names)
+    warn_of_penalised(curves, names)
     replicates = (None, None) if table is not None else _replicates(curves, len(names))
     return Curves(names, shape, median, dispersion, *replicates, units, measure, table)
 
@@ -165,7 +165,7 @@ def _checked_parameters(function: str, curves: xr.Dataset, names: tuple[str, ...
     return median, dispersion
 
 
-def _warn_of_penalised(curves: xr.Dataset, names: tuple[str, ...]) -> None:
+def warn_of_penalised(curves: xr.Dataset, names: tuple[str, ...]) -> None:
     """Warn of states whose stripes hardly tell a dispersion, which rates and losses depend on."""
     if "fit_status" not in curves or curves["fit_status"].dims != ("damage_state",):
         return

@@ -14,7 +14,8 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
 from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes
-from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree, branches_of
+from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
+from warpdyn.risk.integrals.linear import loss_of_year, part_above
 from warpdyn.risk.vulnerability import Ratios, checked_ratios, rates_in_states, warn_of_crossing
 from warpdyn.statistics.lognormal_fit import check_confidence
 
@@ -204,7 +205,7 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
     check_hazard(name, tree, units, str(vulnerability.attrs.get("intensity_measure", "")))
     if levels[0] == 0 and mean[0] > 0:
         raise ValueError(f"{name}: the loss ratio at intensity 0 is {mean[0]:g}; it must be 0")
-    ratios = np.array([_loss_of_year(curve, levels, mean) for curve in tree.curves])
+    ratios = np.array([loss_of_year(curve, levels, mean) for curve in tree.curves])
     whole = float(tree.weights @ ratios)
     above = mean[-1] * float(tree.rate_of(levels[-1]))
     if whole > 0:
@@ -253,36 +254,9 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, u
     outside = np.zeros((2, 1))
     for weight, one in zip(tree.weights, tree.curves, strict=True):
         start, end = one.intensity[[0, -1]]
-        beyond = [_loss_of_year(one, *_from(level, levels, mean)) for level in (start, end)]
-        outside += weight * np.array([[_loss_of_year(one, levels, mean) - beyond[0]], [beyond[1]]])
+        beyond = [loss_of_year(one, *part_above(level, levels, mean)) for level in (start, end)]
+        outside += weight * np.array([[loss_of_year(one, levels, mean) - beyond[0]], [beyond[1]]])
     warn_of_extrapolation(("the expected loss",), outside / whole, tree.curves, "expected_annual_loss")
-
-
-def _from(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of a function above an intensity, which begins with its loss there."""
-    if start <= levels[0]:
-        return levels, mean
-    above = levels > start
-    further = np.append(levels[above], max(levels[-1], 2 * start) if not above.any() else [])
-    return np.append(start, further), np.append(np.interp(start, levels, mean), np.interp(further, levels, mean))
-
-
-def _loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> float:
-    """Return the integral of a function that is linear between levels over a hazard curve, exact on each segment."""
-    if levels[0] == 0:  # at which the rate of an extrapolated curve has no bound
-        begin = min(curve.intensity[0], levels[1])
-        mean = np.append(np.interp(begin, levels, mean), mean[levels > begin])
-        levels = np.append(begin, levels[levels > begin])
-    within = curve.intensity[(curve.intensity > levels[0]) & (curve.intensity < levels[-1])]
-    edges = np.unique(np.concatenate([levels, within]))
-    low, log_ratio = edges[:-1], np.diff(np.log(edges))
-    segment = np.clip(np.searchsorted(curve.intensity, low, side="right") - 1, 0, curve.slopes.size - 1)
-    power = 1 - curve.slopes[segment]
-    is_one = power == 0  # where the integral of 1 / x is a logarithm
-    width = np.where(is_one, log_ratio, np.expm1(power * log_ratio) / np.where(is_one, 1.0, power))
-    # By parts: the loss at the first level, and its rise from edge to edge at the rate of the intensities between.
-    rise = np.diff(np.interp(edges, levels, mean)) / np.diff(edges)
-    return float(mean[0] * curve.rate_of(levels[0]) + rise @ (curve.rate_of(low) * low * width))
 
 
 def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates: np.ndarray, rate: float) -> float:

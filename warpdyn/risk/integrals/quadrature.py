@@ -97,15 +97,19 @@ class NumericalShape:
         shape, states = median.shape, median.shape[-1]
         middle, spread = median.reshape(-1, states), dispersion.reshape(-1, states)
         parts = np.full((len(middle), states, edges.size + 1), np.nan)
-        # Rows of like dispersions have panels of like width. A replicate that is not known stays unknown.
-        rows = np.flatnonzero(np.isfinite(middle).all(axis=1) & np.isfinite(spread).all(axis=1))
+        # A state that a replicate has no curve of stays unknown; meanwhile it has that of another state.
+        known = np.isfinite(middle) & np.isfinite(spread)
+        first = np.argmax(known, axis=1)[:, None]
+        middle, spread = (np.where(known, part, np.take_along_axis(part, first, 1)) for part in (middle, spread))
+        # Rows of like dispersions have panels of like width.
+        rows = np.flatnonzero(known.any(axis=1))
         rows = rows[np.argsort(spread[rows].min(axis=1))]
         while rows.size:
             panels = self._panels(hazard, edges, middle[rows[:1]], spread[rows[:1]])
             size = max(1, _AT_A_TIME // (panels.size * _NODES.size * states))
             some, rows = rows[:size], rows[size:]
             panels = self._panels(hazard, edges, middle[some], spread[some])
-            parts[some] = self._integrated(hazard, edges, panels, middle[some], spread[some], ordered)
+            parts[some] = self._integrated(hazard, edges, panels, middle[some], spread[some], known[some], ordered)
         parts = parts.reshape(*shape, edges.size + 1)
         return parts[..., 1:-1], parts[..., 0], parts[..., -1]
 
@@ -136,6 +140,7 @@ class NumericalShape:
         panels: np.ndarray,
         median: np.ndarray,
         dispersion: np.ndarray,
+        known: np.ndarray,
         ordered: bool,
     ) -> np.ndarray:
         """Return the rates from below the first edge, from each bin and from above, shape [row, damage_state, part]."""
@@ -146,14 +151,13 @@ class NumericalShape:
         slope = hazard.slopes[segment][:, None]
         # Rates relative to the segment's, by the panel's slope: an end of a panel is rounded to either side of a point.
         occurring = slope * hazard.annual_rate[segment][:, None] * np.exp(-slope * (nodes - points[segment][:, None]))
-        probable = self.probability(np.exp(nodes.ravel()), median, dispersion)
+        at_nodes = np.append(nodes.ravel(), panels[[0, -1]])
+        probable = np.where(known[..., None], self.probability(np.exp(at_nodes), median, dispersion), np.nan)
         if ordered:
             probable = np.minimum.accumulate(probable, axis=-2)
+        probable, at_ends = probable[..., :-2], probable[..., -2:]
         weighted = (probable * (occurring * half[:, None] * _WEIGHTS).ravel()).reshape(*median.shape, -1, _NODES.size)
         of_panels = weighted.sum(axis=-1)
-        at_ends = self.probability(np.exp(panels[[0, -1]]), median, dispersion)
-        if ordered:
-            at_ends = np.minimum.accumulate(at_ends, axis=-2)
         bins = np.searchsorted(np.log(edges), 0.5 * (panels[:-1] + panels[1:]))
         parts = np.stack([of_panels[..., bins == part].sum(axis=-1) for part in range(edges.size + 1)], axis=-1)
         parts[..., -1] += at_ends[..., 1] * hazard.rate_of(np.exp(panels[-1]))
