@@ -4,6 +4,7 @@ import json
 import warnings
 
 import numpy as np
+import pyFragility
 import pytest
 from fragility_parameters import curves
 
@@ -205,6 +206,28 @@ def test_curves_above_the_highest_hazard_are_told():
             wd.HazardCurve(*high, measure=measure)
     wd.HazardCurve(9.80665 * LEVELS[2:], ACTIVE[2:], measure="PGA", units="m s-2")
     wd.HazardCurve(9.80665 * LEVELS[2:], QUIET[2:], measure="PGA")  # as of an active site: nothing tells the mistake
+
+
+# Public curves: of pyFragility's wood frames, and of the USGS for Concord (California), as in USGS above.
+WOOD_FRAME = pyFragility.datasets.load_msa_wood_frame().hazard
+PUBLIC = {
+    "SA(0.5)": (np.asarray(WOOD_FRAME.im), np.asarray(WOOD_FRAME.annual_rate)),
+    "SA(0.2)": (
+        np.array([0.128, 0.288, 0.649, 1.46, 3.28]),
+        np.array([2.85270518e-03, 2.83008128e-03, 2.28696055e-03, 6.77886373e-04, 2.95347392e-05]),
+    ),
+}
+
+
+@pytest.mark.parametrize("measure", PUBLIC)
+def test_public_curves_are_usual_and_their_mistakes_are_not(measure):
+    intensity, rate = PUBLIC[measure]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.HazardCurve(intensity, rate, measure=measure)
+    for wrong in ((9.80665 * intensity, rate), (intensity, -np.expm1(-50 * rate))):
+        with pytest.warns(UserWarning, match="implausible input"):
+            wd.HazardCurve(*wrong, measure=measure)
 
 
 @pytest.mark.parametrize("names", [("Housner intensity", "PGA"), ("PGA", "spectral acceleration at 1 s")])

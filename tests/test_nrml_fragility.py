@@ -135,9 +135,14 @@ def test_curves_written_as_of_another_measure_are_warned_of(tmp_path):
     for measure in ("PGA", "SA(1.0)"):
         with pytest.warns(UserWarning, match=r"'A': the intensities are of 'Sa\(0.3 s, 5 %\)', and are written as if"):
             wd.write_nrml_fragility(curves, tmp_path / "model.xml", measure=measure)
+    unknown = {"A": make_curves(measure="Housner intensity")}
+    with pytest.warns(UserWarning, match="of 'Housner intensity', and are written as if they were of PGA"):
+        wd.write_nrml_fragility(unknown, tmp_path / "model.xml", measure="PGA")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wd.write_nrml_fragility(curves, tmp_path / "model.xml", measure="SA(0.3)")
+        unnamed = {"A": make_curves(measure="intensity measure")}  # as of a run that names none
+        wd.write_nrml_fragility(unnamed, tmp_path / "model.xml", measure="PGA")
 
 
 def test_warpdyn_s_own_names_are_all_understood():

@@ -6,7 +6,7 @@ import xarray as xr
 
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.risk.hazard.measures import measure_named, same_measure
+from warpdyn.risk.hazard.measures import UNNAMED, measure_named, same_measure
 
 # Units of OpenQuake's measures (openquake.hazardlib.imt) that warpdyn has too.
 UNITS = {
@@ -99,7 +99,7 @@ def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
         name = openquake_measure(text)
     except ValueError as error:
         raise ValueError(f"{what}: {error}") from None
-    if given is not None and own and same_measure(str(own), name) is not True:
+    if given is not None and own is not None and own not in UNNAMED and same_measure(str(own), name) is not True:
         warn_caller(f"{what}: the intensities are of {own!r}, and are written as if they were of {name}")
     return name
 
