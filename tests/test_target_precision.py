@@ -119,8 +119,8 @@ def test_too_few_motions():
 
 
 @pytest.mark.fast
-def test_an_intensity_that_is_no_acceleration_is_refused():
+def test_an_intensity_that_does_not_grow_is_refused():
     given = scene(3)
-    velocities = wd.Scene(given.structure, wd.Cloud(given.excitation.motions, wd.PeakGroundVelocity()), given.scatter)
-    with pytest.raises(ValueError, match="levels of an acceleration, got PGV"):
-        wd.fragility_to(velocities, LIMITS, device="cpu")
+    durations = wd.Scene(given.structure, wd.Cloud(given.excitation.motions, wd.SignificantDuration()), given.scatter)
+    with pytest.raises(ValueError, match="D5-95 does not grow with a motion's scale"):
+        wd.fragility_to(durations, LIMITS, device="cpu")

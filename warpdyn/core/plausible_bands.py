@@ -90,6 +90,7 @@ _FACTOR: Mistakes = _with("motions", ACCELERATION, -1) | {
 _FACTOR |= {"with levels given in m/s2": 1 / STANDARD_GRAVITY}
 _LEVEL: Mistakes = {f"given in {unit}": ours / STANDARD_GRAVITY for unit, ours in ACCELERATION.items() if unit != "g"}
 _LEVEL |= {"given in m/s2": 1 / STANDARD_GRAVITY}
+_IN_VELOCITIES = _given({"cm/s": 1e-2, "mm/s": 1e-3})
 _RATIO = _given(IN_PERCENT) | {"given as a drift in mm of a storey of 3 m": 1 / 3000}
 _SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
 _AS_FREQUENCY: Mistakes = {"given as a frequency in Hz": None}
@@ -216,6 +217,24 @@ BANDS: Mapping[str, Band] = {
     "scale_factor": Band("median scale factor", "1", 0.0, 10.0, _FACTOR | _with("scale", IN_PERCENT)),
     "intensity_level": Band("intensity level", "g", 0.0, 8.0, _LEVEL),
     "lowest_intensity_level": Band("lowest intensity level", "g", 0.0, 1.5, _LEVEL),
+    # Of records the largest PGV is some 3 m/s, PGD 10 m, Arias intensity 30 m/s and CAV 50 m/s; levels go beyond.
+    "velocity_level": Band("level of the peak ground velocity", "m/s", 0.0, 10.0, _IN_VELOCITIES),
+    "lowest_velocity_level": Band("lowest level of the peak ground velocity", "m/s", 0.0, 2.0, _IN_VELOCITIES),
+    "displacement_level": Band("level of the peak ground displacement", "m", 0.0, 20.0, _given(LENGTH)),
+    "lowest_displacement_level": Band("lowest level of the peak ground displacement", "m", 0.0, 1.5, _given(LENGTH)),
+    "arias_level": Band("level of the Arias intensity", "m/s", 0.0, 200.0, _IN_VELOCITIES),
+    "lowest_arias_level": Band("lowest level of the Arias intensity", "m/s", 0.0, 10.0, _IN_VELOCITIES),
+    "absolute_velocity_level": Band("level of the cumulative absolute velocity", "m/s", 0.0, 200.0, _IN_VELOCITIES),
+    "lowest_absolute_velocity_level": Band(
+        "lowest level of the cumulative absolute velocity", "m/s", 0.0, 30.0, _IN_VELOCITIES
+    ),
+    "scale_factor_to_level": Band(
+        "median scale factor",
+        "1",
+        0.0,
+        10.0,
+        _with("motions", ACCELERATION, -1) | {"with levels given in another unit": None},
+    ),
     "measure_period": Band(
         "period of the intensity measure or spectrum", "s", 5e-3, 20.0, _given(TIME) | _AS_FREQUENCY
     ),

@@ -149,7 +149,7 @@ def capacities(
     elif highest is not None:
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
-        highest = float(design.levels_in_g[-1])
+        highest = float(design.levels[-1])
     own = design.structures_per_motion or run.structures
     findings = StabilityFindings(own * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]

@@ -10,7 +10,7 @@ from warpdyn.core.thread_pool import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.propagators import pack_linear
-from warpdyn.integration.time_grid import Schedule
+from warpdyn.integration.time_grid import Schedule, motions_of_all
 from warpdyn.kernels.arguments import check_held
 
 if TYPE_CHECKING:
@@ -83,12 +83,14 @@ def pack_samples(
     # Longest first, so that no thread waits long for the last history of another.
     order = _longest_first(run_intervals)
     if by_intensity:
-        level = assignment.scale if assignment.im_level is None else assignment.im_level
-        strongest = np.lexsort((assignment.motion, -level))
+        strongest = _strongest_first(place, assignment)
         order = strongest[_longest_first(run_intervals[strongest])]
-    kinds = np.unique(substeps)
-    parts = [order[substeps[order] == kind] for kind in kinds] if kinds.size > 1 else [order]
-    order = np.concatenate(parts)
+    kinds = _distinct(substeps)
+    parts = [order]
+    if kinds.size > 1:
+        in_order = substeps[order]
+        parts = [order[in_order == kind] for kind in kinds]
+        order = np.concatenate(parts)
     common = {
         "structure": place[::repeats],
         "motion": assignment.motion[::repeats],
@@ -97,8 +99,11 @@ def pack_samples(
         "residual_steps": residual_steps,
     }
     own = {"output": columns, "scale": assignment.scale} | ({} if number is None else {"number": number})
-    arrays = {name: np.repeat(values[order], repeats) for name, values in common.items()}
-    arrays |= {name: values.reshape(-1, repeats)[order].ravel() for name, values in own.items()}
+    if repeats == 1:
+        arrays = {name: values[order] for name, values in (common | own).items()}
+    else:
+        arrays = {name: np.repeat(values[order], repeats) for name, values in common.items()}
+        arrays |= {name: values.reshape(-1, repeats)[order].ravel() for name, values in own.items()}
     return arrays, [(int(kind), part.size * repeats) for kind, part in zip(kinds, parts, strict=True)]
 
 
@@ -108,3 +113,20 @@ def _longest_first(durations: np.ndarray) -> np.ndarray:
     coarser = max(0, int(shorter.max()).bit_length() - SORTED_BITS)
     # Numbers of 16 bits are sorted without comparisons, in a tenth of the time.
     return np.argsort((shorter >> coarser).astype(np.uint16), kind="stable")
+
+
+def _strongest_first(place: np.ndarray, assignment: Assignment) -> np.ndarray:
+    """Return the order of falling intensities, and of motions where these are equal."""
+    level = assignment.scale if assignment.im_level is None else assignment.im_level
+    shared = len(motions_of_all(place, assignment.motion))
+    if shared and (level.reshape(-1, shared) == level[:shared]).all():
+        of_one = np.lexsort((assignment.motion[:shared], -level[:shared]))
+        return np.add.outer(of_one, np.arange(0, place.size, shared)).ravel()
+    return np.lexsort((assignment.motion, -level))
+
+
+def _distinct(counts: np.ndarray) -> np.ndarray:
+    """Return the distinct ones of some positive counts, in order; small ones are counted, which takes no sorting."""
+    if counts.size and counts.max() <= counts.size:
+        return np.flatnonzero(np.bincount(counts))
+    return np.unique(counts)

@@ -111,8 +111,8 @@ def fragility_to(
         chosen and spent: structures_per_motion, method, dtype, longest_step (by `plan`), histories and pilot_histories.
 
     Raises:
-        ValueError: If the intensity is no acceleration, there are fewer than three motions, the precision is not
-            between 0.001 and 1, no pair of the pilot reaches a limit, or as `capacities` and `plan`.
+        ValueError: If the intensity does not grow with the scale, there are fewer than three motions, the precision is
+            not between 0.001 and 1, no pair of the pilot reaches a limit, or as `capacities` and `plan`.
         TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
 
     Example:
@@ -129,11 +129,6 @@ def fragility_to(
     design = scene.excitation
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
         raise TypeError("fragility_to() takes a scene of one structure under a Cloud or Stripes of motions")
-    if design.intensity_units != "g":
-        raise ValueError(
-            f"fragility_to() scales motions to levels of an acceleration, got {design.measure.name}: take "
-            "SpectralAcceleration(period), or fragility_from_capacities() of capacities()"
-        )
     given = [name for name, spread in scene.scatter.items() if isinstance(spread, GivenValues)]
     if given:
         raise ValueError(
