@@ -13,7 +13,7 @@ from warpdyn.core.checks import check_dataset, real_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, OK, STRIPED
 from warpdyn.core.plausibility import warn_of_implausible_limits
-from warpdyn.core.units import IN_G
+from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.running.selections import archetypes_of
 from warpdyn.statistics.stripe_counts import decoded_status
@@ -131,8 +131,7 @@ def damage_shares(
             variables["motion_name"] = run["motion_name"].variable
     if is_striped:
         units_of_level = str(run["im_level"].attrs.get("units", "g"))
-        comment = {"comment": IN_G} if units_of_level == "g" else {}
-        level = {"long_name": "intensity of the stripe", "units": units_of_level} | comment
+        level = {"long_name": "intensity of the stripe"} | unit_attributes(units_of_level)
         coordinates["stripe"] = ("stripe", levels, level)
     return xr.Dataset(variables, coordinates, run.attrs)
 
