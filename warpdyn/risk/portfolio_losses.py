@@ -10,9 +10,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
+from warpdyn.reduction.limits import NO_DAMAGE
 from warpdyn.risk.losses import RETURN_PERIODS
 from warpdyn.risk.vulnerability import LossRatios, Ratios, checked_ratios
-from warpdyn.statistics.damage_shares import NO_DAMAGE
 
 _FUNCTION = "portfolio_losses"
 

@@ -10,8 +10,9 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
+from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_dataset import dataset_of_curves
-from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit, checked_demand
+from warpdyn.statistics.demands import checked_demand
 from warpdyn.statistics.estimators import FIT_MEANINGS
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.cloud import CloudFits, fit_censored, fit_with_collapse

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, real_number
+from warpdyn.core.checks import check_dataset
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, OK, STRIPED
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import IN_G
 from warpdyn.ground_motions.motions import motion_numbers
+from warpdyn.reduction.limits import limits_by_archetype
 from warpdyn.running.selections import archetypes_of
 from warpdyn.statistics.stripe_counts import decoded_status
 
 SAMPLES_AT_A_TIME = 2**18  # read from a file
 FAILED = -1
-NO_DAMAGE = "none"
 
 
 def damage_shares(
@@ -56,7 +56,7 @@ def damage_shares(
     if not run.sizes.get("sample", 0):
         raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
     names = archetypes_of(run)
-    states, table = _checked_limits(names, limits)
+    states, table = limits_by_archetype(names.tolist(), limits)
     warn_of_implausible_limits(
         {f" of {state!r} of {name!r}": limit for name in limits for state, limit in limits[name].items()}
     )
@@ -133,42 +133,6 @@ def damage_shares(
         level = {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G}
         coordinates["stripe"] = ("stripe", levels, level)
     return xr.Dataset(variables, coordinates, run.attrs)
-
-
-def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]) -> tuple[list[str], np.ndarray]:
-    """Return the damage states, with no damage first, and the limits, shape [archetype, damage_state - 1]."""
-    if not isinstance(limits, Mapping):
-        raise TypeError(f"limits must map each archetype to its limits, got {type(limits).__name__}")
-    unknown = [name for name in limits if name not in names]
-    if unknown:
-        raise ValueError(f"limits name {unknown[0]!r}, which is no archetype of the run; it has {', '.join(names)}")
-    states: list[str] = []
-    rows: list[list[float]] = []
-    missing = [name for name in names.tolist() if name not in limits]
-    if missing:
-        raise ValueError(
-            f"limits have none for archetype {', '.join(map(repr, missing))}: they must map each archetype of the run "
-            f"({', '.join(map(repr, names.tolist()))}) to its limits"
-        )
-    for name in names:
-        own = limits.get(str(name))
-        if not isinstance(own, Mapping) or not own:
-            raise ValueError(
-                f"archetype {str(name)!r}: limits must hold a drift ratio for each damage state, got {own!r}"
-            )
-        if states and list(own) != states:
-            raise ValueError(
-                f"archetype {str(name)!r}: its damage states are {', '.join(own)}, those of {str(names[0])!r} "
-                f"{', '.join(states)}; they must be the same"
-            )
-        states = list(own)
-        row = [real_number(f"archetype {str(name)!r}: limit of {state!r}", own[state], above=0) for state in states]
-        if np.any(np.diff(row) <= 0):
-            raise ValueError(f"archetype {str(name)!r}: limits must increase, got {row}")
-        rows.append(row)
-    if NO_DAMAGE in states:
-        raise ValueError(f"{NO_DAMAGE!r} is the state of a building above no limit; give the other states")
-    return [NO_DAMAGE, *states], np.array(rows)
 
 
 def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:

@@ -11,6 +11,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import IN_G
+from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_variables import (
     DISCRETISATION,
     curves,
@@ -22,7 +23,6 @@ from warpdyn.statistics.curve_variables import (
     variable,
     variances,
 )
-from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
 from warpdyn.statistics.intervals.jackknife import SOURCES, leave_out, trusted

@@ -10,7 +10,8 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS, STRIPED
-from warpdyn.statistics.demands import DRIFT, DamageLimits, damage_of
+from warpdyn.reduction.limits import DRIFT, DamageLimits
+from warpdyn.statistics.demands import damage_of
 
 MOST_GROUPS = 64  # of structures; more would not make the variance among them better known than that among records
 

@@ -17,10 +17,10 @@ from warpdyn.core.checks import check_kind, real_number, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.incremental.capacities import capacities
+from warpdyn.reduction.limits import DRIFT
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 from warpdyn.statistics.capacity_curves import fragility_from_capacities
-from warpdyn.statistics.demands import DRIFT
 from warpdyn.statistics.lognormal_fit import check_confidence
 
 # Structures that each motion has in the pilot: two tell the variance within motions from that among them.
