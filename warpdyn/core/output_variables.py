@@ -34,3 +34,6 @@ class Variable:
     scale: tuple[str, ...] = ()
     is_demand: bool = True
     is_whole: bool = False
+
+
+DRIFT_RATIO = Variable(("storey",), "1", "peak absolute storey drift ratio")  # of what the kernels record as drift

@@ -27,6 +27,7 @@ from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
 from warpdyn.statistics.intervals.jackknife import SOURCES, leave_out, trusted
 from warpdyn.statistics.lognormal_fit import FITTED, SEPARATED, check_confidence, levels_to_add
+from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
 OVER = ("records and structures", "records")
@@ -34,7 +35,7 @@ OVER = ("records and structures", "records")
 
 def fragility(
     dataset: xr.Dataset,
-    limits: Mapping[str, Limit],
+    limits: Mapping[str, Limit] | None = None,
     *,
     demand: str = DRIFT,
     estimator: str = "lognormal",
@@ -60,11 +61,13 @@ def fragility(
     Args:
         dataset: A run on stripes, as `simulate` returned it: a demand over (sample) or (sample, storey) or the like,
             the flag variable `status(sample)`, and the coordinates `motion_index`, `im_level` and `structure` (or
-            `building`) of each sample.
+            `building`) of each sample; or the statistics of a run, DamageCounts over ("motion", "stripe",
+            "structure_group"), from which the same curves follow.
         limits: Of each damage state, from the lightest on, the limit of the demand in the units of its variable, such
             as `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, of which the worst decides:
             `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
-            a state has reached those before it. A warning names drift limits that seem to be in percent or mm.
+            a state has reached those before it. A warning names drift limits that seem to be in percent or mm. None
+            for the limits that counts were made by.
         demand: Variable of the run that plain limits are of.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
             cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so:
@@ -97,8 +100,9 @@ def fragility(
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
     chosen = estimator_of(estimator)
-    checked = DamageLimits.of(limits, demand)
+    checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)
+    labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
     over_structures = intervals_over == OVER[0]
     left, outcome = leave_out(counts, chosen, over_structures=over_structures)
     has_interval = trusted(left, outcome)
@@ -116,7 +120,7 @@ def fragility(
         "excluded_samples": variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
     }
     if checked.single:
-        of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
+        of_demand = {"units": str(labels[checked.single].attrs.get("units", "1")), "demand": checked.single}
         variables["damage_limit"] = variable(
             "damage_state", checked.values[0], f"limit of {checked.single}", **of_demand
         )
@@ -131,11 +135,11 @@ def fragility(
         "source": ("source", np.array([*SOURCES, DISCRETISATION]), {"long_name": "source of variance"}),
     }
     if counts.dim:
-        said = dataset[counts.dim].attrs if counts.dim in dataset.coords else {}
+        said = labels[counts.dim].attrs if counts.dim in labels.coords else {}
         words = {"long_name": f"{counts.dim}, from the ground up", "units": "1"}
         coordinates[counts.dim] = (counts.dim, counts.places, words | said)
     if not checked.single:
-        of_each = [str(dataset[name].attrs.get("units", "1")) for name in checked.demands]
+        of_each = [str(labels[name].attrs.get("units", "1")) for name in checked.demands]
         of_limit = "limited_demand"  # a run may have the dimension `demand`
         coordinates[of_limit] = (of_limit, np.array(checked.demands), {"long_name": "variable of the run"})
         coordinates["demand_units"] = (of_limit, np.array(of_each), {"long_name": "units of the variable"})
@@ -143,7 +147,7 @@ def fragility(
         variables,
         coords=coordinates,
         attrs={
-            "intensity_measure": dataset["im_level"]
+            "intensity_measure": labels["im_level"]
             .attrs.get("long_name", "intensity measure")
             .removesuffix(" of the scaled motion"),
             "demand": ", ".join(checked.demands),
