@@ -28,6 +28,7 @@ ROOMS = (
     "integration",
     "accuracy",
     "portfolio",
+    "reduction",
     "incremental",
     "running",
     "statistics",
