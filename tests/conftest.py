@@ -8,7 +8,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -16,7 +16,7 @@ import warp as wp
 from hypothesis import HealthCheck, settings
 
 import warpdyn as wd
-from warpdyn.kernels import compilation
+from warpdyn.kernels import build, compilation
 
 ROOT = Path(__file__).parents[1]
 # Hypothesis times its examples and fails a test whose examples come slowly: what a busy machine or a slow one does.
@@ -67,7 +67,7 @@ def _forget_kernels() -> None:
 
 @pytest.fixture
 def unoptimised() -> Iterator[None]:
-    """Compile a test's kernels without optimisation, in half the time; those of other tests are as shipped.
+    """Compile a test's kernels without optimisation, in half the time.
 
     For what combines parts and compares runs with each other. A value that is read where it was not set, which an
     optimiser may happen to put right, shows here.
@@ -80,11 +80,26 @@ def unoptimised() -> Iterator[None]:
     _forget_kernels()
 
 
+@contextmanager
+def rolled_kernels() -> Iterator[None]:
+    """Leave the loops over storeys and stages of a processor's kernels as loops, which compile sooner."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("CPU_UNROLL", "CPU_LONG_UNROLL", "CHAIN_OF_BRANCHES"):
+            patch.setattr(build, name, 1)
+        yield
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    """Let a test's scenes, and those of its fixtures, be implausible in what its marks `meant_as_given` name."""
+    """Run a test and its fixtures with rolled kernels, unless it is marked `as_shipped`.
+
+    Its scenes may be implausible in what its marks `meant_as_given` name.
+    """
     names = [name for mark in item.iter_markers("meant_as_given") for name in mark.args]
-    with wd.meant_as_given(*names) if names else nullcontext():
+    with (
+        wd.meant_as_given(*names) if names else nullcontext(),
+        nullcontext() if item.get_closest_marker("as_shipped") else rolled_kernels(),
+    ):
         return (yield)
 
 
