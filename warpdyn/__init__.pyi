@@ -1,6 +1,12 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
-from . import kernels as kernels, laws as laws, plots as plots, truth as truth
+from . import (
+    inventories as inventories,
+    kernels as kernels,
+    laws as laws,
+    plots as plots,
+    truth as truth,
+)
 from .accuracy.method_choice import MethodChoice as MethodChoice
 from .accuracy.pilot import plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
