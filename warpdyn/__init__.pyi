@@ -5,6 +5,7 @@ from . import (
     kernels as kernels,
     laws as laws,
     plots as plots,
+    sites as sites,
     truth as truth,
 )
 from .accuracy.method_choice import MethodChoice as MethodChoice
@@ -53,6 +54,7 @@ from .ground_motions.intensity_measures import (
     intensity_measures as intensity_measures,
 )
 from .ground_motions.motions import GroundMotion as GroundMotion
+from .ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
 from .ground_motions.pair_measures import (
     GeometricMean as GeometricMean,
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,

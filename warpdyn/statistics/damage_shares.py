@@ -24,7 +24,10 @@ NO_DAMAGE = "none"
 
 
 def damage_shares(
-    run: xr.Dataset, limits: Mapping[str, Mapping[str, float]], *, events: Sequence[str] | Sequence[int] | None = None
+    run: xr.Dataset,
+    limits: Mapping[str, Mapping[str, float]],
+    *,
+    events: Sequence[str] | Sequence[int] | xr.DataArray | None = None,
 ) -> xr.Dataset:
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
@@ -38,7 +41,9 @@ def damage_shares(
         limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
             states' names are the same for all.
         events: The event of each motion, shape [motion], as names or whole numbers: if several motions belong to one
-            event, such as both components of a record, the worst of them counts. None to count every motion by itself.
+            event, such as both components of a record, the worst of them counts. Or the event of each sample, as a
+            coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
+            itself.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
@@ -203,13 +208,20 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
     )
 
 
-def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
+def _events_of(
+    run: xr.Dataset, events: Sequence[str] | Sequence[int] | xr.DataArray | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the event of each sample as an index, and the names of the events in the order of their first use."""
     if "motion_index" not in run.variables:
         raise ValueError("the dataset has no 'motion_index': it is not what simulate() returned of a portfolio")
     record, motions = run["motion_index"].values, run.sizes["motion"]
     if events is None:
         return record, np.arange(motions)
+    if isinstance(events, xr.DataArray) and "sample" in events.dims:
+        if events.shape != record.shape:
+            raise ValueError(f"events must lie along sample, {record.size:,} of them, got the shape {events.shape}")
+        names, place = np.unique(events.values, return_inverse=True)
+        return place, names
     labels = [] if isinstance(events, str) else list(events)
     if len(labels) != motions:
         given = f"is {events!r}" if isinstance(events, str) else f"holds {len(labels)}"
