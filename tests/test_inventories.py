@@ -178,7 +178,7 @@ WRONG = {
     "year": ({"year": [0, 1990, 2000]}, r"1 \('a' \(0.0\)\) have a year outside 1000 to 2100"),
     "cost": ({"replacement_cost": [-1, 0, 2]}, r"1 \('a' \(-1.0\)\) have a replacement cost below 0"),
     "number": ({"number": [0, 1, np.inf]}, r"2 \('a' \(0.0\), 'c' \(inf\)\) have a number of buildings not above 0"),
-    "area": ({"plan_area": [0, 1, 2]}, r"1 \('a' \(0.0\)\) have a plan area not above 0"),
+    "area": ({"plan_area": [0, -1, 2]}, r"1 \('b' \(-1.0\)\) have a plan area below 0"),
 }
 
 

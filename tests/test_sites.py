@@ -123,6 +123,9 @@ def test_buildings_outside_the_grid_are_counted_and_named():
         ValueError, match=r"3 \('b1', 'b2', 'b3'\) of 4 buildings lie outside the grid.*spacing is 1\.7\d km"
     ):
         grid.at(outside)
+    assert grid.at(outside, reach=100e3).structures_given == 4
+    with pytest.raises(ValueError, match=r"4 .* of 4 buildings lie outside the grid.*reach is 0\.00 km"):
+        grid.at(outside, reach=1.0)
     assert grid.at(outside, [0, 0]).structures_given == 2  # only those of the portfolio count
     exchanged = wd.sites.MotionGrid(
         LATITUDE, LONGITUDE + 180, motions(1), np.zeros((20, 1, 1), int), np.ones((20, 1, 1)), [""] * 20, ["0"]

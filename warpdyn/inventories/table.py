@@ -155,9 +155,9 @@ def _within(low: float, high: float, what: str) -> Callable[[np.ndarray], tuple[
     return lambda values: (~((values >= low) & (values <= high)), f"have {what} outside {low:g} to {high:g} degrees")
 
 
-def _above_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
-    # What is not known may be left out: who needs it says so.
-    return lambda values: (~np.isnan(values) & ~((values > 0) & np.isfinite(values)), f"have {what} not above 0")
+def _at_least_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
+    # What is not known may be left out, or be 0 as in files of SimCenter's: who needs it says so.
+    return lambda values: (~np.isnan(values) & ~((values >= 0) & np.isfinite(values)), f"have a {what} below 0")
 
 
 def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
@@ -170,17 +170,13 @@ def _years(values: np.ndarray) -> tuple[np.ndarray, str]:
     return bad, f"have a year outside {FIRST_YEAR} to {LAST_YEAR} (leave it empty where it is not known)"
 
 
-def _costs(values: np.ndarray) -> tuple[np.ndarray, str]:
-    return ~np.isnan(values) & ~((values >= 0) & np.isfinite(values)), "have a replacement cost below 0"
-
-
 # What is wrong with a column's values, and how a message says so.
 RULES: Mapping[str, Callable[[np.ndarray], tuple[np.ndarray, str]]] = {
     "longitude": _within(-180, 180, "a longitude"),
     "latitude": _within(-90, 90, "a latitude"),
     "storeys": _storeys,
     "year": _years,
-    "plan_area": _above_zero("a plan area"),
-    "replacement_cost": _costs,
+    "plan_area": _at_least_zero("plan area"),
+    "replacement_cost": _at_least_zero("replacement cost"),
     "number": lambda values: (~((values > 0) & np.isfinite(values)), "have a number of buildings not above 0"),
 }

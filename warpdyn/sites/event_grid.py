@@ -172,13 +172,10 @@ def _read_motion(path: Path, name: str, factor: float) -> list[GroundMotion]:
     try:
         told = json.loads(path.read_text(encoding="utf-8-sig"))
         step = told["dT"]
-        values = {axis: told[f"data_{axis}"] for axis in "xy" if f"data_{axis}" in told}
-        first = values["x"]
+        values = {"x": told["data_x"]} | ({"y": told["data_y"]} if "data_y" in told else {})
     except (json.JSONDecodeError, KeyError, TypeError) as error:
         raise ValueError(f"{path} must be JSON with dT and data_x: {error!r}") from None
-    if len(values) == 2 and len(values["y"]) != len(first):
-        raise ValueError(f"{path}: data_x has {len(first)} values, and data_y {len(values['y'])}")
-    return [
+    return [  # components of one record may be of different lengths
         GroundMotion(factor * np.asarray(each, dtype=np.float64), step, f"{name} {axis}", str(path), name, axis)
         for axis, each in values.items()
     ]

@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, whole_number
+from warpdyn.core.random_numbers import Purpose
 from warpdyn.core.units import IN_G, STANDARD_GRAVITY
 from warpdyn.ground_motions.intensity_measures import (
     IntensityMeasure,
@@ -21,7 +22,6 @@ from warpdyn.ground_motions.intensity_measures import (
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.sites.motion_grid import MotionGrid
 
-CHOICE_OF_RECORDS = 0x4EC0  # tells these random numbers from others of the same seed
 MOST_SHOWN = 3
 PEAKS: Mapping[str, IntensityMeasure] = {
     "PGA": PeakGroundAcceleration(),
@@ -167,7 +167,7 @@ def scale_records(
 def _chosen(record: ArrayLike | None, earthquakes: int, records: int, seed: int) -> np.ndarray:
     """Return the record of each earthquake, shape [earthquake]."""
     if record is None:
-        random = np.random.default_rng([seed, CHOICE_OF_RECORDS])
+        random = np.random.default_rng([seed, Purpose.RECORDS_OF_EARTHQUAKES])
         rounds = -(-earthquakes // records)
         return np.concatenate([random.permutation(records) for _ in range(rounds)])[:earthquakes]
     chosen = np.asarray(record)

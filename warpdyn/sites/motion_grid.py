@@ -9,14 +9,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, check_kind, one_of, whole_number
+from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, whole_number
+from warpdyn.core.random_numbers import Purpose
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.sites.places import inverse_distance_weights, nearest_points
 
 DRAW, MEAN = "draw", "mean"
-CHOICE_OF_POINTS = 0x517E  # tells these random numbers from others of the same seed
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +56,7 @@ class MotionGrid:
         draws: int | None = None,
         neighbours: int = 4,
         choice: str = DRAW,
+        reach: float | None = None,
         seed: int = 0,
     ) -> MotionsAtSites:
         """Return the design in which buildings take their motions from the grid points nearest to them.
@@ -73,13 +74,15 @@ class MotionGrid:
             neighbours: How many points are near.
             choice: "draw", or "mean": the factors' weighted mean, where all points have the same motion in an
                 earthquake, as `scale_records` makes them.
+            reach: How far a building may be from the nearest point [m]; None for the grid's spacing, which is the
+                median distance of a point to its third neighbour.
             seed: Seed of the draws.
 
         Returns:
             The excitation for a Scene of the portfolio.
 
         Raises:
-            ValueError: If buildings lie outside the grid by more than its spacing, or an argument is out of its range.
+            ValueError: If buildings are farther from the grid than that, or an argument is out of its range.
 
         Example:
             >>> design = grid.at(inventory, stock.rows, draws=25, seed=1)
@@ -89,9 +92,10 @@ class MotionGrid:
         one_of("choice", choice, (DRAW, MEAN))
         count = len(self.earthquakes) if draws is None else whole_number("draws", draws, 1)
         neighbours, seed = whole_number("neighbours", neighbours, 1), whole_number("seed", seed, 0)
+        reach = None if reach is None else real_number("reach [m]", reach, above=0)
         rows = np.arange(len(inventory)) if rows is None else np.asarray(rows)
         places = inventory[["id", "longitude", "latitude"]].iloc[rows]
-        index, distance = nearest_points("MotionGrid.at", places, self.longitude, self.latitude, neighbours)
+        index, distance = nearest_points("MotionGrid.at", places, self.longitude, self.latitude, neighbours, reach)
         weights = inverse_distance_weights(distance)
         earthquake = np.arange(count) % len(self.earthquakes)
         if choice == MEAN:
@@ -113,7 +117,7 @@ def _drawn_points(
 ) -> np.ndarray:
     """Return a point for each building and draw, with the probability of its weight, shape [building, draw]."""
     # A row's numbers stand at a place of the stream that its number alone decides on.
-    stream = np.random.default_rng([seed, CHOICE_OF_POINTS])
+    stream = np.random.default_rng([seed, Purpose.GRID_POINTS])
     random = stream.random((buildings, draws), dtype=np.float32)
     if not np.array_equal(rows, np.arange(buildings)):
         random = random[rows]

@@ -37,7 +37,12 @@ def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
 
 
 def nearest_points(
-    what: str, places: pd.DataFrame, longitude: np.ndarray, latitude: np.ndarray, neighbours: int
+    what: str,
+    places: pd.DataFrame,
+    longitude: np.ndarray,
+    latitude: np.ndarray,
+    neighbours: int,
+    reach: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the grid points nearest to each building, and their distances.
 
@@ -47,28 +52,30 @@ def nearest_points(
         longitude: Longitudes of the grid points [degree], shape [point].
         latitude: Latitudes of these [degree].
         neighbours: How many points; all of a smaller grid.
+        reach: How far a building may be from the nearest of them [m]; None for the grid's spacing.
 
     Returns:
         Indices of the points, the nearest first, and great-circle distances [m], both of shape [building, neighbour].
 
     Raises:
-        ValueError: If buildings are farther from the nearest grid point than the grid's spacing; the message counts and
-            names them, and says if longitude and latitude seem to be exchanged.
+        ValueError: If buildings are farther from the nearest grid point; the message counts and names them, and says if
+            longitude and latitude seem to be exchanged.
     """
     tree = cKDTree(unit_vectors(longitude, latitude))
     count = min(neighbours, longitude.size)
     own = [places[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude")]
     chord, index = tree.query(unit_vectors(*own), k=[*range(1, count + 1)], workers=-1)
-    distance, spacing = arc(chord), grid_spacing(longitude, latitude)
-    outside = distance[:, 0] > spacing
+    distance = arc(chord)
+    most = grid_spacing(longitude, latitude) if reach is None else reach
+    outside = distance[:, 0] > most
     if outside.any():
         swapped, _ = tree.query(unit_vectors(*own[::-1])[outside], k=1, workers=-1)
-        hint = "; longitude and latitude seem to be exchanged" if np.all(arc(swapped) <= spacing) else ""
+        hint = "; longitude and latitude seem to be exchanged" if np.all(arc(swapped) <= most) else ""
+        allowed = f"{'its spacing' if reach is None else 'reach'} is {most / 1000:.2f} km"
         raise ValueError(
             f"{what}: {named_rows(places, outside)} of {len(places):,} buildings lie outside the grid, up to "
-            f"{distance[:, 0].max() / 1000:.1f} km from its nearest point, and its spacing is {spacing / 1000:.2f} km; "
-            f"it spans longitudes {longitude.min():g} to {longitude.max():g} and latitudes {latitude.min():g} to "
-            f"{latitude.max():g}{hint}"
+            f"{distance[:, 0].max() / 1000:.1f} km from its nearest point, and {allowed}; it spans longitudes "
+            f"{longitude.min():g} to {longitude.max():g} and latitudes {latitude.min():g} to {latitude.max():g}{hint}"
         )
     return index, distance
 

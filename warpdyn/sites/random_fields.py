@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers, whole_number
+from warpdyn.core.random_numbers import Purpose
 from warpdyn.sites.places import EARTH_RADIUS, arc, unit_vectors
 from warpdyn.sites.spatial_correlations import SpatialCorrelation
 
@@ -14,7 +15,6 @@ MOST_BY_CHOLESKY = 4096  # points, whose covariance takes 128 MiB
 MOST_EMBEDDED = 2**26  # points of the periodic grid
 SMALL = 1e-4  # of the variance, by which negative eigenvalues may change it
 UNEVEN = 0.1  # of the spacing: printed coordinates have few digits
-BETWEEN, WITHIN = 0xB3, 0x31  # tell the random numbers of one seed apart
 
 
 def correlated_fields(
@@ -73,7 +73,7 @@ def correlated_fields(
     longitude, latitude = median["longitude"].values, median["latitude"].values
     count = earthquakes * draws
     eps = within_event_residuals(longitude, latitude, correlation, count, seed)
-    eta = np.random.default_rng([whole_number("seed", seed, 0), BETWEEN]).standard_normal(count)
+    eta = np.random.default_rng([whole_number("seed", seed, 0), Purpose.BETWEEN_EARTHQUAKES]).standard_normal(count)
     # Draw by draw over the earthquakes, so that more draws leave the first ones as they are.
     residual = (tau * eta[:, None] + phi * eps).reshape(draws, earthquakes, points).swapaxes(0, 1)
     drawn = (values[:, None] * np.exp(residual)).reshape(count, points)
@@ -101,7 +101,7 @@ def within_event_residuals(
         ValueError: If there are more than 4,096 points that are not evenly spaced, or too many.
     """
     lon, lat = finite_numbers("longitude", longitude), finite_numbers("latitude", latitude)
-    random = np.random.default_rng([whole_number("seed", seed, 0), WITHIN])
+    random = np.random.default_rng([whole_number("seed", seed, 0), Purpose.WITHIN_EARTHQUAKES])
     if lon.size <= MOST_BY_CHOLESKY:
         points = unit_vectors(lon, lat)
         chord = np.sqrt(np.maximum(2 - 2 * points @ points.T, 0.0))
