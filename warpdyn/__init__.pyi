@@ -93,6 +93,7 @@ from .statistics.capacity_curves import fragility_from_capacities as fragility_f
 from .statistics.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .statistics.damage_shares import damage_shares as damage_shares
 from .statistics.fragility_curves import fragility as fragility
+from .statistics.level_choice import levels_for as levels_for
 from .statistics.posterior import fragility_posterior as fragility_posterior
 from .statistics.target_precision import fragility_to as fragility_to
 from .structures.hazus import hazus_drift_limits as hazus_drift_limits
