@@ -31,7 +31,7 @@ MODEL = """<?xml version="1.0" encoding="UTF-8"?>
 <conversions><costTypes><costType name="structural" type="per_area" unit="EUR"/>
 <costType name="nonstructural" type="per_asset" unit="EUR"/></costTypes>
 <area type="per_asset" unit="SQM"/></conversions>
-<exposureFields><field oq="id" input="ASSET"/></exposureFields>
+<exposureFields><field oq="id" input="ASSET"/><field oq="value" type="structural" input="COST_USD"/></exposureFields>
 <occupancyPeriods>night</occupancyPeriods><tagNames>tag_1</tagNames>
 <assets>one.csv two.csv</assets>
 </exposureModel></nrml>
@@ -135,13 +135,14 @@ def test_an_exposure_of_openquake(tmp_path):
 
 
 def test_an_exposure_model_of_xml(tmp_path):
-    head, *rows = EXPOSURE.replace("id,lon", "ASSET,lon").splitlines()
+    head, *rows = EXPOSURE.replace("id,lon", "ASSET,LON").replace("number,structural", "number,COST_USD").splitlines()
+    rows[0] = rows[0].replace("a1", "007")
     (tmp_path / "one.csv").write_text("\n".join([head, *rows[:2]]))
     (tmp_path / "two.csv").write_text("\n".join([head, rows[2]]))
     path = tmp_path / "exposure.xml"
     path.write_text(MODEL)
     inventory = wd.inventories.read_openquake(path, costs=("structural", "nonstructural"))
-    assert inventory["id"].tolist() == ["a1", "a2", "a3"]
+    assert inventory["id"].tolist() == ["007", "a2", "a3"]
     # Per area of one building, times the area and the number; per asset, times the number.
     assert inventory["replacement_cost"].tolist() == [1000 * 200 * 12 + 500 * 12, 100 * 80 * 3.5 + 50 * 3.5, 20_020]
     path.write_text(MODEL.replace("one.csv two.csv", "<asset/>"))

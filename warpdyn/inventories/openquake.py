@@ -37,8 +37,8 @@ def read_openquake(
     Args:
         path: The CSV file, with columns `id`, `lon`, `lat` and `taxonomy` and, if it has them, `number`, `area` and
             costs; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of the costs in
-            `<conversions>` and the names of columns in `<exposureFields>`. All other columns are kept, with tags and
-            occupants.
+            `<conversions>` and the names of columns in `<exposureFields>`. Case does not matter. All other columns are
+            kept, with tags and occupants.
         costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). Of an XML file
             they are taken times the number or the area, as their kind says; of a CSV file alone they are of the whole
             asset. Columns that the file does not have are no error if it has none of them: it then has no costs.
@@ -62,7 +62,11 @@ def read_openquake(
     if path.suffix.lower() == ".xml":
         model = _exposure_model(path)
         kinds = {each.get("name", ""): each.get("type", "") for each in model.iter("costType")}
-        fields = {each.get("oq", ""): each.get("input", "") for each in model.iter("field")}
+        # Costs have the name "value" and their own as the type.
+        of_cost = [
+            (each.get("type") if each.get("oq") == "value" else each.get("oq"), each) for each in model.iter("field")
+        ]
+        fields = {str(name): each.get("input", "") for name, each in of_cost}
         for name, kind in kinds.items():
             one_of(f"type of the cost {name!r} in {path}", kind, COST_KINDS)
         area = model.find("conversions/area")
@@ -72,13 +76,14 @@ def read_openquake(
         files = [path.parent / name for name in (model.findtext("assets") or "").split()]
         if not files:
             raise ValueError(f"{path}: <assets> names no CSV files; assets in the XML itself are not read")
-        table = pd.concat([read_csv(file) for file in files], ignore_index=True)
+        table = pd.concat([read_csv(file, identifier=fields.get("id", "id")) for file in files], ignore_index=True)
     else:
         table = read_csv(path)
-    known = {meaning: fields.get(name, name) for meaning, name in OPENQUAKE_NAMES.items()}
+    names = {str(name).lower(): str(name) for name in table.columns}  # the engine's names are the same in capitals
+    places = {name: fields.get(name) or names.get(name, name) for name in (*OPENQUAKE_NAMES.values(), *costs, AREA)}
+    known = {meaning: places[name] for meaning, name in OPENQUAKE_NAMES.items()}
     known = {m: n for m, n in known.items() if n in table.columns or m in ("id", "longitude", "latitude")}
     inventory = checked_inventory(str(path), table, known | dict(columns or {}))
-    places = {name: fields.get(name, name) for name in (*costs, AREA)}
     return _with_costs(str(path), inventory, costs, places, kinds, area_kind)
 
 

@@ -8,14 +8,13 @@ import warnings
 import pandas as pd
 
 
-def read_csv(path: str | os.PathLike, *, comment: str | None = None) -> pd.DataFrame:
+def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier: str = "id") -> pd.DataFrame:
     """Return the table of a CSV file, with names of columns as they are but for spaces around them.
-
-    The column `id` is text: "007" is another building than "7".
 
     Args:
         path: The file, UTF-8, with or without a mark of its byte order.
         comment: What lines that are no rows begin with.
+        identifier: The column, in any case, that is text: "007" is another building than "7".
 
     Raises:
         ValueError: If it is empty, has a column twice, or has a row with more values than columns.
@@ -28,7 +27,11 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None) -> pd.DataF
         twice = sorted({name for name in names if name and names.count(name) > 1})
         if twice:
             raise ValueError(f"it has the column {twice[0]!r} twice")
-        ids = {name: str for name in line.rstrip("\r\n").split(",") if name.strip().strip('"').lower() == "id"}
+        ids = {
+            name: str
+            for name in line.rstrip("\r\n").split(",")
+            if name.strip().strip('"').lower() == identifier.lower()
+        }
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # of values that would be dropped
             table = pd.read_csv(

@@ -123,7 +123,7 @@ def _even_grid(longitude: np.ndarray, latitude: np.ndarray) -> tuple[np.ndarray,
         step = (found[-1] - found[0]) / max(found.size - 1, 1)
         place = np.round((values - found[0]) / (step or 1.0)).astype(np.int64)
         is_even = np.all(np.abs(values - found[0] - place * step) <= UNEVEN * step)
-        if not is_even or found.size > longitude.size // 2:
+        if not is_even:
             raise ValueError(
                 f"the {longitude.size:,} grid points are not evenly spaced in longitude and latitude: take at most "
                 f"{MOST_BY_CHOLESKY:,} of them, or an even grid"

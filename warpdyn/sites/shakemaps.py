@@ -39,7 +39,8 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
 
     Returns:
         Dataset with the fields of the files (earthquake, point): `PGA` and `SA(0.3)`, `SA(1.0)`, `SA(3.0)` in g, `PGV`
-        in m/s, `MMI`, and all others by their own names, such as `STDPGA`, a standard deviation of the logarithm; with
+        in m/s, `MMI`, and all others by their own names, such as `STDPGA`, a standard deviation of the logarithm, or
+        `GMPE_INTER_STDPGA` and `GMPE_INTRA_STDPGA`, those between and within earthquakes, for `correlated_fields`; with
         the coordinates `longitude` and `latitude`. The attributes are what the first file says of its earthquake.
 
     Raises:
