@@ -28,8 +28,8 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
     The folder holds EventGrid.csv (columns `GP_file`, `Longitude`, `Latitude`), the file of each point that it names
     (columns `TH_file` and, if factors are not 1, `factor`, a row for each earthquake), and each motion as
     `<TH_file>.json` with `dT` [s], `data_x` and, if both components are known, `data_y`. Every point has as many rows:
-    row `i` of every point is of earthquake `i` (in SimCenter's own draws, too). Other columns of the grid, such as Vs30, are
-    not used; SimCenter takes for a building that has such a property only the points that agree with it.
+    row `i` of every point is of earthquake `i` (in SimCenter's own draws, too). Other columns of the grid, such as
+    Vs30, are not used; SimCenter takes for a building that has such a property only the points that agree with it.
 
     Args:
         path: EventGrid.csv, or its folder.
