@@ -196,7 +196,8 @@ def find_states(
     states: np.ndarray,
     workers: Workers,
     *,
-    each_place: bool,
+    each_place: bool = False,
+    is_absolute: bool = False,
 ) -> None:
     """Raise the states of samples to the number of bounds that a demand is above.
 
@@ -208,6 +209,7 @@ def find_states(
         states: The states, shape [place, sample], the worst place last.
         workers: The threads.
         each_place: Whether states of every place are kept, besides the worst.
+        is_absolute: Whether absolute values are taken; else a negative value is an error.
 
     Raises:
         ValueError: If a sample is ok and a demand of it is negative or not finite.
@@ -218,7 +220,7 @@ def find_states(
 
     def find(first: int, last: int, thread: int) -> None:
         arrays = block.status, values, bounds, kind, states, bad, thread
-        reductions.launch(kernel, first, last, samples, int(each_place), *arrays)
+        reductions.launch(kernel, first, last, samples, int(is_absolute), int(each_place), *arrays)
 
     workers.share(find, 0, len(block.structures), LEAST_SAMPLES // samples + 1)
     refuse_bad(block, demand, bad)

@@ -27,12 +27,13 @@ def states_kernel(dtype: str) -> wp.Kernel:
         first: int,
         last: int,
         samples: int,  # in a row
+        is_absolute: int,  # 1 to take absolute values, 0 for demands that are not negative
         each_place: int,  # 1 to keep the states of every place besides the worst
         status: wp.array(dtype=wp.int8),
         demand: wp.array2d(dtype=real),  # [sample, place]
         bounds: wp.array2d(dtype=wp.float64),  # [kind, bound], increasing
         kind: wp.array(dtype=int),  # of each row
-        states: wp.array2d(dtype=wp.uint8),  # [place, sample], the worst last; raised where they are lower
+        states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last; raised where they are lower
         bad: wp.array(dtype=int),  # by thread, a sample that is ok without a demand
         thread: int,
     ):
@@ -46,6 +47,8 @@ def states_kernel(dtype: str) -> wp.Kernel:
                     worst = int(0)
                     for place in range(places):
                         value = wp.float64(demand[sample, place])
+                        if is_absolute == 1:
+                            value = wp.abs(value)
                         if not (value >= wp.float64(0.0) and value < wp.float64(wp.inf)):
                             bad[thread] = sample
                         reached = int(0)
@@ -62,9 +65,9 @@ def states_kernel(dtype: str) -> wp.Kernel:
                                     above = middle
                         worst = wp.max(worst, reached)
                         if each_place == 1:
-                            states[place, sample] = wp.max(states[place, sample], wp.uint8(reached))
+                            states[place, sample] = wp.max(states[place, sample], wp.uint16(reached))
                     column = states.shape[0] - 1
-                    states[column, sample] = wp.max(states[column, sample], wp.uint8(worst))
+                    states[column, sample] = wp.max(states[column, sample], wp.uint16(worst))
 
     return find_states
 
@@ -79,7 +82,7 @@ def counts_kernel() -> wp.Kernel:
         last: int,
         samples: int,
         status: wp.array(dtype=wp.int8),
-        states: wp.array2d(dtype=wp.uint8),  # [place, sample], the worst last
+        states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last
         cell_of_row: wp.array(dtype=int),
         cell_of_unit: wp.array(dtype=int),
         order: wp.array(dtype=int),  # samples of a row, unit by unit
