@@ -218,9 +218,14 @@ def find_states(
     samples = len(values) // len(block.structures)
     kernel, kind = reductions.states_kernel(str(values.dtype)), kind.astype(np.int32)
 
+    half = 2 ** int(np.log2(bounds.shape[1]))  # the search is among 2^k - 1 bounds
+    padded = np.full((len(bounds), 2 * half - 1), np.inf)
+    padded[:, : bounds.shape[1]] = bounds
+    flat = np.ascontiguousarray(values).ravel(), half, padded.ravel(), kind, states, bad
+
     def find(first: int, last: int, thread: int) -> None:
-        arrays = block.status, values, bounds, kind, states, bad, thread
-        reductions.launch(kernel, first, last, samples, int(is_absolute), int(each_place), *arrays)
+        how = samples, values.shape[1], int(is_absolute), int(each_place), block.status
+        reductions.launch(kernel, first, last, *how, *flat, thread)
 
     workers.share(find, 0, len(block.structures), LEAST_SAMPLES // samples + 1)
     refuse_bad(block, demand, bad)

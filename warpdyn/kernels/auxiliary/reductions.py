@@ -8,66 +8,67 @@ import functools
 import warp as wp
 
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK
-from warpdyn.device.processor import module_options
+from warpdyn.device.processor import ELEMENT, element_float64, module_options
 from warpdyn.kernels.kernel_cache import loaded
 
-SEARCHED_BOUNDS = 8  # with more of them, a binary search finds a value's place
 SUMS = 5  # sum, what its rounding left out, the same of squares, and the largest value
 REALS = {"float32": wp.float32, "float64": wp.float64}
 OPTIONS = {"module": "unique", "enable_backward": False, "module_options": module_options(max_unroll=1)}
 
 
+@wp.func
+def bounds_below(value: wp.float64, bounds: wp.array(dtype=wp.float64), first: int, half: int):
+    """Return how many of 2 half - 1 bounds a value is above, by a binary search without branches."""
+    found = int(0)
+    step = half
+    while step > 0:
+        found += wp.where(value > element_float64(bounds, first + found + step - 1), step, 0)
+        step = step // 2
+    return found
+
+
 @functools.cache
 def states_kernel(dtype: str) -> wp.Kernel:
     """Return the kernel that finds how many bounds each sample's demand is above, at each place and the worst."""
-    real = REALS[dtype]
+    real, element = REALS[dtype], ELEMENT[dtype]
 
     @wp.kernel(**OPTIONS)
     def find_states(
         first: int,
         last: int,
         samples: int,  # in a row
+        places: int,
         is_absolute: int,  # 1 to take absolute values, 0 for demands that are not negative
         each_place: int,  # 1 to keep the states of every place besides the worst
         status: wp.array(dtype=wp.int8),
-        demand: wp.array2d(dtype=real),  # [sample, place]
-        bounds: wp.array2d(dtype=wp.float64),  # [kind, bound], increasing
+        demand: wp.array(dtype=real),  # [sample, place]
+        half: int,  # of the bounds of a kind and one more, a power of 2
+        bounds: wp.array(dtype=wp.float64),  # [kind, bound], increasing
         kind: wp.array(dtype=int),  # of each row
         states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last; raised where they are lower
         bad: wp.array(dtype=int),  # by thread, a sample that is ok without a demand
         thread: int,
     ):
-        places = demand.shape[1]
-        count = bounds.shape[1]
+        column = states.shape[0] - 1
         for row in range(first, last):
-            of_row = kind[row]
-            for place_in_row in range(samples):
-                sample = row * samples + place_in_row
-                if status[sample] == wp.int8(wp.static(OK)):
-                    worst = int(0)
-                    for place in range(places):
-                        value = wp.float64(demand[sample, place])
-                        if is_absolute == 1:
-                            value = wp.abs(value)
-                        if not (value >= wp.float64(0.0) and value < wp.float64(wp.inf)):
-                            bad[thread] = sample
-                        reached = int(0)
-                        if count <= wp.static(SEARCHED_BOUNDS):
-                            while reached < count and value > bounds[of_row, reached]:
-                                reached += 1
-                        else:
-                            above = int(count)
-                            while reached < above:
-                                middle = (reached + above) // 2
-                                if value > bounds[of_row, middle]:
-                                    reached = middle + 1
-                                else:
-                                    above = middle
-                        worst = wp.max(worst, reached)
-                        if each_place == 1:
-                            states[place, sample] = wp.max(states[place, sample], wp.uint16(reached))
-                    column = states.shape[0] - 1
-                    states[column, sample] = wp.max(states[column, sample], wp.uint16(worst))
+            of_row = kind[row] * (2 * half - 1)
+            for number in range(samples):
+                sample = row * samples + number
+                worst = wp.float64(0.0)
+                wrong = int(0)
+                for place in range(places):
+                    value = wp.float64(element(demand, sample * places + place))
+                    if is_absolute == 1:
+                        value = wp.abs(value)
+                    wrong += wp.where(value >= wp.float64(0.0) and value < wp.float64(wp.inf), 0, 1)
+                    worst = wp.max(worst, value)
+                    if each_place == 1:
+                        reached = bounds_below(value, bounds, of_row, half)
+                        states[place, sample] = wp.max(states[place, sample], wp.uint16(reached))
+                if wrong > 0 and status[sample] == wp.int8(wp.static(OK)):
+                    bad[thread] = sample
+                reached = bounds_below(worst, bounds, of_row, half)
+                states[column, sample] = wp.max(states[column, sample], wp.uint16(reached))
 
     return find_states
 
