@@ -54,6 +54,7 @@ from .ground_motions.pair_measures import (
 from .ground_motions.response_spectra import response_spectra as response_spectra
 from .incremental.capacities import capacities as capacities
 from .reduction.damage_counts import DamageCounts as DamageCounts
+from .reduction.damage_loss import DamageLoss as DamageLoss
 from .reduction.demand_statistics import (
     DemandHistogram as DemandHistogram,
     DemandMoments as DemandMoments,

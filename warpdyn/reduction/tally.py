@@ -114,10 +114,7 @@ class Tally:
             workers: The threads.
         """
         rows = block.rows(self.cells)
-        order = np.argsort(rows.unit, kind="stable").astype(np.int32)
-        _, start = np.unique(rows.unit[order], return_index=True)
-        cell_of_unit = rows.cell_of_place[order[start]].astype(np.int32)
-        start = np.append(start, rows.samples).astype(np.int32)
+        order, start, cell_of_unit = rows.units()
         cell_of_row = rows.cell_of_row.astype(np.int32)
         kernel, each = reductions.counts_kernel(), rows.rows_per_structure
 
@@ -155,7 +152,9 @@ class Sums:
         self.totals = np.zeros((cells.count, reductions.SUMS))
         self.totals[:, -1] = -np.inf
 
-    def add(self, block: Block, demand: str, is_signed: bool, place: int, workers: Workers) -> None:
+    def add(
+        self, block: Block, demand: str, is_signed: bool, place: int, workers: Workers, rows: Rows | None = None
+    ) -> None:
         """Add the samples of a block that are ok.
 
         Args:
@@ -164,8 +163,10 @@ class Sums:
             is_signed: Whether values are taken as they are; else the largest absolute one of all places.
             place: The place; -1 for the worst.
             workers: The threads.
+            rows: How the samples go to cells; None for as the block's do.
         """
-        rows, values, bad = block.rows(self.cells), block.demand(demand), np.full(workers.threads, -1, np.int32)
+        rows = block.rows(self.cells) if rows is None else rows
+        values, bad = block.demand(demand), np.full(workers.threads, -1, np.int32)
         cell_of_unit, unit = np.unique(rows.cell_of_place, return_inverse=True)
         cell_of_unit, unit = cell_of_unit.astype(np.int32), unit.astype(np.int32)
         cell_of_row = rows.cell_of_row.astype(np.int32)

@@ -7,7 +7,7 @@ import functools
 
 import warp as wp
 
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STATUS_MEANINGS
 from warpdyn.device.processor import ELEMENT, element_float64, module_options
 from warpdyn.kernels.kernel_cache import loaded
 
@@ -73,6 +73,36 @@ def states_kernel(dtype: str) -> wp.Kernel:
     return find_states
 
 
+@wp.func
+def worst_outcome(
+    origin: int,  # first sample of the row
+    first: int,
+    last: int,
+    order: wp.array(dtype=int),
+    status: wp.array(dtype=wp.int8),
+    states: wp.array2d(dtype=wp.uint16),
+    place: int,
+    top: int,  # the last state
+):
+    """Return the worst state of some samples of a row, or what a failure is counted as."""
+    worst = int(0)
+    failed = int(0)
+    for number in range(first, last):
+        sample = origin + order[number]
+        outcome = int(status[sample])
+        if outcome >= wp.static(DIVERGED):
+            if failed == 0 or outcome < failed:
+                failed = outcome
+        elif outcome == wp.static(COLLAPSED):
+            worst = top
+        else:
+            worst = wp.max(worst, int(states[place, sample]))
+    # A failed sample leaves the worst unknown, unless another one reached the last state.
+    if failed > 0 and worst < top:
+        worst = top + failed - wp.static(DIVERGED - 1)
+    return worst
+
+
 @functools.cache
 def counts_kernel() -> wp.Kernel:
     """Return the kernel that counts units (samples, or the worst of some of a row's) by cell and outcome."""
@@ -91,32 +121,56 @@ def counts_kernel() -> wp.Kernel:
         counts: wp.array3d(dtype=wp.int64),  # [place, cell, outcome]; states, and after them failures by status
     ):
         places = states.shape[0] - 1
-        last_state = counts.shape[2] - 1 - wp.static(5 - DIVERGED)
+        top = counts.shape[2] - 1 - wp.static(len(STATUS_MEANINGS) - DIVERGED)
         for row in range(first, last):
             for unit in range(cell_of_unit.shape[0]):
                 cell = cell_of_row[row] + cell_of_unit[unit]
                 for place in range(places + 1):
-                    worst = int(0)
-                    failed = int(0)
-                    for number in range(start[unit], start[unit + 1]):
-                        sample = row * samples + order[number]
-                        outcome = int(status[sample])
-                        if outcome >= wp.static(DIVERGED):
-                            if failed == 0 or outcome < failed:
-                                failed = outcome
-                        elif outcome == wp.static(COLLAPSED):
-                            worst = last_state
-                        else:
-                            worst = wp.max(worst, int(states[place, sample]))
-                    # A failed sample leaves the worst unknown, unless another one reached the last state.
-                    if failed > 0 and worst < last_state:
-                        worst = last_state + failed - wp.static(DIVERGED - 1)
+                    outcome = worst_outcome(
+                        row * samples, start[unit], start[unit + 1], order, status, states, place, top
+                    )
                     column = place
                     if place == places:
                         column = counts.shape[0] - 1
-                    counts[column, cell, worst] += wp.int64(1)
+                    counts[column, cell, outcome] += wp.int64(1)
 
     return count_states
+
+
+@functools.cache
+def losses_kernel() -> wp.Kernel:
+    """Return the kernel that finds the loss of each unit, and its variance by the scatter of the loss ratio."""
+
+    @wp.kernel(**OPTIONS)
+    def find_losses(
+        first: int,
+        last: int,
+        samples: int,
+        status: wp.array(dtype=wp.int8),
+        states: wp.array2d(dtype=wp.uint16),
+        order: wp.array(dtype=int),
+        start: wp.array(dtype=int),
+        ratios: wp.array3d(dtype=wp.float64),  # [kind, state, mean and variance]
+        kind: wp.array(dtype=int),  # of each row
+        value: wp.array(dtype=wp.float64),  # of each row
+        status_of_unit: wp.array(dtype=wp.int8),  # [row, unit]; collapsed units have a loss as others
+        loss: wp.array2d(dtype=wp.float64),  # [row and unit, mean and variance]
+    ):
+        units = start.shape[0] - 1
+        top = ratios.shape[1] - 1
+        column = states.shape[0] - 1
+        for row in range(first, last):
+            for unit in range(units):
+                place = row * units + unit
+                outcome = worst_outcome(row * samples, start[unit], start[unit + 1], order, status, states, column, top)
+                if outcome > top:
+                    status_of_unit[place] = wp.int8(outcome - top + wp.static(DIVERGED - 1))
+                else:
+                    status_of_unit[place] = wp.int8(wp.static(OK))
+                    loss[place, 0] = value[row] * ratios[kind[row], outcome, 0]
+                    loss[place, 1] = value[row] * value[row] * ratios[kind[row], outcome, 1]
+
+    return find_losses
 
 
 @wp.func
