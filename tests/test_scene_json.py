@@ -46,6 +46,7 @@ STRUCTURES = {
 LEVELS = [0.1, 0.3, 0.7]
 EXCITATIONS = {
     "stripes": wd.Stripes(MOTIONS, LEVELS, SA),
+    "stripes of a velocity": wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundVelocity()),
     "pairs": wd.Stripes(MOTIONS, LEVELS, wd.GeometricMean(wd.AverageSpectralAcceleration((0.2, 0.5, 1.0)))),
     "RotD50": wd.Stripes(MOTIONS, LEVELS, wd.RotatedSpectralAcceleration(0.5)),
     "cloud": wd.Cloud(MOTIONS, wd.SignificantDuration()),

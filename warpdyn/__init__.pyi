@@ -93,7 +93,8 @@ from .statistics.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .statistics.damage_shares import damage_shares as damage_shares
 from .statistics.fragility_curves import fragility as fragility
 from .statistics.posterior import fragility_posterior as fragility_posterior
-from .statistics.target_precision import fragility_to as fragility_to
+from .statistics.sample_size.level_choice import levels_for as levels_for
+from .statistics.sample_size.target_precision import fragility_to as fragility_to
 from .structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .structures.modal import modal_table as modal_table
 from .structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding

@@ -32,6 +32,7 @@ class Purpose(IntEnum):
     POINTS = 3  # points of Sobol and Latin hypercube samples, once a run
     CHECKED_SAMPLES = 4  # once a run
     PILOT_SAMPLES = 5  # once a plan
+    LADDERS = 6  # first steps of the ladders of capacities; the index is that of the pair
 
 
 def key_of(seed: int) -> int:

@@ -10,13 +10,18 @@ import numpy as np
 from warpdyn.core.output_variables import COLLAPSED
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.reduction.cells import Coordinates
-from warpdyn.reduction.limits import DRIFT, NO_DAMAGE, DamageLimits, Limit, limits_by_archetype
+from warpdyn.reduction.limits import (
+    DAMAGE_COUNT,
+    DRIFT,
+    LEAST_DRIFT,
+    NO_DAMAGE,
+    DamageLimits,
+    Limit,
+    limits_by_archetype,
+)
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
 from warpdyn.reduction.tally import FAILURES, Block, Tally, Workers, find_states
-
-DAMAGE_COUNT = "damage_count"
-LEAST_DRIFT = "least_drift_ratio_of_collapse"
 
 
 @dataclass(frozen=True, eq=False)

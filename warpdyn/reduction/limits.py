@@ -12,6 +12,8 @@ from warpdyn.core.checks import real_number, real_numbers
 from warpdyn.core.plausibility import warn_of_implausible_limits
 
 NO_DAMAGE = "none"
+# Variables of what is counted where the histories run, which statistics read.
+DAMAGE_COUNT, LEAST_DRIFT = "damage_count", "least_drift_ratio_of_collapse"
 DRIFT = "peak_storey_drift_ratio"
 Limit = float | Mapping[str, float]
 

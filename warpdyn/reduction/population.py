@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from warpdyn.core.output_variables import DRIFT_RATIO, Variable
-from warpdyn.core.units import IN_G
+from warpdyn.core.output_variables import DRIFT_RATIO, Variable, label_of_levels
+from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.ground_motions.event_sequences import EventSequence
 from warpdyn.ground_motions.excitation import Excitation
@@ -101,15 +101,18 @@ class Population:
         return self.scene.excitation.samples_by_event[event]
 
     def levels_of(self, event: int) -> np.ndarray:
-        """Return the levels of an event's stripes [g]; a single 0 where it has none."""
+        """Return the levels of an event's stripes [g, or SI units of other measures]; a single 0 without any."""
         design = self.designs[event]
-        return np.asarray(design.levels_in_g, dtype=np.float64) if isinstance(design, Stripes) else np.zeros(1)
+        return np.asarray(design.levels, dtype=np.float64) if isinstance(design, Stripes) else np.zeros(1)
 
     @cached_property
     def level_attributes(self) -> dict[str, object]:
         """Attributes of the levels: of which measure, and in which units."""
-        measures = {design.measure.name: None for design in self.designs if isinstance(design, Stripes)}
-        return {"long_name": f"{' or '.join(measures)} of the scaled motion", "units": "g", "comment": IN_G}
+        striped = [design for design in self.designs if isinstance(design, Stripes)]
+        measures = dict.fromkeys(design.measure.name for design in striped)
+        units = dict.fromkeys(design.intensity_units for design in striped)
+        label: dict[str, object] = {"long_name": label_of_levels(" or ".join(measures))}
+        return label | unit_attributes(" or ".join(units))
 
     @cached_property
     def demands(self) -> dict[str, Variable]:

@@ -81,6 +81,11 @@ def _check_keys(told: object, where: str, allowed: Collection[str], needed: Coll
 def _made(kind: Any, inner: dict[str, Any], where: str) -> Any:
     """Return an object of a class from what the JSON says of its arguments."""
     taken = signature(kind).parameters
+    if kind is designs.Stripes and "levels_in_g" in inner:
+        raise ValueError(
+            f"from_json(): {where} is of an earlier warpdyn, whose Stripes called their levels 'levels_in_g': rename "
+            "this key to 'levels' in the JSON; the values stay as they are"
+        )
     needed = [name for name, each in taken.items() if each.default is Parameter.empty]
     _check_keys(inner, where, list(taken), needed)
     return kind(**inner)

@@ -13,11 +13,10 @@ from warpdyn.core.checks import check_dataset
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, OK, STRIPED
 from warpdyn.core.plausibility import warn_of_implausible_limits
-from warpdyn.core.units import IN_G
+from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.reduction.cells import numbered_events
-from warpdyn.reduction.damage_counts import DAMAGE_COUNT
-from warpdyn.reduction.limits import limits_by_archetype
+from warpdyn.reduction.limits import DAMAGE_COUNT, limits_by_archetype
 from warpdyn.running.selections import archetypes_of
 from warpdyn.statistics.reduced_counts import counts_over, is_reduced
 from warpdyn.statistics.stripe_counts import decoded_status
@@ -117,7 +116,8 @@ def damage_shares(
         if "motion_name" in run:
             variables["motion_name"] = run["motion_name"].variable
     if levels is not None:
-        level = {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G}
+        units_of_level = str(run["im_level" if "im_level" in run else "stripe"].attrs.get("units", "g"))
+        level = {"long_name": "intensity of the stripe"} | unit_attributes(units_of_level)
         coordinates["stripe"] = ("stripe", levels, level)
     return xr.Dataset(variables, coordinates, run.attrs)
 

@@ -10,7 +10,8 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.units import IN_G
+from warpdyn.core.output_variables import measure_of_levels
+from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_variables import (
     DISCRETISATION,
@@ -127,7 +128,7 @@ def fragility(
     else:
         words = {"long_name": "limit of each demand, in its demand_units", "demand": "several"}
         variables["damage_limit"] = ("limited_demand", "damage_state"), checked.values, words
-    of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
+    of_measure = unit_attributes(counts.units)
     coordinates: dict[str, Any] = {
         "damage_state": ("damage_state", np.array(checked.states), {"long_name": "damage state"}),
         "stripe": variable("stripe", counts.levels, "intensity of the stripe", **of_measure),
@@ -147,9 +148,7 @@ def fragility(
         variables,
         coords=coordinates,
         attrs={
-            "intensity_measure": labels["im_level"]
-            .attrs.get("long_name", "intensity measure")
-            .removesuffix(" of the scaled motion"),
+            "intensity_measure": measure_of_levels(labels["im_level"].attrs),
             "demand": ", ".join(checked.demands),
             "fragility_method": chosen.method,
             "fragility_shape": chosen.shape.name,

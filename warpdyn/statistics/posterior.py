@@ -10,12 +10,13 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.units import IN_G
+from warpdyn.core.output_variables import measure_of_levels
+from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_variables import fit_flags
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
-from warpdyn.statistics.estimators.newton import covariance_of_influences
 from warpdyn.statistics.lognormal_fit import FITTED, check_confidence, levels_to_add
+from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
 from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
@@ -142,7 +143,7 @@ def _labelled(
     dataset: xr.Dataset,
 ) -> xr.Dataset:
     """Return the dataset of the draws, shape [2, draw, damage_state]."""
-    of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
+    of_measure = unit_attributes(counts.units)
     variables: dict[str, tuple] = {
         "fit_status": (
             "damage_state",
@@ -171,7 +172,7 @@ def _labelled(
             variables[f"fragility_{name}{suffix}"] = "damage_state", part, {"long_name": f"{words} {name}"} | of_unit
         said = {"long_name": f"posterior draw of the {name}"} | of_unit
         variables[f"replicate_{name}"] = ("replicate", "damage_state"), values, said
-    measure = dataset["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    measure = measure_of_levels(dataset["im_level"].attrs)
     return xr.Dataset(
         variables,
         {"damage_state": ("damage_state", np.array(limits.states), {"long_name": "damage state"})},

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.reduction.damage_counts import DAMAGE_COUNT, LEAST_DRIFT
-from warpdyn.reduction.limits import DRIFT, NO_DAMAGE, DamageLimits, Limit
+from warpdyn.reduction.limits import DAMAGE_COUNT, DRIFT, LEAST_DRIFT, NO_DAMAGE, DamageLimits, Limit
 
 OF_STRIPES = ("motion", "structure_group", "stripe")
 _STATE, _FAILURE = "damage_state", "failure"

@@ -70,7 +70,7 @@ class Plan:
     def histories(self, base: wd.Scene) -> int:
         """Return how many histories it has."""
         pairs = self.size * len(base.excitation.motions)
-        return pairs * len(base.excitation.levels_in_g)
+        return pairs * len(base.excitation.levels)
 
 
 def log_medians(run: xr.Dataset) -> np.ndarray:
