@@ -41,6 +41,13 @@ class Rows:
     cell_of_place: np.ndarray
     unit: np.ndarray
 
+    def units(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return a row's samples unit by unit, where each unit starts among them, and the cell of each unit."""
+        order = np.argsort(self.unit, kind="stable").astype(np.int32)
+        _, start = np.unique(self.unit[order], return_index=True)
+        cell = self.cell_of_place[order[start]].astype(np.int32)
+        return order, np.append(start, self.samples).astype(np.int32), cell
+
 
 class Cells:
     """The cells of a statistic.
