@@ -11,6 +11,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, whole_number
 from warpdyn.core.random_numbers import Purpose
+from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
@@ -121,10 +122,16 @@ def _drawn_points(
     random = stream.random((buildings, draws), dtype=np.float32)
     if not np.array_equal(rows, np.arange(buildings)):
         random = random[rows]
-    chosen = np.zeros(random.shape, dtype=np.intp)
-    for bound in np.cumsum(weights, axis=1)[:, :-1].T:
-        chosen += random >= bound[:, None]
-    return np.take_along_axis(index, chosen, axis=1)
+    near, bounds = index.astype(np.min_scalar_type(index.max())), np.cumsum(weights, axis=1)[:, :-1]
+    found = np.empty(random.shape, near.dtype)
+
+    def fill(part: slice) -> None:
+        found[part] = near[part, :1]
+        for bound, point in zip(bounds[part].T, near[part, 1:].T, strict=True):
+            np.copyto(found[part], point[:, None], where=random[part] >= bound[:, None])
+
+    in_parts(fill, rows.size, cores())
+    return found
 
 
 def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
