@@ -162,9 +162,9 @@ class Cells:
         cell = np.zeros(samples, dtype=np.int64)
         if "stripe" in self.dims:
             cell += self._stride["stripe"] * np.searchsorted(self._levels, levels)[level]
-        if not population.motions_by_place:
+        motion = population.motion_of_place
+        if motion is None:
             return cell, place
-        motion = place // levels.size
         if self.event_of_motion is None:
             return cell + self._stride.get("motion", 0) * motion, place
         of_place = self.event_of_motion[motion]

@@ -183,7 +183,12 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
                 np.asarray(design.scale) if isinstance(design, OneMotionPerStructure | MotionsAtSites) else np.ones(1)
             )
             findings.add("scale_factor", np.median(scale), where)
-            strongest.append(scale.max() * max(motion.peak_ground_acceleration for motion in motions))
+            peak, of = (
+                np.array([motion.peak_ground_acceleration for motion in motions]),
+                getattr(design, "motion", None),
+            )
+            # A motion is as strong as its own factor makes it, where it is known which motion has which.
+            strongest.append(scale.max() * peak.max() if of is None else (scale * peak[np.asarray(of)]).max())
     # A weak aftershock is none too weak, and one strong motion suffices.
     if strongest and max(strongest) < np.inf:
         findings.add("strongest_motion", max(strongest))

@@ -28,11 +28,12 @@ TOWNS = {
 PLAN_AREA = {1: 140.0, 2: 160.0, 3: 350.0}
 LARGE_PLAN_AREA = 900.0  # m2, of what is higher
 COST_OF_AREA = 3200.0  # USD/m2
-# The fault's trace [degree] and the magnitude of the scenario: SimCenter's testbed has magnitude 7 on the Hayward fault.
+# The fault's trace [degree] and the magnitude of the scenario, both as in SimCenter's testbed: the Hayward fault.
 FAULT = np.array([[-122.43, 38.03], [-122.25, 37.87], [-122.08, 37.68], [-121.92, 37.50], [-121.81, 37.41]])
 MAGNITUDE = 7.0
 SPACING = 0.05  # degree, of the grid of ground motions
 BETWEEN, WITHIN = 0.25, 0.55  # standard deviations of ln PGA: together 0.6, as Joyner and Boore (1981) found
+MOST_DEVIATIONS = 2.0  # from the median: more than 3 g has hardly been recorded
 KILOMETRES_OF_A_DEGREE = 111.19
 
 
@@ -96,13 +97,16 @@ def median_field(inventory: pd.DataFrame) -> xr.DataArray:
 
 def shaking(inventory: pd.DataFrame, rows: np.ndarray, pairs: list, seed: int) -> wd.MotionsAtSites:
     """Return the motions of all buildings: a correlated field of peak accelerations for each pair of records."""
+    median = median_field(inventory)
     field = wd.sites.correlated_fields(
-        median_field(inventory),
+        median,
         wd.sites.JayaramBaker2009(0.0),
         between=BETWEEN,
         within=WITHIN,
         draws=len(pairs),
         seed=seed,
     )
+    largest = median.values * np.exp(MOST_DEVIATIONS * np.hypot(BETWEEN, WITHIN))
+    field = field.copy(data=np.minimum(field.values, largest))
     grid = wd.sites.scale_records(field, pairs, record=np.arange(len(pairs)))
     return grid.at(inventory, rows, seed=seed)
