@@ -154,8 +154,9 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
     return StripeCounts(
         levels=levels[stripe],
         records=records[record],
-        exceeding=exceeding,
-        valid=valid,
+        # Sums of what follows depend on the order in memory, in their last bits.
+        exceeding=np.ascontiguousarray(exceeding),
+        valid=np.ascontiguousarray(valid),
         excluded=excluded,
         is_crossed=is_crossed,
         **parts,
