@@ -207,7 +207,7 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
 def _check_stripes(valid: np.ndarray) -> None:
     """Raise a ValueError unless records share stripes, from the samples counted by record, group and stripe."""
     records, _, levels = valid.shape
-    _check_pairs(np.count_nonzero(valid.sum(axis=1)), levels, records)
+    _check_pairs(int(np.count_nonzero(valid.sum(axis=1))), levels, records)
 
 
 def _check_pairs(pairs: int, levels: int, records: int) -> None:
