@@ -37,6 +37,9 @@ class Variable:
     is_whole: bool = False
 
 
+DRIFT_RATIO = Variable(("storey",), "1", "peak absolute storey drift ratio")  # of what the kernels record as drift
+
+
 _OF_SCALED_MOTION = " of the scaled motion"
 
 

@@ -10,7 +10,7 @@ from warpdyn.core.thread_pool import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.propagators import pack_linear
-from warpdyn.integration.time_grid import Schedule, motions_of_all
+from warpdyn.integration.time_grid import Schedule
 from warpdyn.kernels.arguments import check_held
 
 if TYPE_CHECKING:
@@ -81,10 +81,11 @@ def pack_samples(
     repeats = 1 if by_intensity else schedule.repeats  # consecutive samples with the same steps are sorted as one
     run_intervals, substeps, step, residual_steps = (column[::repeats] for column in schedule.columns)
     # Longest first, so that no thread waits long for the last history of another.
-    order = _longest_first(run_intervals)
     if by_intensity:
-        strongest = _strongest_first(place, assignment)
+        strongest = _strongest_first(assignment)
         order = strongest[_longest_first(run_intervals[strongest])]
+    else:
+        order = _longest_first(run_intervals)
     kinds = _distinct(substeps)
     parts = [order]
     if kinds.size > 1:
@@ -115,14 +116,16 @@ def _longest_first(durations: np.ndarray) -> np.ndarray:
     return np.argsort((shorter >> coarser).astype(np.uint16), kind="stable")
 
 
-def _strongest_first(place: np.ndarray, assignment: Assignment) -> np.ndarray:
-    """Return the order of falling intensities, and of motions where these are equal."""
+def _strongest_first(assignment: Assignment) -> np.ndarray:
+    """Return the order of falling intensities, to 1/256 of a factor of two, and of motions where these are equal."""
     level = assignment.scale if assignment.im_level is None else assignment.im_level
-    shared = len(motions_of_all(place, assignment.motion))
-    if shared and (level.reshape(-1, shared) == level[:shared]).all():
-        of_one = np.lexsort((assignment.motion[:shared], -level[:shared]))
-        return np.add.outer(of_one, np.arange(0, place.size, shared)).ravel()
-    return np.lexsort((assignment.motion, -level))
+    octaves = np.log2(np.maximum(level, np.finfo(np.float64).tiny))
+    below = np.minimum(256 * (octaves.max() - octaves), 2**16 - 1).astype(np.uint16)
+    motion = assignment.motion
+    small = np.uint16 if motion.max(initial=0) < 2**16 else motion.dtype
+    # Numbers of 16 bits are sorted without comparisons, in a tenth of the time.
+    by_motion = np.argsort(motion.astype(small), kind="stable")
+    return by_motion[np.argsort(below[by_motion], kind="stable")]
 
 
 def _distinct(counts: np.ndarray) -> np.ndarray:

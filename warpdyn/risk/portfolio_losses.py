@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.plausibility import PlausibilityFindings
+from warpdyn.reduction.limits import NO_DAMAGE
 from warpdyn.risk.losses import RETURN_PERIODS, checked_periods
 from warpdyn.risk.vulnerability import LossRatios, Ratios, checked_ratios
-from warpdyn.statistics.damage_shares import NO_DAMAGE
 
 _FUNCTION = "portfolio_losses"
 

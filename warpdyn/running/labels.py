@@ -11,7 +11,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.description import Text
-from warpdyn.core.output_variables import STATUS_MEANINGS, STRIPED, label_of_levels
+from warpdyn.core.output_variables import DRIFT_RATIO, STATUS_MEANINGS, STRIPED, label_of_levels
 from warpdyn.core.units import unit_attributes
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.excitation import Assignment
@@ -52,8 +52,8 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
         attributes = {"long_name": variable.long_name, "units": variable.units}
         columns[name] = Column(variable.dims, model.output_dtype(name), attributes)
     if "peak_storey_drift" in columns:
-        attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
-        columns["peak_storey_drift_ratio"] = Column(("storey",), real, attributes)
+        attributes = {"long_name": DRIFT_RATIO.long_name, "units": DRIFT_RATIO.units}
+        columns["peak_storey_drift_ratio"] = Column(DRIFT_RATIO.dims, real, attributes)
     attributes = {"long_name": "integration step", "units": "s"}
     columns["integration_step"] = Column((), double, attributes)
     status = {
@@ -149,7 +149,8 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
 
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     """Write the values that follow from a block's outputs into rows, by name."""
-    rows["integration_step"][...] = run.schedule.step
+    if "integration_step" in rows:
+        rows["integration_step"][...] = run.schedule.step
     if "peak_storey_drift_ratio" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]

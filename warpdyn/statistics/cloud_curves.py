@@ -16,8 +16,9 @@ from warpdyn.core.output_variables import (
     STATUS_MEANINGS,
     measure_of_levels,
 )
+from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_dataset import dataset_of_curves
-from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit, checked_demand
+from warpdyn.statistics.demands import checked_demand
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits, fit_censored, fit_with_collapse

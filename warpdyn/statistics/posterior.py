@@ -12,11 +12,12 @@ from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import measure_of_levels
 from warpdyn.core.units import unit_attributes
+from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_variables import fit_flags
-from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.lognormal_fit import FITTED, check_confidence, levels_to_add
 from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
+from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
 PRIORS = {"median": "theta", "dispersion": "beta"}  # and what pyFragility calls them
@@ -25,7 +26,7 @@ _BURN_IN = 2000  # draws that the sampler adapts in
 
 def fragility_posterior(
     dataset: xr.Dataset,
-    limits: Mapping[str, Limit],
+    limits: Mapping[str, Limit] | None = None,
     *,
     demand: str = DRIFT,
     priors: Mapping[str, Any] | None = None,
@@ -78,8 +79,9 @@ def fragility_posterior(
             raise TypeError(
                 f"the prior of {name!r} must be a distribution, such as scipy.stats.lognorm(0.3, scale=0.4)"
             )
-    checked = DamageLimits.of(limits, demand)
+    checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)
+    labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
     exceeding = np.moveaxis(counts.of_records[:, :, -1], 1, -1)  # of the worst place, [record, damage_state, im_level]
     total = counts.valid.sum(axis=1)[:, None, :]
     estimator = ESTIMATORS["lognormal"]
@@ -109,7 +111,7 @@ def fragility_posterior(
         found[:, :, state] = posterior.params.T
         effective[state] = posterior.effective_sample_size().min()
     _warn(checked, counts, outcome)
-    return _labelled(checked, counts, found, outcome, effect, effective, confidence, seed, dataset)
+    return _labelled(checked, counts, found, outcome, effect, effective, confidence, seed, labels)
 
 
 def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray) -> None:

@@ -12,7 +12,7 @@ from p695_fragility import DRIFT_LIMITS, build_scene
 from tqdm import tqdm
 
 import warpdyn as wd
-from warpdyn.statistics.demands import DamageLimits
+from warpdyn.reduction.limits import DamageLimits
 from warpdyn.statistics.estimators.table import estimator_of
 from warpdyn.statistics.stripe_counts import count_stripes
 

@@ -17,8 +17,8 @@ from warpdyn.core.messages import no_warnings, warn_caller
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.scene.scene import Scene
 from warpdyn.statistics.capacity_curves import fragility_from_capacities
-from warpdyn.statistics.internal_pilot.variance_components import MOST_STRUCTURES, records_for, variances_of
 from warpdyn.statistics.lognormal_fit import SEPARATED
+from warpdyn.statistics.sample_size.variance_components import MOST_STRUCTURES, records_for, variances_of
 
 # Relative width of brackets over the precision, and its bounds. What is not known of a capacity within its bracket
 # averages out: a width of 50 % adds ln(1.5)^2 / 12 = 0.014 to the variance of ln(capacity), mostly 0.05 to 0.2.

@@ -11,11 +11,11 @@ from warpdyn.core.checks import check_kind, real_number, whole_number
 from warpdyn.core.messages import each_warning_once
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.incremental.capacities import capacities
+from warpdyn.reduction.limits import DRIFT
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
-from warpdyn.statistics.demands import DRIFT
-from warpdyn.statistics.internal_pilot.rounds import Rounds
 from warpdyn.statistics.lognormal_fit import check_confidence
+from warpdyn.statistics.sample_size.rounds import Rounds
 
 
 def fragility_to(

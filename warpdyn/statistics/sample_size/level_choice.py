@@ -14,9 +14,9 @@ from warpdyn.core.checks import check_kind, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.incremental.capacities import capacities
+from warpdyn.reduction.limits import DRIFT
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
-from warpdyn.statistics.demands import DRIFT
 
 PILOT_PAIRS = 40  # pairs of a structure and a motion in the pilot, at least: more motions have one structure each
 PILOT_LADDER, PILOT_TOLERANCE = 1.3, 0.1

@@ -1,1 +1,0 @@
-"""Structures that are added to every motion until intervals are narrow: what the first ones tell says how many."""
