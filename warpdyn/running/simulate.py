@@ -15,6 +15,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.files.netcdf import write_at_once
 from warpdyn.files.unfinished import Unfinished
 from warpdyn.ground_motions.designs import OneMotionPerStructure, Stripes
+from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.reduction import Reduction, checked_statistics
@@ -181,7 +182,7 @@ def simulate(
 def _warn_of_copies(scene: Scene, structures: object) -> None:
     """Warn of structures that are all alike, and so are their histories, which statistics would take for more data."""
     is_drawn = scene.structure.is_many or scene.scatter or not scene.excitation.is_design
-    one_each = isinstance(scene.excitation, OneMotionPerStructure)
+    one_each = isinstance(scene.excitation, OneMotionPerStructure | MotionsAtSites)
     one_each |= isinstance(scene.excitation, Stripes) and scene.excitation.structures_per_motion == 1
     if is_drawn or one_each or not isinstance(structures, int | np.integer):
         return
