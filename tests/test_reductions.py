@@ -105,6 +105,8 @@ OF_DESIGNS = [
     ("city crossed", ("building", "stripe")),
     ("city cloud", ("cell", "motion", "archetype")),
     ("city one motion", ("archetype", "motion")),
+    ("city at sites", ("archetype", "motion")),
+    ("city at sites", ("motion", "building")),
 ]
 
 
