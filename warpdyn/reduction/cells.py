@@ -138,8 +138,6 @@ class Cells:
         codes = codes if self.event_of_motion is None else self.event_of_motion
         if (motion == motion[:, :1]).all():
             return Rows(samples, 1, structures, row + stride * codes[motion[:, 0]], place, unit)
-        if self.event_of_motion is not None:
-            raise ValueError("events need a design in which every structure runs under all motions, or under one")
         of_sample = (row[:, None] + stride * codes[motion] + place).ravel()
         none = np.zeros(1, dtype=np.int64)
         return Rows(1, samples, np.repeat(structures, samples), of_sample, none, none)
@@ -214,7 +212,10 @@ class Cells:
             return None, np.array(self.population.scene.excitation.event_names)
         if events is None:
             return None, np.arange(0)
-        return numbered_events(events, len(self.population.scene.excitation.motions))
+        population = self.population
+        if not population.motions_by_place and population.samples(0) > population.levels_of(0).size:
+            raise ValueError("events= needs a design in which every structure runs under all motions, or under one")
+        return numbered_events(events, len(population.scene.excitation.motions))
 
     def _check_labels(self) -> None:
         """Raise an error unless each structure has a label, none is missing, and names are free."""
