@@ -186,6 +186,11 @@ def guard(
     return np.zeros_like(unstable)
 
 
+def affordable(taken: np.ndarray, dofs: int) -> np.ndarray:
+    """Return the steps that a rerun may have taken, where the samples until then have taken so many."""
+    return np.maximum(MOST_COST * taken, ALWAYS_AFFORDED / dofs)
+
+
 class Reruns:
     """Runs failed samples again, within a limit on the steps that it takes over all blocks of a run.
 
@@ -224,7 +229,7 @@ class Reruns:
             outputs: Their outputs, sample last, which are overwritten.
         """
         steps = run.schedule.run_intervals[samples] * run.schedule.substeps[samples].astype(np.float64)
-        afforded = np.maximum(MOST_COST * self.charged(0, steps), ALWAYS_AFFORDED / run.plan.dofs)
+        afforded = affordable(self.charged(0, steps), run.plan.dofs)
         failed = np.flatnonzero(outputs["status"] >= DIVERGED)
         decided: list[tuple[np.ndarray, np.ndarray]] = []
         if self.seen is not None:

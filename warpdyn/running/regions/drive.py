@@ -76,6 +76,8 @@ class RegionRun:
             chosen = chosen or workers.ask(choose, _keyed(job))
             job = replace(job, integration=replace(integration, **chosen))
             layout = self._laid_out(job)
+        for text in layout.messages:
+            warn_caller(text)
         if unfinished is not None:
             job = replace(job, store=unfinished.kept / f"{self.digest[:16]}.zarr")
         self.job, self.layout = _keyed(job), layout

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import threading
+import warnings
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -90,6 +92,7 @@ class Layout:
         demands: Names of the demands.
         bytes_per_sample: Bytes of a sample in the dataset.
         structures_per_region: Structures of every region but the last.
+        messages: Warnings of what is asked for.
     """
 
     template: xr.Dataset
@@ -99,6 +102,7 @@ class Layout:
     demands: tuple[str, ...]
     bytes_per_sample: int
     structures_per_region: int
+    messages: list[str]
 
 
 class Prepared:
@@ -111,6 +115,7 @@ class Prepared:
         self.run = build_run(job.scene, job.structures, job.integration, execution, job.seed)
         self.columns = columns_kept(self.run, job.kept)
         self.queues = open_queues(execution.devices, self.run.model.threads)
+        self.messages: list[str] = []  # what was warned of when it was built
         self._chosen: list[np.ndarray] | None = None
 
     def estimates(self, share: float | None, structures: int) -> list[ErrorEstimate]:
@@ -141,7 +146,9 @@ def prepared_for(job: Job) -> Prepared:
     if found is None:
         if job.versions and job.versions != versions():
             raise RuntimeError(f"a worker that joined the run has {named(versions())}, and not {named(job.versions)}")
-        found = _prepared[job.key] = Prepared(job)
+        with messages_caught() as messages:
+            found = _prepared[job.key] = Prepared(job)
+        found.messages = messages
         while len(_prepared) > MOST_PREPARED:
             _prepared.popitem(last=False)
     _prepared.move_to_end(job.key)
@@ -187,6 +194,7 @@ def lay_out_run(job: Job, workers: int, neighbours: int, most_memory: int | None
             demands=tuple(run.model.demands),
             bytes_per_sample=bytes_per_row(run, columns),
             structures_per_region=_structures_per_region(prepared, job, workers, neighbours, most_memory),
+            messages=prepared.messages,
         )
 
 
@@ -213,3 +221,13 @@ def _threads_of_worker() -> int | None:
         return int(get_worker().state.nthreads)
     except (ImportError, ValueError):
         return None
+
+
+@contextmanager
+def messages_caught() -> Iterator[list[str]]:
+    """Collect warnings, each once, for the process that asked for the run."""
+    said: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        yield said
+    said += dict.fromkeys(str(each.message) for each in caught)

@@ -16,7 +16,7 @@ import numpy as np
 
 from warpdyn.ground_motions.excitation import MOST_STEPS
 from warpdyn.integration.dynamics import Arrays
-from warpdyn.integration.stability_guard import ALWAYS_AFFORDED, MOST_COST, ROW, Reruns
+from warpdyn.integration.stability_guard import ROW, Reruns, affordable
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def stand(state: dict[str, Any], made: list[Decisions]) -> dict[str, Any] | None
     for one in made:
         count, taken = reruns.state["count"], reruns.state["taken"]
         place = -count[0] % ROW
-        afforded = np.maximum(MOST_COST * (taken[0] + one.until[:, place]), ALWAYS_AFFORDED / one.dofs)
+        afforded = affordable(taken[0] + one.until[:, place], one.dofs)
         count[0], taken[0] = count[0] + one.count, taken[0] + float(one.total[place])
         reruns.state = {"count": count, "taken": taken}
         edges = np.concatenate([[0], np.cumsum(one.sizes)])

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -18,7 +15,7 @@ from warpdyn.kernels.queues import seconds_in_kernels
 from warpdyn.running.blocks import divide
 from warpdyn.running.histories import Histories, KeptHistories, outcomes_of
 from warpdyn.running.pipeline import Pipeline
-from warpdyn.running.regions.job import Job, Prepared, one_at_a_time, prepared_for
+from warpdyn.running.regions.job import Job, Prepared, messages_caught, one_at_a_time, prepared_for
 from warpdyn.running.regions.report import Report, state_of
 from warpdyn.running.regions.rerun_budget import decisions
 from warpdyn.running.sinks import InMemory
@@ -49,7 +46,7 @@ def run_region(job: Job, structures: range, states: list[dict[str, Any]] | None)
         states: `Reruns.state` after all samples before them, for each event and then for the error estimates of each;
             None where it is not known.
     """
-    with one_at_a_time, _messages() as messages:
+    with one_at_a_time, messages_caught() as messages:
         prepared = prepared_for(job)
         run, kept, integration = prepared.run, job.kept, job.integration
         findings = _findings(prepared, job)
@@ -146,13 +143,3 @@ def _findings(prepared: Prepared, job: Job) -> list[StabilityFindings]:
     events = prepared.run.model.scene.excitation.event_names
     counts = zip(prepared.run.samples_by_event, events, strict=True)
     return [StabilityFindings(count, job.integration.method, name) for count, name in counts]
-
-
-@contextmanager
-def _messages() -> Iterator[list[str]]:
-    """Collect warnings, each once, for the process that asked for the run."""
-    said: list[str] = []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        yield said
-    said += dict.fromkeys(str(each.message) for each in caught)
