@@ -90,7 +90,7 @@ def run_region(job: Job, structures: range, states: list[dict[str, Any]] | None)
         )
     if job.store is None:
         report.rows = table.rows
-    else:  # while the next region is integrated
+    else:  # where a worker has several threads, another of its tasks integrates meanwhile
         write_region(job.store, structures.start * (run.samples // run.structures), table.rows)
         report.save(job.report_of(structures))
     return report

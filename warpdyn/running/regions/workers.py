@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from warpdyn.running.regions.job import DECIDING, Job, named, versions
 from warpdyn.running.run_scene import machines_of
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client, Future, Worker
 
 # A task that is ready behind each one that runs, so that no worker waits for the next.
 TASKS_PER_WORKER = 2
@@ -78,12 +79,14 @@ class About:
         host: Its machine.
         machines: Makers' names of its devices.
         gpu: What tells its GPU from all others of the host; empty for a CPU.
+        most_memory: Bytes that it may take; None for no limit but the machine's.
         problem: What keeps it from running anything.
     """
 
     host: str = ""
     machines: list[str] = field(default_factory=list)
     gpu: str = ""
+    most_memory: int | None = None
     problem: str = ""
 
 
@@ -122,7 +125,7 @@ class OnCluster:
             if count > 1:
                 warn_caller(f"{count} workers share {gpu} of {host}: start one for each GPU, as dask-cuda does")
         hosts = Counter(about.host for about in found.values())
-        limits = [info["memory_limit"] for info in self._workers().values() if info["memory_limit"]]
+        limits = [about.most_memory for about in found.values() if about.most_memory]
         self.layout: Division = len(found), max(hosts.values()), min(limits, default=None)
 
     def ask(self, function: Callable, job: Job, *arguments: object) -> Any:
@@ -166,7 +169,9 @@ class OnCluster:
         it have died, the scheduler makes it again.
         """
         if job.key not in self._jobs:
-            self._jobs[job.key] = self.client.submit(_same, job, pure=False)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Sending large graph")  # it travels once
+                self._jobs[job.key] = self.client.submit(_same, job, pure=False)
         return self._jobs[job.key]
 
     def _finished(self, futures: list[Future]) -> list[Future]:
@@ -184,17 +189,14 @@ class OnCluster:
         """Wait until the cluster has a worker, as a queue of jobs gives it one in its time."""
         from distributed import TimeoutError as TimedOut
 
-        if not self._workers():
+        if not self.client.nthreads():
             say("the cluster has no workers yet: waiting for the first one")
-        while not self._workers():
+        while not self.client.nthreads():
             stop_if_asked()
             try:
                 self.client.wait_for_workers(1, timeout=PATIENCE)
             except (TimeoutError, TimedOut):
                 continue
-
-    def _workers(self) -> dict[str, Any]:
-        return self.client.scheduler_info(n_workers=-1)["workers"]
 
     def _check_versions(self) -> None:
         """Raise a RuntimeError if workers have other versions than this process."""
@@ -243,8 +245,8 @@ def workers_of(cluster: object, device: object, threads: int | None) -> OnCluste
     return OnCluster(cluster, device, threads)
 
 
-def _about(device: str | None, threads: int | None) -> About:
-    """Return what a worker tells of itself."""
+def _about(device: str | None, threads: int | None, dask_worker: Worker) -> About:
+    """Return what a worker tells of itself; Dask hands it the worker."""
     import socket
 
     import warp as wp
@@ -255,7 +257,7 @@ def _about(device: str | None, threads: int | None) -> About:
         return About(problem=str(error))
     first = execution.devices[0]
     gpu = f"{first} ({wp.get_device(first).pci_bus_id})" if execution.is_gpu else ""
-    return About(socket.gethostname(), machines_of(execution), gpu)
+    return About(socket.gethostname(), machines_of(execution), gpu, dask_worker.memory_manager.memory_limit)
 
 
 def _sees(path: str) -> bool:
