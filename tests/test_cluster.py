@@ -24,7 +24,7 @@ distributed = pytest.importorskip("distributed")
 TWO_ARCHETYPES = {"low": wd.Archetype(chain(1), 40, SCATTER), "high": wd.Archetype(chain(3), 30, SCATTER)}
 PORTFOLIO = wd.Scene(wd.Portfolio(TWO_ARCHETYPES), STRIPES, tail=1.0, collapse_drift_ratio=0.05)
 SEQUENCE = wd.Scene(make_shaken_building(), STRIPED, DRAWN)
-# Some dozens of milliseconds a region, of which there are 30.
+# Some dozens of milliseconds a region, of which there are 15.
 LONG = {"structures": 240, "seed": 5, "step": 1e-4, "device": "cpu"}
 
 pytestmark = [
@@ -45,14 +45,14 @@ def cluster():
 
 @pytest.fixture
 def client(cluster):
-    """Return a client of the cluster, whose regions have 48 samples."""
+    """Return a client of the cluster, whose regions have 96 samples."""
     with distributed.Client(cluster) as found:
         found.wait_for_workers(2)
         found.run(make_regions_small)
         yield found
 
 
-def make_regions_small(samples=48):
+def make_regions_small(samples=96):
     """Run by a worker before runs are laid out."""
     from warpdyn.running.regions import job
 
@@ -73,7 +73,7 @@ def test_a_run_of_two_processes_has_the_bits_of_one(kind, client, long_run, tmp_
         assert run["status"]._in_memory
     else:
         with xr.open_zarr(path) as read:
-            assert len(read.chunksizes["sample"]) == 30
+            assert len(read.chunksizes["sample"]) == 15
             check_same(read, long_run)
         assert os.listdir(tmp_path) == ["run.zarr"]
 
@@ -105,7 +105,7 @@ def test_a_worker_that_is_killed_costs_its_regions_alone(moment, cluster, client
     draw = random.Random(moment)
     killed, taken, timers = [], [], []
     # After so many regions; at the third case of four both workers die, one soon after the other.
-    places = [draw.randrange(25)] * (2 if moment % 4 == 2 else 1)
+    places = [draw.randrange(12)] * (2 if moment % 4 == 2 else 1)
 
     def kill():
         pids = [worker.pid for worker in cluster.workers.values() if worker.pid not in (None, *killed)]
@@ -124,7 +124,7 @@ def test_a_worker_that_is_killed_costs_its_regions_alone(moment, cluster, client
     for timer in timers:
         timer.join()
     assert len(killed) == len(places)
-    assert sorted(taken) == list(range(30))  # none lost, none counted twice
+    assert sorted(taken) == list(range(15))  # none lost, none counted twice
     check_same(run, long_run)
 
 
@@ -153,12 +153,12 @@ def test_a_run_that_ctrl_c_stopped_goes_on(client, long_run, tmp_path, caplog):
         time.sleep(0.1)
     assert not any(client.processing().values())
     done = len(list(tmp_path.rglob("*.npz")))
-    assert 0 < done < 30
-    client.run(make_regions_small, 96)  # as another number of workers might divide it
+    assert 0 < done < 15
+    client.run(make_regions_small, 192)  # as another number of workers might divide it
     with told_of_regions(taken.append):
         run = wd.simulate(make_scene(), cluster=client, path=path, **LONG)
-    assert len(taken) == 30 - done
-    assert f"goes on from the {8 * done} of 240 structures" in caplog.text
+    assert len(taken) == 15 - done
+    assert f"goes on from the {16 * done} of 240 structures" in caplog.text
     check_same(run, long_run)
     with pytest.raises(FileExistsError, match="another run stands there"):
         wd.simulate(make_scene(), cluster=client, path=path, **(LONG | {"seed": 6}))

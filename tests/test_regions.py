@@ -28,11 +28,11 @@ SCENES = {
     "hypercube": (make_scene(sampling="latin_hypercube"), {"structures": 9, "dtype": "float64"}),
     "sobol": (make_scene(sampling="sobol"), {"structures": 9, "keep_inputs": False, "sample_error": 0.05}),
     "own structures": (make_scene(excitation=wd.OneMotionPerStructure(MOTIONS)), {"structures": 9}),
-    "portfolio": (CITY_SCENE, {"checked_share": 0.5}),
 }
+WITH_PORTFOLIO = SCENES | {"portfolio": (CITY_SCENE, {"checked_share": 0.5})}
 
 pytestmark = [
-    pytest.mark.filterwarnings("ignore:The balance properties of Sobol"),
+    pytest.mark.filterwarnings("ignore:The balance properties of Sobol", "ignore:a tail of"),
     pytest.mark.meant_as_given(
         *("damping_ratio", "first_period", "first_period_over_height", "no_damping", "storey_height"),
         *("yield_base_shear_coefficient", "yield_drift_ratio", "collapse_drift_ratio", "force_over_weight"),
@@ -63,9 +63,9 @@ def check_same(read, held):
             np.testing.assert_array_equal(read[name].attrs[key], value, err_msg=f"{name} {key}")
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [*SCENES, pytest.param("portfolio", marks=pytest.mark.thorough)])
 def test_the_store_is_what_the_run_in_memory_is(name, tmp_path, small_regions):
-    scene, settings = SCENES[name]
+    scene, settings = WITH_PORTFOLIO[name]
     settings = {"seed": 3, "device": "cpu", **settings}
     held = wd.simulate(scene, **settings)
     returned = wd.simulate(scene, path=tmp_path / "run.zarr", **settings)
@@ -110,7 +110,7 @@ def interrupted_after(regions, monkeypatch):
 
 @pytest.mark.parametrize("name", ["stripes", pytest.param("portfolio", marks=pytest.mark.thorough)])
 def test_a_run_that_was_stopped_goes_on_from_its_regions(name, tmp_path, small_regions, monkeypatch, caplog):
-    scene, settings = SCENES[name]
+    scene, settings = WITH_PORTFOLIO[name]
     settings = {"seed": 3, "device": "cpu", **settings}
     held = wd.simulate(scene, **settings)
     with monkeypatch.context() as patched:
@@ -193,6 +193,7 @@ def failing(monkeypatch):
 
 
 @pytest.mark.filterwarnings("ignore:.*of 60 samples")
+@pytest.mark.meant_as_given("initial_velocity", "random_factor", "no_damping", "storey_height")
 @pytest.mark.parametrize("size", [7, *(pytest.param(each, marks=pytest.mark.thorough) for each in (1, 16, 17, 59))])
 def test_how_often_failures_are_run_again_does_not_depend_on_regions(size, failing, tmp_path, monkeypatch):
     scene, settings = failing
