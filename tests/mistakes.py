@@ -288,6 +288,36 @@ SHAKEN = {
     "levels in m/s2": (lambda: run(None, wd.Stripes(RECORDS, [2, 4, 8, 16], PGA)), "intensity level is 16 g", "m/s2"),
     "levels in percent": (lambda: run(None, wd.Stripes(RECORDS, [10, 20, 40], PGA)), "intensity level is 40 g", "% g"),
     "levels in gal": (lambda: run(None, wd.Stripes(RECORDS, [100, 200], PGA)), "intensity level is 200 g", "gal"),
+    "velocities in cm/s": (
+        lambda: run(None, wd.Stripes(RECORDS, [5, 30, 90], wd.PeakGroundVelocity())),
+        "level of the peak ground velocity is 90 m/s",
+        "given in cm/s, it would be 0.9 m/s",
+        "lowest level of the peak ground velocity is 5 m/s",
+    ),
+    "one velocity in cm/s": (
+        lambda: run(None, wd.Stripes(RECORDS, [30], wd.PeakGroundVelocity())),
+        "level of the peak ground velocity is 30 m/s",
+    ),
+    "displacements in mm": (
+        lambda: run(None, wd.Stripes(RECORDS, [50, 200, 800], wd.PeakGroundDisplacement())),
+        "level of the peak ground displacement is 800 m",
+        "given in mm, it would be 0.8 m",
+    ),
+    "Arias intensities in cm/s": (
+        lambda: run(None, wd.Stripes(RECORDS, [30, 100, 600], wd.AriasIntensity())),
+        "level of the Arias intensity is 600 m/s",
+        "given in cm/s, it would be 6 m/s",
+    ),
+    "absolute velocities in cm/s": (
+        lambda: run(None, wd.Stripes(RECORDS, [200, 1000], wd.CumulativeAbsoluteVelocity())),
+        "level of the cumulative absolute velocity is 1000 m/s",
+        "given in cm/s, it would be 10 m/s",
+    ),
+    "motions in g on levels of a velocity": (
+        lambda: run(None, wd.Stripes(strong(0.005, 0.01), [0.5, 1.0], wd.PeakGroundVelocity())),
+        "median scale factor",
+        "motions given in g",
+    ),
     "levels that begin high": (
         lambda: run(None, wd.Stripes(RECORDS, [2.0, 3.0], PGA)),
         "lowest intensity level",

@@ -281,10 +281,6 @@ def test_curves_that_do_not_fit_are_refused():
         wd.annual_rates(curves(STATES).drop_vars("fragility_dispersion"), BENT)
     with pytest.raises(TypeError, match="a HazardCurve or a HazardLogicTree"):
         wd.annual_rates(curves(STATES), [0.1, 0.2])
-    for shape in ("loglogistic", "of demand and collapse"):  # a lognormal curve of their parameters is another one
-        for function in (wd.annual_rates, wd.disaggregate, wd.check_risk_target):
-            with pytest.raises(ValueError, match=f"the curves are of the shape '{shape}'"):
-                function(curves(STATES).assign_attrs(fragility_shape=shape), BENT)
 
 
 def test_one_state_or_none_may_be_selected():

@@ -160,9 +160,9 @@ SCENES = {
         "start from a velocity",
     ),
     "no motion": (lambda: wd.Cloud([]), "motions is empty"),
-    "no level": (lambda: wd.Stripes([WAVE], [], PGA), "levels_in_g must be a row of finite values above 0 g"),
-    "negative level": (lambda: wd.Stripes([WAVE], [-0.1, 0.2], PGA), "levels_in_g", "above 0 g", "-0.1"),
-    "levels that fall": (lambda: wd.Stripes([WAVE], [0.2, 0.1], PGA), "levels_in_g must increase, got [0.2, 0.1]"),
+    "no level": (lambda: wd.Stripes([WAVE], [], PGA), "levels must be a row of finite values above 0 g"),
+    "negative level": (lambda: wd.Stripes([WAVE], [-0.1, 0.2], PGA), "levels must be", "above 0 g", "-0.1"),
+    "levels that fall": (lambda: wd.Stripes([WAVE], [0.2, 0.1], PGA), "levels must increase, got [0.2, 0.1]"),
     "all-zero record": (lambda: wd.Stripes([WAVE, SILENCE], [0.1], PGA), "motion 1 ('silence')", "all-zero"),
     "all-zero record, Sa": (lambda: wd.Stripes([SILENCE], [0.1], wd.SpectralAcceleration(1.0)), "motion 0 ('silence')"),
     "index of no motion": (

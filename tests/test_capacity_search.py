@@ -21,7 +21,7 @@ class Curves:
     def __init__(self, functions, collapse_level=2.0):
         self.functions, self.count = functions, len(functions)
         self.first_demand = np.array([float(f(np.float64(FIRST))) for f in functions])
-        self.elastic_level = np.zeros(self.count)
+        self.elastic_level, self.first_step = np.zeros(self.count), np.ones(self.count)
         self.collapse_level = np.full(self.count, collapse_level)
         self.whole = SimpleNamespace(queue=SimpleNamespace(device="cpu"))
         self.histories = 0
@@ -162,3 +162,20 @@ def test_elastic_levels_are_scaled_and_not_counted_as_run():
     assert upper[:, 0].tolist() == [0.2, 0.3]
     assert below[:, 0].tolist() == [1.0, 1.0]
     assert above[:, 0].tolist() == [2.0, 3.0]
+
+
+def test_pairs_have_ladders_of_their_own_up_to_the_same_highest_level():
+    first_step = np.array([0.25, 0.75])
+    curves = Curves([softening] * 2)
+    curves.first_step = first_step
+    search = Search(curves, LIMIT, HIGHEST, 1.5, 0.5)
+    search.run()
+    lower, upper, *_ = search.levels.brackets(np.arange(2), LIMIT)
+    true = np.array([1 / 3, 1.0, 1.5])
+    assert np.all((lower <= true) & (true <= upper) & (upper / lower <= 1.5 * (1 + 1e-9)))
+    np.testing.assert_allclose(np.log(HIGHEST / upper) / np.log(1.5) % 1, np.tile(first_step[:, None], 3), atol=1e-9)
+    # A limit that is not passed is looked for at the highest level too.
+    never = Curves([lambda x: 0.001 * x] * 2)
+    never.first_step = first_step
+    Search(never, LIMIT, HIGHEST, 1.5, 0.5).run()
+    assert [max(asked) for asked in never.asked] == [HIGHEST, HIGHEST]

@@ -1,7 +1,7 @@
 """Every law with every method compiles and runs, on the cases of combination_cases.py, and agrees with itself.
 
 What is told apart here is what the combined rows say, not how exact they are, which each law's and method's own tests
-tell of kernels as shipped: these are compiled without optimisation, in half the time.
+tell of optimised kernels: these are compiled without, in half the time.
 """
 
 from itertools import combinations, product
@@ -51,7 +51,7 @@ from warpdyn.kernels.queues import CpuQueue
 from warpdyn.laws.springs import SPRINGS
 from warpdyn.methods.table import METHODS, fitting_methods
 
-pytestmark = [pytest.mark.usefixtures("unoptimised"), pytest.mark.meant_as_given("no_damping")]
+pytestmark = [pytest.mark.usefixtures("unoptimised"), pytest.mark.as_shipped, pytest.mark.meant_as_given("no_damping")]
 
 
 @pytest.fixture

@@ -149,6 +149,10 @@ def test_stripes_are_counted_apart():
     np.testing.assert_allclose(shares["damage_share"].sel(stripe=0.2) * 5, [[3, 2, 0], [2, 2, 1]])
     pair = wd.damage_shares(run, LIMITS, events=["both", "both"])["damage_share"]
     np.testing.assert_allclose(pair.sel(stripe=0.2) * 5, [[0, 4, 1]])
+    assert shares["stripe"].attrs["units"] == "g"
+    in_si = ("sample", level[1], {"design": "stripes", "units": "m s-1"})
+    of_velocity = wd.damage_shares(run.assign_coords(im_level=in_si), LIMITS)["stripe"].attrs
+    assert of_velocity == {"long_name": "intensity of the stripe", "units": "m s-1"}
 
 
 BAD = {

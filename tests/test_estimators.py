@@ -9,7 +9,7 @@ from scipy.special import expit, ndtr
 from scipy.stats import norm
 
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, estimator_of
-from warpdyn.statistics.estimators.newton import covariance_of_influences
+from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
 
 pytestmark = pytest.mark.fast
 

@@ -1,12 +1,16 @@
 """Hazard curves: their points, the files of OpenQuake and of the USGS, interpolation, logic trees, refusals."""
 
 import json
+import warnings
 
 import numpy as np
+import pyFragility
 import pytest
+from fragility_parameters import curves
 
 import warpdyn as wd
-from warpdyn.risk.hazard_files import same_measure
+from warpdyn.risk.hazard.measures import same_measure
+from warpdyn.risk.hazard.plausible import highest_rate
 
 pytestmark = pytest.mark.fast
 
@@ -169,6 +173,78 @@ def test_rates_and_probabilities_that_are_taken_for_each_other():
     with pytest.warns(UserWarning, match="implausible input.*percent"):
         wd.HazardCurve([0.01, 0.1, 0.5], [63.0, 10.0, 2.0])
     wd.HazardCurve([0.01, 0.1, 0.5], [0.98, 0.05, 2e-3])  # frequent small motions are no mistake
+    with pytest.warns(UserWarning, match=r"rate at a hazard curve's first points is 0.95"):
+        wd.HazardCurve([0.01, 0.02, 0.05], [0.95, 0.88, 0.6])  # one point above 0.9, level there
+
+
+# An active site and a quiet one, power laws of the slope 2:
+# PGA of 0.6 g in 475 years, as in Los Angeles, and 0.05 g, as in northern Germany.
+LEVELS = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5])
+ACTIVE, QUIET = ((LEVELS / at) ** -2.0 / 475 for at in (0.6, 0.05))
+
+
+def test_curves_above_the_highest_hazard_are_told():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for rate in (ACTIVE, QUIET):
+            wd.HazardCurve(LEVELS, np.minimum(rate, 0.9), measure="PGA")
+    told = r"over the highest of any site at the same intensity \({}\) is .*with intensities given in m/s2"
+    with pytest.warns(UserWarning, match=told.format(".* a year at 0.981 g")) as warned:
+        wd.HazardCurve(9.80665 * LEVELS[2:], ACTIVE[2:], measure="PGA")
+    assert "probabilities in 50 years given as annual rates" in str(warned[0].message)
+    with pytest.warns(UserWarning, match=told.format(".*")):
+        wd.HazardCurve(LEVELS, -np.expm1(-50 * ACTIVE), measure="PGA")
+    # GEM's global map of 475 years has colours up to 1.5 g: the bound is there within 10 % of the rate.
+    assert float(highest_rate(np.array(1.5), "PGA")) == pytest.approx(1 / 475, rel=0.1)
+    with wd.meant_as_given("hazard_over_highest"):
+        wd.HazardCurve(9.80665 * LEVELS[2:], ACTIVE[2:], measure="PGA")
+    # What is usual of short periods is not of the ground, nor of long ones.
+    high = [1.0, 2.0, 3.0], [8e-3, 4e-3, 2e-3]
+    wd.HazardCurve(*high, measure="SA(0.2)")
+    for measure in ("PGA", "SA(2.0)"):
+        with pytest.warns(UserWarning, match="over the highest of any site"):
+            wd.HazardCurve(*high, measure=measure)
+    wd.HazardCurve(9.80665 * LEVELS[2:], ACTIVE[2:], measure="PGA", units="m s-2")
+    wd.HazardCurve(9.80665 * LEVELS[2:], QUIET[2:], measure="PGA")  # as of an active site: nothing tells the mistake
+
+
+# Public curves: of pyFragility's wood frames, and of the USGS for Concord (California), as in USGS above.
+WOOD_FRAME = pyFragility.datasets.load_msa_wood_frame().hazard
+PUBLIC = {
+    "SA(0.5)": (np.asarray(WOOD_FRAME.im), np.asarray(WOOD_FRAME.annual_rate)),
+    "SA(0.2)": (
+        np.array([0.128, 0.288, 0.649, 1.46, 3.28]),
+        np.array([2.85270518e-03, 2.83008128e-03, 2.28696055e-03, 6.77886373e-04, 2.95347392e-05]),
+    ),
+}
+
+
+@pytest.mark.parametrize("measure", PUBLIC)
+def test_public_curves_are_usual_and_their_mistakes_are_not(measure):
+    intensity, rate = PUBLIC[measure]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.HazardCurve(intensity, rate, measure=measure)
+    for wrong in ((9.80665 * intensity, rate), (intensity, -np.expm1(-50 * rate))):
+        with pytest.warns(UserWarning, match="implausible input"):
+            wd.HazardCurve(*wrong, measure=measure)
+
+
+@pytest.mark.parametrize("names", [("Housner intensity", "PGA"), ("PGA", "spectral acceleration at 1 s")])
+def test_names_that_are_not_understood_are_told(names):
+    of_hazard, of_curves = names
+    hazard = wd.HazardCurve(*POINTS, measure=of_hazard)
+    given = curves({"complete": (0.2, 0.2)}, measure=of_curves)
+    with pytest.warns(
+        UserWarning, match=r"annual_rates: the hazard and the curves .* not compared.*understood are PGA"
+    ):
+        wd.annual_rates(given, hazard)
+    with pytest.warns(UserWarning, match="HazardLogicTree: two curves .* not compared"):
+        wd.HazardLogicTree([hazard, wd.HazardCurve(*POINTS, measure=of_curves)], [0.5, 0.5])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.annual_rates(given, wd.HazardCurve(*POINTS, measure=of_curves))  # the same words
+        wd.annual_rates(given, wd.HazardCurve(*POINTS))  # not to be compared
 
 
 def test_intensities_in_another_unit_are_told():
@@ -182,14 +258,17 @@ def test_logic_trees():
     low, high = wd.HazardCurve(*POINTS), wd.HazardCurve([0.05, 0.5, 2.0], [2e-2, 1e-3, 1e-5])
     tree = wd.HazardLogicTree([low, high], [0.25, 0.75])
     assert tree.rate_of(0.2) == pytest.approx(0.25 * low.rate_of(0.2) + 0.75 * high.rate_of(0.2), rel=1e-14)
-    for curves, weights, words in (
+    for branches, weights, words in (
         ([low, high], [0.5, 0.4], "sum to 1, got 0.9"),
         ([low, high], [1.0], "2 curves and 1 weights"),
         ([low, wd.HazardCurve(*POINTS, units="m s-2")], [0.5, 0.5], "one measure and unit"),
         ([], [], "at least one"),
     ):
         with pytest.raises(ValueError, match=words):
-            wd.HazardLogicTree(curves, weights)
+            wd.HazardLogicTree(branches, weights)
+    for one in (low, None):
+        with pytest.raises(TypeError, match=rf"a row of HazardCurves, such as \[curve\], got {type(one).__name__}"):
+            wd.HazardLogicTree(one, [1.0])
 
 
 @pytest.mark.parametrize(
@@ -208,7 +287,10 @@ def test_logic_trees():
         ("AvgSA", "Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", True),
         ("AvgSA", "Sa(0.75 s, 5 %)", False),
         ("SA(0.75)", "Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", False),
-        ("", "PGA", True),
+        ("", "PGA", None),
+        ("D5-95", "RSD595", True),
+        ("D5-95", "D5-75", False),
+        ("Housner intensity", "Housner intensity", True),
         ("geometric mean of Sa(0.75 s, 5 %)", "SA(0.75)", True),
         ("geometric mean of Sa(0.75 s, 5 %)", "SA(1.5)", False),
         ("RotD50 Sa(1 s, 5 %)", "PGA", False),
@@ -216,7 +298,7 @@ def test_logic_trees():
         ("Sa_avg(0.2 s to 3 s, 5 %)", "AvgSA", True),
         ("Sa_avg(0.2 s to 3 s, 5 %)", "SA(1.0)", False),
         ("Arias intensity", "IA", True),
-        ("Housner intensity", "PGA", True),  # a name that is not understood is not judged
+        ("Housner intensity", "PGA", None),  # a name that is not understood is not judged
     ],
 )
 def test_measures_are_compared(one, other, same):

@@ -4,6 +4,7 @@ import pytest
 from method_sources import thorough_unless
 from opensees_histories import BUILDINGS, compare
 
+pytestmark = pytest.mark.as_shipped
 STEP = 2e-3  # s, of OpenSees: four times that of the whole table
 
 

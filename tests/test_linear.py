@@ -12,7 +12,10 @@ from seed_problem import AMPLITUDE, DAMPING, MASS, SEED_DISPLACEMENT, STIFFNESS
 import warpdyn as wd
 from warpdyn.truth import bilinear_chain_response, harmonic_response, piecewise_linear_response
 
-pytestmark = pytest.mark.meant_as_given("initial_drift_ratio", "no_damping", "storey_height")
+pytestmark = [
+    pytest.mark.as_shipped,
+    pytest.mark.meant_as_given("initial_drift_ratio", "no_damping", "storey_height"),
+]
 
 # The seed frame: three storeys of 20 kN/m in a chain, and a force on the middle one.
 SEED = wd.LinearSystem(MASS, DAMPING, STIFFNESS)

@@ -339,3 +339,8 @@ def test_a_building_without_losses_is_drawn():
     found = wd.annual_losses(curves(STATES), HAZARD, dict.fromkeys(STATES, 0.0))
     wd.plots.loss_exceedance(found)
     plt.close("all")
+
+
+def test_return_periods_given_as_rates_are_told():
+    with pytest.warns(UserWarning, match="return period is .* given as an annual rate"):
+        wd.annual_losses(curves(STATES), HAZARD, RATIOS, return_periods=[1 / 475])

@@ -10,9 +10,12 @@ from scipy.linalg import eigh
 
 import warpdyn as wd
 
-pytestmark = pytest.mark.meant_as_given(
-    "first_period", "initial_velocity", "record_step", "storey_height", "yield_base_shear_coefficient"
-)
+pytestmark = [
+    pytest.mark.as_shipped,
+    pytest.mark.meant_as_given(
+        "first_period", "initial_velocity", "record_step", "storey_height", "yield_base_shear_coefficient"
+    ),
+]
 
 
 def simulate(structure, excitation, step, **scene):

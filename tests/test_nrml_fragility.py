@@ -109,6 +109,7 @@ def test_limits_of_the_intensity_are_the_user_s(tmp_path):
         ("m s-2", "Sa(1.5 s, 5 %)", "SA(1.5)", 1 / 9.80665),
         ("g", "geometric mean of Sa(0.75 s, 5 %)", "SA(0.75)", 1),
         ("g", "RotD50 Sa(2 s, 5 %)", "SA(2.0)", 1),
+        ("g", "SA(0.3s)", "SA(0.3)", 1),
         ("g", "Sa_avg(0.1 to 2 s, 20 periods, 5 %)", "AvgSA", 1),
         ("m s-1", "PGV", "PGV", 100),
         ("m", "PGD", "PGD", 100),
@@ -134,9 +135,14 @@ def test_curves_written_as_of_another_measure_are_warned_of(tmp_path):
     for measure in ("PGA", "SA(1.0)"):
         with pytest.warns(UserWarning, match=r"'A': the intensities are of 'Sa\(0.3 s, 5 %\)', and are written as if"):
             wd.write_nrml_fragility(curves, tmp_path / "model.xml", measure=measure)
+    unknown = {"A": make_curves(measure="Housner intensity")}
+    with pytest.warns(UserWarning, match="of 'Housner intensity', and are written as if they were of PGA"):
+        wd.write_nrml_fragility(unknown, tmp_path / "model.xml", measure="PGA")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wd.write_nrml_fragility(curves, tmp_path / "model.xml", measure="SA(0.3)")
+        unnamed = {"A": make_curves(measure="intensity measure")}  # as of a run that names none
+        wd.write_nrml_fragility(unnamed, tmp_path / "model.xml", measure="PGA")
 
 
 def test_warpdyn_s_own_names_are_all_understood():
@@ -250,7 +256,7 @@ REFUSED = {
     ),
     "no damage within": (make_stripes(RISING), {"format": "discrete", "no_damage_limit": 0.3}, "below the first"),
     "an unknown measure": (make_curves(), {"measure": "SA0.3"}, r"no intensity measure 'SA0\.3'.*'SA\(0\.3\)'"),
-    "a measure with seconds": (make_curves(), {"measure": "SA(0.3s)"}, "no intensity measure"),
+    "the largest of all directions": (make_curves(measure="RotD100 Sa(1 s, 5 %)"), {}, "no intensity measure"),
     "another damping": (make_curves(measure="Sa(1 s, 2 %)"), {}, r"damping ratio of 5 %.*measure='SA"),
     "no measure": (make_curves().drop_attrs(deep=False), {}, "give measure="),
     "a unit of something else": (make_curves(units="m s-1"), {}, r"in 'm s-1', and PGA must be in 'g' or 'm s-2'"),

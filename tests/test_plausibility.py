@@ -110,6 +110,7 @@ MEANT = {
     "tall": lambda: run(elastic(**TALL)),
     "deteriorating": lambda: run(imk()),
     "stripes": lambda: run(None, wd.Stripes(RECORDS, [0.1, 0.2, 0.5, 1.0, 2.0, 4.0, 6.5], PGA)),
+    "stripes of a velocity": lambda: run(None, wd.Stripes(RECORDS, [0.05, 0.3, 1.0], wd.PeakGroundVelocity())),
     "weak aftershock": lambda: run(None, sequence(RECORDS[0], scaled(0.05))),
     "noise": lambda: run(None, noise(1.0)),
     "weak and strong": lambda: run(None, wd.Cloud(strong(0.03, 0.05, 0.08, 0.15, 0.2, 0.35, 0.6))),

@@ -335,3 +335,22 @@ def test_summary_tells_of_collapses_and_refuses_nothing():
         wd.summary(RUN.isel(sample=[]))
     with pytest.raises(ValueError, match="the dataset has no status"):
         wd.summary(xr.Dataset())
+
+
+SELECTED = {
+    "disaggregation": (lambda: wd.disaggregate(FITTED, SITE), {"damage_state": 1}),
+    "capacities": (found_capacities, {"damage_state": 0}),
+    "vulnerability": (lambda: wd.vulnerability(FITTED, RATIOS), {"intensity": 3}),
+    "loss_exceedance": (lambda: wd.annual_losses(FITTED, SITE, RATIOS), {"return_period": 0}),
+}
+
+
+@pytest.mark.parametrize("name", SELECTED)
+def test_one_place_is_selected_as_a_row(name):
+    make, place = SELECTED[name]
+    (dim,) = place
+    with pytest.raises(ValueError, match=rf"plots.{name}: the .* have no {dim} left: select some by isel\({dim}="):
+        getattr(plots, name)(make().isel(place))
+    getattr(plots, name)(
+        make().isel({dim: [place[dim], place[dim] + 1]} if dim == "intensity" else {dim: [place[dim]]})
+    )

@@ -14,7 +14,7 @@ from warpdyn.accuracy import pilot
 from warpdyn.integration.settings import Integration
 from warpdyn.integration.time_grid import STEPS_PER_PERIOD
 from warpdyn.portfolio.groups import ROUND_STEP, checked_archetypes, groups_of, parameters_of
-from warpdyn.portfolio.labels import _common_attributes
+from warpdyn.portfolio.labels import common_attributes
 from warpdyn.running import run_portfolio as module
 
 pytestmark = pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient")
@@ -302,7 +302,7 @@ def test_attributes_hold_what_there_is_of_all_groups(city):
     assert set(np.atleast_1d(city.attrs["longest_step"])) <= {ROUND_STEP / 2, ROUND_STEP / 4}
     runs = [xr.Dataset(attrs=city.attrs | {"method": name}) for name in ("rk4", "dormand_prince54", "dormand_prince54")]
     runs[1].attrs["tolerance"], runs[2].attrs["tolerance"] = 1e-6, 1e-5
-    found = _common_attributes(runs, 0.0)
+    found = common_attributes(runs, 0.0)
     assert found["method"] == "rk4; dormand_prince54"
     assert found["tolerance"].tolist() == [1e-6, 1e-5]
     assert "target_error" not in found

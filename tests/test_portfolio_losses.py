@@ -1,5 +1,7 @@
 """Losses of a portfolio, from shares of buildings that are counted by hand."""
 
+import warnings
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -109,3 +111,14 @@ def test_archetypes_without_counted_buildings_are_refused():
     none["counted_buildings"] = none["counted_buildings"].copy(data=[[3, 3, 3, 3], [2, 0, 2, 2]])
     with pytest.raises(ValueError, match="'heavy' has no counted building in motion 1"):
         wd.portfolio_losses(none, RATIOS, VALUES)
+
+
+def test_rates_and_return_periods_that_are_taken_for_each_other():
+    with pytest.warns(UserWarning, match="rate of an event is 475 a year .* given as return periods"):
+        wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=[475] * 4)
+    rates = [0.02, 0.001, 0.0, 0.006]
+    with pytest.warns(UserWarning, match=r"return period is 0.0021\d* year .* given as an annual rate"):
+        wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=rates, return_periods=[1 / 475])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=rates, return_periods=[1, 475, 1e5])

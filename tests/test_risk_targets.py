@@ -196,3 +196,20 @@ def test_impossible_margins_are_refused():
             wd.collapse_margin(2.0, 1.0, **given | wrong)
     with pytest.warns(UserWarning, match=r"at least 0.25 s"):
         wd.collapse_margin(2.0, 1.0, period=0.1, ductility=3.0)
+
+
+def test_structural_periods_in_milliseconds_are_told():
+    for call in (
+        lambda: wd.collapse_margin(2.0, 1.0, period=700.0, ductility=3.0),
+        lambda: wd.spectral_shape_factor(700.0, 3.0),
+    ):
+        with pytest.warns(UserWarning, match="first period is 700 s .* given in ms, it would be 0.7 s"):
+            call()
+
+
+def test_curves_in_place_of_medians_are_refused():
+    given = curves({"collapse": (2.0, 0.4)})
+    with pytest.raises(TypeError, match=r"got a Dataset; .*\['fragility_median'\].sel\(damage_state='collapse'\)"):
+        wd.collapse_margin(given, 1.5, period=1.0, ductility=3.0)
+    found = wd.collapse_margin(given["fragility_median"].sel(damage_state="collapse"), 1.5, period=1.0, ductility=3.0)
+    assert float(found["collapse_margin_ratio"][0]) == pytest.approx(2.0 / 1.5)

@@ -46,11 +46,13 @@ STRUCTURES = {
 LEVELS = [0.1, 0.3, 0.7]
 EXCITATIONS = {
     "stripes": wd.Stripes(MOTIONS, LEVELS, SA),
+    "stripes of a velocity": wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundVelocity()),
     "pairs": wd.Stripes(MOTIONS, LEVELS, wd.GeometricMean(wd.AverageSpectralAcceleration((0.2, 0.5, 1.0)))),
     "RotD50": wd.Stripes(MOTIONS, LEVELS, wd.RotatedSpectralAcceleration(0.5)),
     "cloud": wd.Cloud(MOTIONS, wd.SignificantDuration()),
     "motion": MOTIONS[2],
     "own motions": wd.OneMotionPerStructure(MOTIONS, motion=[3, 1, 2], scale=[1.0, 2.5, 0.3]),
+    "motions at sites": wd.MotionsAtSites(MOTIONS, [[[0], [3]], [[1], [2]]], 2.0, site=[[0, 1], [1, 1], [1, 0]]),
     "drawn motions": wd.OneMotionPerStructure(MOTIONS, measure=wd.PeakGroundVelocity()),
     "sequence": wd.EventSequence({"main": wd.Stripes(MOTIONS[:2], LEVELS, SA), "after": wd.Cloud(MOTIONS)}),
     "noise": wd.FilteredNoise(

@@ -209,7 +209,7 @@ def test_fragility_of_the_damaged_building():
     assert 24 < damaged.sum() < 24 * 24
     curves = wd.fragility(after.isel(sample=damaged), {"extensive": 0.01})
     level, drift = after["im_level"].values, after["peak_storey_drift_ratio"].max("storey").values
-    counted = [np.mean(drift[damaged.values & (level == value)] > 0.01) for value in stripes.levels_in_g]
+    counted = [np.mean(drift[damaged.values & (level == value)] > 0.01) for value in stripes.levels]
     np.testing.assert_allclose(curves["exceedance_fraction"][0], counted)
     with pytest.raises(ValueError, match="of a sequence"):
         wd.fragility(run.isel(event=1), {"extensive": 0.01})
@@ -239,7 +239,7 @@ def test_bad_input_is_refused_by_name():
         wd.simulate(wd.Scene(make_building("elastic"), events), structures=2, method="exact")
     with pytest.raises(TypeError, match="an EventSequence needs a ShearBuilding"):
         wd.Scene(wd.LinearSystem(np.eye(2), np.eye(2), np.eye(2)), events)
-    with pytest.raises(TypeError, match="portfolio must be Stripes, Cloud or OneMotionPerStructure, got EventSequence"):
+    with pytest.raises(TypeError, match="OneMotionPerStructure or MotionsAtSites, got EventSequence"):
         wd.Scene(wd.Portfolio({"a": wd.Archetype(building)}), events)
     run = xr.Dataset({"status": ("sample", [0])})
     with pytest.raises(ValueError, match="the dataset has no events"):

@@ -116,3 +116,24 @@ def test_what_is_given_in_percent_is_told():
         wd.storey_losses(striped_run(), ([0.0, 0.4, 3.0], [0.0, 0.02, 0.3]))
     with pytest.raises(ValueError, match="collapse_loss is 100; it is a share"):
         wd.storey_losses(striped_run(), DRIFT, collapse_loss=100)
+
+
+def test_accelerations_are_taken_in_the_units_of_the_run():
+    run = run_with_accelerations()
+    expected = wd.storey_losses(run, None, ACCELERATION)["loss_ratio"]
+    in_g = run["peak_floor_acceleration"] / 9.80665
+    found = wd.storey_losses(run.assign(peak_floor_acceleration=in_g.assign_attrs(units="g")), None, ACCELERATION)
+    np.testing.assert_allclose(found["loss_ratio"], expected, rtol=1e-12)  # of two roundings
+    feet = run["peak_floor_acceleration"].assign_attrs(units="ft s-2")
+    with pytest.raises(ValueError, match="peak_floor_acceleration is in 'ft s-2'; allowed are 'm s-2'"):
+        wd.storey_losses(run.assign(peak_floor_acceleration=feet), None, ACCELERATION)
+    drift = run["peak_storey_drift_ratio"].assign_attrs(units="mm")
+    with pytest.raises(ValueError, match="peak_storey_drift_ratio is in 'mm'; allowed are '1'"):
+        wd.storey_losses(run.assign(peak_storey_drift_ratio=drift), DRIFT)
+
+
+def test_functions_of_accelerations_in_g_are_told():
+    with pytest.warns(
+        UserWarning, match=r"acceleration loss function is 2 m s-2 .* given in g, it would be 19.6 m s-2"
+    ):
+        wd.storey_losses(run_with_accelerations(), None, ([0.0, 0.5, 2.0], [0.0, 0.0, 0.1]))

@@ -1,6 +1,13 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
-from . import kernels as kernels, laws as laws, plots as plots, truth as truth
+from . import (
+    inventories as inventories,
+    kernels as kernels,
+    laws as laws,
+    plots as plots,
+    sites as sites,
+    truth as truth,
+)
 from .accuracy.method_choice import MethodChoice as MethodChoice
 from .accuracy.pilot import plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
@@ -47,12 +54,14 @@ from .ground_motions.intensity_measures import (
     intensity_measures as intensity_measures,
 )
 from .ground_motions.motions import GroundMotion as GroundMotion
+from .ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
 from .ground_motions.pair_measures import (
     GeometricMean as GeometricMean,
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
 )
 from .ground_motions.response_spectra import response_spectra as response_spectra
 from .incremental.capacities import capacities as capacities
+from .reduction.damage_counts import DamageCounts as DamageCounts
 from .risk.annual_rates import annual_rates as annual_rates
 from .risk.collapse_margin import (
     collapse_margin as collapse_margin,
@@ -86,7 +95,8 @@ from .statistics.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .statistics.damage_shares import damage_shares as damage_shares
 from .statistics.fragility_curves import fragility as fragility
 from .statistics.posterior import fragility_posterior as fragility_posterior
-from .statistics.target_precision import fragility_to as fragility_to
+from .statistics.sample_size.level_choice import levels_for as levels_for
+from .statistics.sample_size.target_precision import fragility_to as fragility_to
 from .structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .structures.modal import modal_table as modal_table
 from .structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding

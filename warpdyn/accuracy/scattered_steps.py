@@ -13,18 +13,18 @@ from warpdyn.methods.period_error import accurate_step
 LARGEST_PHASE_ERROR = 0.05  # radians of the first mode at the end of the vibration, and of its growth or decay
 
 
-def longest_steps(run: Ensemble, vibration: Vibration) -> np.ndarray:
-    """Return the longest step of each sample that keeps the first mode's error [s], never below the default rule's.
+def longest_steps(run: Ensemble, vibration: Vibration, row: np.ndarray, duration: np.ndarray) -> np.ndarray:
+    """Return the longest steps that keep the first mode's error [s], never below the default rule's.
 
     A vibration is remembered for the run's duration, or until it has decayed by e: what is older does not add up.
 
     Args:
         run: The samples.
         vibration: Vibration of their structures.
+        row: Places of some structures, shape [...].
+        duration: Durations that these run for [s], of the same shape.
     """
-    period, decay = vibration.period[run.row], vibration.decay[run.row]
-    schedule = run.schedule
-    duration = schedule.run_intervals * schedule.substeps * schedule.step
+    period, decay = vibration.period[row], vibration.decay[row]
     with np.errstate(divide="ignore"):
         remembered = np.minimum(duration, 1 / decay)
     bound = accurate_step(run.model.method, period, remembered / period, LARGEST_PHASE_ERROR)
@@ -40,16 +40,26 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
         findings: Collects the messages.
         divides: Whether steps are divided; otherwise they are told of.
     """
-    longest = longest_steps(run, vibration)
-    long = run.schedule.step > longest * (1 + 1e-9)
+    schedule = run.schedule
+    # Most structures keep the error at the longest of their samples' steps for the longest of the durations, and the
+    # bound falls with the duration: only samples of the others are looked at one by one.
+    begins = np.append(0, np.flatnonzero(run.row[1:] != run.row[:-1]) + 1)
+    duration = schedule.run_intervals * schedule.substeps * schedule.step
+    row, step = run.row[begins], np.maximum.reduceat(schedule.step, begins)
+    bound = longest_steps(run, vibration, row, np.maximum.reduceat(duration, begins))
+    doubtful = step > bound * (1 + 1e-9)
+    if not doubtful.any():
+        return
+    samples = np.flatnonzero(np.repeat(doubtful, np.diff(begins, append=run.row.size)))
+    longest = longest_steps(run, vibration, run.row[samples], duration[samples])
+    long = schedule.step[samples] > longest * (1 + 1e-9)
     if not long.any():
         return
-    count = np.count_nonzero(long)
+    samples, longest = samples[long], longest[long]
     if not divides:
-        findings.too_long += int(count)
-        findings.longest_accurate = min(findings.longest_accurate, float(longest[long].min()))
+        findings.too_long += samples.size
+        findings.longest_accurate = min(findings.longest_accurate, float(longest.min()))
         return
-    samples = np.flatnonzero(long)
-    before = run.schedule.substeps[samples]
-    substeps = np.ceil(run.schedule.step[samples] * before / longest[samples] * (1 - 1e-9)).astype(np.int64)
+    before = schedule.substeps[samples]
+    substeps = np.ceil(schedule.step[samples] * before / longest * (1 - 1e-9)).astype(np.int64)
     run.schedule = run.restepped(samples, substeps)

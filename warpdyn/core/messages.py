@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from types import FrameType
 
@@ -14,9 +18,38 @@ from tqdm import tqdm
 LOGGER = logging.getLogger("warpdyn")
 PACKAGE = str(Path(__file__).parent.parent) + os.sep
 
+# Warnings that were given within the present block, by their text without its numbers; None outside such a block.
+_given: ContextVar[set[str] | None] = ContextVar("given_warnings", default=None)
+_is_silent: ContextVar[bool] = ContextVar("warnings_are_silent", default=False)
+
+
+@contextmanager
+def each_warning_once() -> Iterator[None]:
+    """Give a warning once within a block that does the same work several times, even if its numbers differ."""
+    before = _given.set(set())
+    try:
+        yield
+    finally:
+        _given.reset(before)
+
+
+@contextmanager
+def no_warnings() -> Iterator[None]:
+    """Give no warnings of what is tried within a block, and may yet be tried otherwise."""
+    before = _is_silent.set(True)
+    try:
+        yield
+    finally:
+        _is_silent.reset(before)
+
 
 def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
     """Warn, as of the line that called warpdyn, however deep within it this was found."""
+    given, text = _given.get(), re.sub(r"[0-9][0-9.,e+-]*", "", message)
+    if _is_silent.get() or (given is not None and text in given):
+        return
+    if given is not None:
+        given.add(text)
     frame: FrameType | None = sys._getframe(1)
     level, of_caller = 2, 2
     while frame is not None:

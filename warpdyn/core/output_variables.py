@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 # Value of the attribute `design` of im_level for stripes; other designs have another value.
@@ -34,3 +35,23 @@ class Variable:
     scale: tuple[str, ...] = ()
     is_demand: bool = True
     is_whole: bool = False
+
+
+DRIFT_RATIO = Variable(("storey",), "1", "peak absolute storey drift ratio")  # of what the kernels record as drift
+
+
+_OF_SCALED_MOTION = " of the scaled motion"
+
+
+def label_of_levels(measure: str) -> str:
+    """Return the `long_name` of `im_level`, of which `measure_of_levels` reads the measure."""
+    return f"{measure}{_OF_SCALED_MOTION}"
+
+
+def measure_of_levels(attributes: Mapping[str, object]) -> str:
+    """Return the name of the intensity measure that the attributes of `im_level` say.
+
+    Args:
+        attributes: The attributes, with the `long_name`.
+    """
+    return str(attributes.get("long_name", "intensity measure")).removesuffix(_OF_SCALED_MOTION)

@@ -14,6 +14,8 @@ from warpdyn.core.units import STANDARD_GRAVITY
 
 # The top storeys of FEMA's Hazus buildings without seismic design yield at 9.5e-5; forces in kN lead to 5e-5 at most.
 LEAST_YIELD_DRIFT_RATIO = 7e-5
+# Slope of the highest hazard of any site in logarithms, by which a factor of the intensity is one of the rate.
+HIGHEST_HAZARD_SLOPE = 1.7
 MOST_MISTAKES = 2  # told of one value with what it would be
 MOST_NAMED = 3  # told of a value that no mistake explains
 
@@ -88,6 +90,7 @@ _FACTOR: Mistakes = _with("motions", ACCELERATION, -1) | {
 _FACTOR |= {"with levels given in m/s2": 1 / STANDARD_GRAVITY}
 _LEVEL: Mistakes = {f"given in {unit}": ours / STANDARD_GRAVITY for unit, ours in ACCELERATION.items() if unit != "g"}
 _LEVEL |= {"given in m/s2": 1 / STANDARD_GRAVITY}
+_IN_VELOCITIES = _given({"cm/s": 1e-2, "mm/s": 1e-3})
 _RATIO = _given(IN_PERCENT) | {"given as a drift in mm of a storey of 3 m": 1 / 3000}
 _SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
 _AS_FREQUENCY: Mistakes = {"given as a frequency in Hz": None}
@@ -214,6 +217,24 @@ BANDS: Mapping[str, Band] = {
     "scale_factor": Band("median scale factor", "1", 0.0, 10.0, _FACTOR | _with("scale", IN_PERCENT)),
     "intensity_level": Band("intensity level", "g", 0.0, 8.0, _LEVEL),
     "lowest_intensity_level": Band("lowest intensity level", "g", 0.0, 1.5, _LEVEL),
+    # Of records the largest PGV is some 3 m/s, PGD 10 m, Arias intensity 30 m/s and CAV 50 m/s; levels go beyond.
+    "velocity_level": Band("level of the peak ground velocity", "m/s", 0.0, 10.0, _IN_VELOCITIES),
+    "lowest_velocity_level": Band("lowest level of the peak ground velocity", "m/s", 0.0, 2.0, _IN_VELOCITIES),
+    "displacement_level": Band("level of the peak ground displacement", "m", 0.0, 20.0, _given(LENGTH)),
+    "lowest_displacement_level": Band("lowest level of the peak ground displacement", "m", 0.0, 1.5, _given(LENGTH)),
+    "arias_level": Band("level of the Arias intensity", "m/s", 0.0, 200.0, _IN_VELOCITIES),
+    "lowest_arias_level": Band("lowest level of the Arias intensity", "m/s", 0.0, 10.0, _IN_VELOCITIES),
+    "absolute_velocity_level": Band("level of the cumulative absolute velocity", "m/s", 0.0, 200.0, _IN_VELOCITIES),
+    "lowest_absolute_velocity_level": Band(
+        "lowest level of the cumulative absolute velocity", "m/s", 0.0, 30.0, _IN_VELOCITIES
+    ),
+    "scale_factor_to_level": Band(
+        "median scale factor",
+        "1",
+        0.0,
+        10.0,
+        _with("motions", ACCELERATION, -1) | {"with levels given in another unit": None},
+    ),
     "measure_period": Band(
         "period of the intensity measure or spectrum", "s", 5e-3, 20.0, _given(TIME) | _AS_FREQUENCY
     ),
@@ -222,6 +243,32 @@ BANDS: Mapping[str, Band] = {
         "largest annual rate of a hazard curve", "a year", 0.0, 1.0, _given(IN_PERCENT) | _IN_MANY_YEARS
     ),
     "annual_rate_near_one": Band("annual rate at a hazard curve's first points", "a year", 0.0, 0.9, _IN_MANY_YEARS),
+    "event_rate": Band(
+        "largest annual rate of an event",
+        "a year",
+        0.0,
+        1.0,
+        {"given as return periods, of which it takes 1 / period": None},
+    ),
+    "return_period": Band(
+        "return period",
+        "year",
+        0.5,
+        1e6,
+        {"given as an annual rate, of which it takes 1 / rate": None, "given in days": 1 / 365},
+    ),
+    "hazard_over_highest": Band(
+        "annual rate of the hazard curve over the highest of any site at the same intensity",
+        "1",
+        0.0,
+        1.0,
+        {
+            f"with intensities given in {unit}": (ours / STANDARD_GRAVITY) ** HIGHEST_HAZARD_SLOPE
+            for unit, ours in {"m/s2": 1.0, **ACCELERATION}.items()
+            if unit != "g"
+        }
+        | {"with probabilities in 50 years given as annual rates (see HazardCurve.from_probabilities)": 1 / 50},
+    ),
     "initial_drift_ratio": Band("initial drift ratio", "1", 0.0, 0.5, _with("displacement", LENGTH)),
     "initial_velocity": Band(
         "drift ratio that the initial velocity leads to", "1", 0.0, 0.5, _with("velocity", {"mm/s": 1e-3, "cm/s": 1e-2})
@@ -244,6 +291,9 @@ BANDS: Mapping[str, Band] = {
     "tail": Band("tail", "s", 0.0, 600.0, _given(TIME) | {"given in steps": None}),
     "collapse_drift_ratio": Band("collapse drift ratio", "1", 5e-3, 0.5, _RATIO),
     "drift_limit": Band("drift limit", "1", 2e-4, 0.2, _RATIO),
+    "last_acceleration_of_losses": Band(
+        "last demand of an acceleration loss function", "m s-2", 5.0, 200.0, _given(ACCELERATION)
+    ),
     "acceleration_limit": Band("floor acceleration limit", "m s-2", 0.5, 100.0, _given(ACCELERATION)),
     "pushed_drift_ratio": Band("largest drift over height", "1", 0.0, 0.5, _given(LENGTH)),
 }

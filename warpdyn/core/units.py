@@ -1,4 +1,15 @@
-"""Standard gravity, and the comment of dataset variables in g; all other variables are in SI units."""
+"""Standard gravity, and the attributes of dataset variables in g; all other variables are in SI units."""
 
 STANDARD_GRAVITY = 9.80665  # m/s2, exact by definition (CGPM 1901)
 IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"  # comment of every variable in g, which UDUNITS reads as gram
+
+
+def unit_attributes(units: str, comment: str = "") -> dict[str, str]:
+    """Return the attributes `units` and, where there is something to say, `comment` of a variable.
+
+    Args:
+        units: UDUNITS string, or "g".
+        comment: What else is said.
+    """
+    words = "; ".join(part for part in (IN_G if units == "g" else "", comment) if part)
+    return {"units": units} | ({"comment": words} if words else {})

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warpdyn.risk.curves import warn_of_penalised
+
 # Lognormal curves of different dispersions cross somewhere. A tool that subtracts one from the next gets a negative
 # share of the buildings there, which so small a probability keeps below what matters.
 LARGEST_CROSSING = 1e-3
@@ -44,6 +46,7 @@ def fitted(what: str, curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
                 )
             if not 0 < value < np.inf:
                 raise ValueError(f"{what}: {name} of damage state {state!r} is {value:g}; it must be finite, above 0")
+    warn_of_penalised(curves, tuple(states))
     median, dispersion = found
     for i in np.flatnonzero(np.diff(median) < 0):
         raise ValueError(

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-import re
-
 import xarray as xr
 
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.risk.hazard_files import same_measure
+from warpdyn.risk.hazard.measures import UNNAMED, measure_named, same_measure
 
-# OpenQuake's measures (openquake.hazardlib.imt) that warpdyn has too, with its names of them and the unit of OpenQuake.
-NAMES = {
-    "PGA": ("PGA", "g"),
-    "PGV": ("PGV", "cm s-1"),
-    "PGD": ("PGD", "cm"),
-    "Arias intensity": ("IA", "m s-1"),
-    "CAV": ("CAV", "g s"),
-    "D5-95": ("RSD595", "s"),
-    "D5-75": ("RSD575", "s"),
-    "D20-80": ("RSD2080", "s"),
+# Units of OpenQuake's measures (openquake.hazardlib.imt) that warpdyn has too.
+UNITS = {
+    "PGA": "g",
+    "PGV": "cm s-1",
+    "PGD": "cm",
+    "IA": "m s-1",
+    "CAV": "g s",
+    "RSD595": "s",
+    "RSD575": "s",
+    "RSD2080": "s",
+    "SA": "g",
+    "AvgSA": "g",
 }
-UNITS = {name: units for name, units in NAMES.values()} | {"SA": "g", "AvgSA": "g"}
+# warpdyn's names of those that it calls otherwise.
+OWN_NAMES = {"IA": "Arias intensity", "RSD595": "D5-95", "RSD575": "D5-75", "RSD2080": "D20-80"}
 # Factors from units of datasets to OpenQuake's.
 FACTORS = {
     ("g", "g"): 1.0,
@@ -35,10 +36,9 @@ FACTORS = {
 # Units of datasets that are read, by OpenQuake's.
 READ_UNITS = {"g": "g", "cm s-1": "m s-1", "cm": "m", "m s-1": "m s-1", "g s": "m s-1", "s": "s"}
 
-_NUMBER = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?"
-_OURS = re.compile(rf"(?:geometric mean of |RotD50 )?Sa\((?P<period>{_NUMBER}) s, (?P<damping>{_NUMBER}) %\)")
-_THEIRS = re.compile(rf"SA\((?P<period>{_NUMBER})\)")
-_AVERAGE = re.compile(rf"Sa_avg\(.*, (?P<damping>{_NUMBER}) %\)")
+DAMPING = 5.0  # % of OpenQuake's spectral accelerations
+# Of two components; OpenQuake's ground-motion models say which combination they predict, and these are usual.
+COMPONENTS = ("", "geometric mean", "RotD50")
 _ALLOWED = f"{', '.join(sorted(UNITS.keys() - {'SA'}))} and SA(period in s), such as 'SA(0.3)'"
 
 
@@ -56,25 +56,15 @@ def openquake_measure(text: str) -> str:
     """
     if not isinstance(text, str):
         raise ValueError(f"measure must be text, such as 'SA(0.3)', got {text!r}")
-    name = text.strip()
-    if name in UNITS and name != "SA":
-        return name
-    bare = name.removeprefix("geometric mean of ")
-    if bare in NAMES:
-        return NAMES[bare][0]
-    average, ours, theirs = _AVERAGE.fullmatch(bare), _OURS.fullmatch(name), _THEIRS.fullmatch(name)
-    damped = average or ours
-    if damped and float(damped["damping"]) != 5:
+    found = measure_named(text)
+    if found is None or found.components not in COMPONENTS:
+        raise ValueError(f"OpenQuake has no intensity measure {text!r}; allowed as measure= are {_ALLOWED}")
+    if found.damping not in (0, DAMPING):
         raise ValueError(
-            f"OpenQuake's spectral accelerations have a damping ratio of 5 %, and {text!r} has "
-            f"{damped['damping']} %; name the measure that the hazard is in as measure='SA(...)'"
+            f"OpenQuake's spectral accelerations have a damping ratio of {DAMPING:g} %, and {text!r} has "
+            f"{found.damping:g} %; name the measure that the hazard is in as measure='SA(...)'"
         )
-    spectral = ours or theirs
-    if average:
-        return "AvgSA"
-    if spectral and float(spectral["period"]) > 0:
-        return f"SA({float(spectral['period'])})"
-    raise ValueError(f"OpenQuake has no intensity measure {text!r}; allowed as measure= are {_ALLOWED}")
+    return f"SA({found.period})" if found.kind == "SA" else found.kind
 
 
 def openquake_units(measure: str) -> str:
@@ -84,10 +74,10 @@ def openquake_units(measure: str) -> str:
 
 def own_name(measure: str) -> str:
     """Return warpdyn's name of one of OpenQuake's measures; names that warpdyn lacks stay as they are."""
-    spectral = _THEIRS.fullmatch(measure.strip())
-    if spectral:
-        return f"Sa({float(spectral['period']):.4g} s, 5 %)"
-    return {theirs: ours for ours, (theirs, _) in NAMES.items()}.get(measure, measure)
+    found = measure_named(measure)
+    if found and found.kind == "SA":
+        return f"Sa({found.period:.4g} s, {found.damping:g} %)"
+    return OWN_NAMES.get(measure, measure)
 
 
 def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
@@ -109,7 +99,7 @@ def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
         name = openquake_measure(text)
     except ValueError as error:
         raise ValueError(f"{what}: {error}") from None
-    if given is not None and own and not same_measure(str(own), name):
+    if given is not None and own is not None and own not in UNNAMED and same_measure(str(own), name) is not True:
         warn_caller(f"{what}: the intensities are of {own!r}, and are written as if they were of {name}")
     return name
 

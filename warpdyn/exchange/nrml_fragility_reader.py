@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import one_of
-from warpdyn.core.units import IN_G
+from warpdyn.core.units import unit_attributes
 from warpdyn.exchange import nrml
 from warpdyn.exchange.measures import from_openquake, own_name
 
@@ -90,7 +90,7 @@ def _continuous(
     levels = nrml.child(path, function, "imls")
     for name, key in (("minIML", "minimum_intensity"), ("maxIML", "maximum_intensity")):
         attributes[key] = nrml.number(path, levels, name) * factor
-    said = {"long_name": "median capacity", "units": units} | ({"comment": IN_G} if units == "g" else {})
+    said = {"long_name": "median capacity"} | unit_attributes(units)
     return {
         "fragility_median": ("damage_state", mean * np.exp(-variance / 2) * factor, said),
         "fragility_dispersion": (
@@ -110,7 +110,7 @@ def _discrete(
     probability = np.array([nrml.numbers(path, row, len(levels)) for row in rows])
     if not levels.size or (np.diff(levels) <= 0).any():
         raise ValueError(f"{path}: the intensities of function {function.get('id')!r} do not increase")
-    said = {"long_name": "intensity of the stripe", "units": units} | ({"comment": IN_G} if units == "g" else {})
+    said = {"long_name": "intensity of the stripe"} | unit_attributes(units)
     share = {"long_name": "probability of exceedance", "units": "1"}
     variables = {"exceedance_fraction": (("damage_state", "stripe"), probability, share)}
     return variables, {"stripe": ("stripe", levels * factor, said)}

@@ -151,9 +151,13 @@ def write_consequences(
 
 
 def _share(risk_id: str, state: str, given: object) -> float:
-    if isinstance(given, Sequence) and not isinstance(given, str):
-        given = given[0]
     what = f"{CONSEQUENCES}: share of {state!r} of {risk_id!r}"
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        if not 1 <= len(given) <= 2:
+            raise ValueError(
+                f"{what} must be a number, or a pair such as mean and coefficient of variation, got {given!r}"
+            )
+        given = given[0]
     value = real_number(what, given, least=0)
     if value > 1:
         raise ValueError(f"{what} is {value:g}; it must be at most 1 (2 % is 0.02)")

@@ -13,7 +13,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number, real_numbers
 from warpdyn.core.messages import tell
-from warpdyn.core.output_variables import COLLAPSED, OK, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, OK, STRIPED, measure_of_levels
 from warpdyn.exchange.measures import openquake_measure
 from warpdyn.exchange.text_files import checked_path, write_text
 from warpdyn.statistics.stripe_counts import decoded_status
@@ -203,7 +203,7 @@ def _intensity(run: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
         return {}
     attributes = run["im_level"].attrs
     try:
-        measure = openquake_measure(attributes.get("long_name", "").removesuffix(" of the scaled motion"))
+        measure = openquake_measure(measure_of_levels(attributes))
     except ValueError:
         return {}
     kind, _, period = measure.rstrip(")").partition("(")

@@ -10,7 +10,8 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import whole_number
-from warpdyn.core.units import IN_G, STANDARD_GRAVITY
+from warpdyn.core.output_variables import label_of_levels
+from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.exchange.measures import own_name
 
 FUNCTION = "read_pelicun_demands"
@@ -116,9 +117,7 @@ def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr
         family, _, period = kind.partition("_")
         units = INTENSITY_UNITS[family]
         measure = own_name(f"SA({period})") if period else family
-        said = {"long_name": f"{measure} of the scaled motion", "units": units} | (
-            {"comment": IN_G} if units == "g" else {}
-        )
+        said = {"long_name": label_of_levels(measure)} | unit_attributes(units)
         values = by_place[min(by_place)] / (STANDARD_GRAVITY if units == "g" else 1.0)
         name = "im_level" if len(found) == 1 else kind  # a file may have spectral accelerations at several periods
         dataset = dataset.assign_coords({name: ("sample", values, said)})

@@ -82,10 +82,15 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
         if dataset.sizes.get("sample", 0) > CHUNK and all(map(_is_plain, along.values())):
             _write_in_parts(dataset, along, unfinished)
         else:
-            with unfinished.named_errors():
-                _to_netcdf(dataset, unfinished.part)
-                unfinished.move_in()
+            write_at_once(dataset, unfinished)
     return unfinished.path
+
+
+def write_at_once(dataset: xr.Dataset, unfinished: Unfinished) -> None:
+    """Write a dataset that is small, and move the file into its place."""
+    with unfinished.named_errors():
+        _to_netcdf(dataset, unfinished.part)
+        unfinished.move_in()
 
 
 def _signed(dataset: xr.Dataset) -> xr.Dataset:

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import real_numbers, whole_number
 from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.ground_motions.duplicates import warn_of_duplicates
 from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.ground_motions.plausibility import warn_of_duplicates
 
 if TYPE_CHECKING:
     from warpdyn.structures.structure import Structure
@@ -86,44 +86,48 @@ class Stripes(Design):
 
     Args:
         motions: Ground motions.
-        levels_in_g: Levels of the intensity measure [g], increasing, shape [im_level].
-        measure: The intensity measure, an acceleration: PeakGroundAcceleration(), SpectralAcceleration(period) or
-            AverageSpectralAcceleration(periods).
+        levels: Levels of the intensity measure [g for an acceleration, else the measure's SI units], increasing, shape
+            [im_level].
+        measure: The intensity measure, one that grows with the scale of a motion, such as SpectralAcceleration(period)
+            [g], PeakGroundVelocity() [m/s] or AriasIntensity() [m/s], which goes with the square of the scale.
         structures_per_motion: Number of structures that each motion has for itself; None where every structure runs
             under every motion.
 
     Raises:
-        ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure is
-            not an acceleration, a motion has no intensity to scale (its values are all zero), or
-            `structures_per_motion` is no whole number from 1.
+        ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure does
+            not grow with the scale (as durations do not), a motion has no intensity to scale (its values are all zero),
+            or `structures_per_motion` is no whole number from 1.
 
     Example:
         >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)
         >>> run = wd.simulate(wd.Scene(building, design, scatter))  # 3 structures for each of the motions
+        >>> wd.Stripes(motions, [0.1, 0.3, 1.0], wd.PeakGroundVelocity())  # m/s
     """
 
     motions: Sequence[GroundMotion]
-    levels_in_g: Sequence[float]
+    levels: Sequence[float]
     measure: IntensityMeasure
     structures_per_motion: int | None = None
 
     def __post_init__(self) -> None:
         motions = checked_motions(self.motions)
-        levels = np.atleast_1d(real_numbers("levels_in_g", self.levels_in_g))
-        if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
-            raise ValueError(f"levels_in_g must be a row of finite values above 0 g, got {self.levels_in_g}")
-        if np.any(np.diff(levels) <= 0):
-            raise ValueError(f"levels_in_g must increase, got {levels.tolist()}")
-        if isinstance(self.measure, IntensityMeasure) and not _is_acceleration(self.measure):
-            raise ValueError(
-                f"levels_in_g are of an acceleration: measure must be PeakGroundAcceleration, SpectralAcceleration or "
-                f"AverageSpectralAcceleration, got {self.measure.name} [{self.measure.units}]"
-            )
         intensities = _intensities(motions, self.measure)
+        units = _units(self.measure)
+        levels = np.atleast_1d(real_numbers("levels", self.levels))
+        if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
+            raise ValueError(f"levels must be a row of finite values above 0 {units}, got {self.levels}")
+        if np.any(np.diff(levels) <= 0):
+            raise ValueError(f"levels must increase, got {levels.tolist()}")
+        if self.measure.power == 0:
+            raise ValueError(
+                f"{self.measure.name} does not grow with a motion's scale, so that no motion can be scaled to a level "
+                "of it: take another intensity measure, such as SpectralAcceleration(period) or PeakGroundVelocity(), "
+                "or a Cloud, which labels motions as recorded"
+            )
         for index, (motion, intensity) in enumerate(zip(motions, intensities, strict=True)):
             if not intensity > 0:
                 raise ValueError(
-                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} g: "
+                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} {units}: "
                     "an all-zero record cannot be scaled to a stripe; leave it out"
                 )
         if self.structures_per_motion is not None:
@@ -131,23 +135,23 @@ class Stripes(Design):
             object.__setattr__(self, "structures_per_motion", own)
         warn_of_duplicates(motions, is_scaled=True)
         object.__setattr__(self, "motions", motions)
-        object.__setattr__(self, "levels_in_g", levels)
+        object.__setattr__(self, "levels", levels)
         object.__setattr__(self, "_intensities", intensities)
 
     def __repr__(self) -> str:
-        levels = len(self.levels_in_g)
+        levels = len(self.levels)
         nested = f", {self.structures_per_motion} structures a motion" if self.structures_per_motion else ""
         return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'}{nested})"
 
     def told(self) -> list[tuple[object, ...]]:
         """Return what tables of notebooks say of it: its levels and its motions."""
         nested = [("structures per motion", self.structures_per_motion)] if self.structures_per_motion else []
-        return [("levels [g]", self.levels_in_g), *nested, *super().told()]
+        return [(f"levels [{self.intensity_units}]", self.levels), *nested, *super().told()]
 
     @property
     def samples_per_structure(self) -> int:
         """Number of levels, times the number of motions unless each has structures of its own."""
-        return len(self.levels_in_g) * (1 if self.structures_per_motion else len(self.motions))
+        return len(self.levels) * (1 if self.structures_per_motion else len(self.motions))
 
     @property
     def structures_given(self) -> int:
@@ -172,16 +176,17 @@ class Stripes(Design):
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
         """Return the samples of each of these structures, given by their indices."""
-        levels, structures = len(self.levels_in_g), np.asarray(structures, dtype=np.int32)
+        levels, structures = len(self.levels), np.asarray(structures, dtype=np.int32)
         motions = np.arange(len(self.motions), dtype=np.int32)
         structure = np.repeat(structures, self.samples_per_structure)
         if self.structures_per_motion:
             motion = np.repeat(structures // np.int32(self.structures_per_motion), levels)
         else:
             motion = np.tile(np.repeat(motions, levels), len(structures))
-        im_level = np.tile(self.levels_in_g, len(motion) // levels)
-        scale = im_level / self._intensities[motion]
-        return Assignment(structure, motion, scale, im_level, self.measure.name, is_striped=True, repeats=levels)
+        im_level = np.tile(self.levels, len(motion) // levels)
+        scale = (im_level / self._intensities[motion]) ** (1 / self.measure.power)
+        label = self.measure.name, self.intensity_units
+        return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=levels)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -85,7 +85,7 @@ def capacities(
         highest: Highest level [g, or SI units of a measure that is no acceleration]: a limit that is not passed there
             has an infinite capacity. None for the last level of Stripes, and of a Cloud for four times as much as the
             elastic response of its first structure needs; `math.inf` for this whatever the design.
-        ladder: Ratio of neighbouring levels of the ladder.
+        ladder: Ratio of neighbouring levels of the ladder. Each pair has a ladder of its own, up to the highest level.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
         keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
         seed: Seed of every random draw.
@@ -149,7 +149,7 @@ def capacities(
     elif highest is not None:
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
-        highest = float(design.levels_in_g[-1])
+        highest = float(design.levels[-1])
     own = design.structures_per_motion or run.structures
     findings = StabilityFindings(own * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]

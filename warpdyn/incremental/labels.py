@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS
-from warpdyn.core.units import IN_G
+from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS, label_of_levels
+from warpdyn.core.units import unit_attributes
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.designs import Design
 from warpdyn.ground_motions.motions import motion_names, motion_numbers
@@ -112,7 +112,7 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
     design = scene.excitation
     assert isinstance(design, Design)
     units = design.intensity_units
-    of_level: dict[str, Any] = {"units": units} | ({"comment": IN_G} if units == "g" else {})
+    of_level: dict[str, Any] = {**unit_attributes(units)}
     lower, upper = np.concatenate(found.lower), np.concatenate(found.upper)
     with np.errstate(invalid="ignore"):
         capacity = np.where(np.isinf(upper), np.inf, np.sqrt(lower * upper))
@@ -189,7 +189,7 @@ def _levels_run(found: Found, run: Run, of_level: dict[str, Any]) -> dict[str, t
     number = {"units": "1"}
     worst = f"{found.demand.replace('_', ' ')}, the worst of the structure; NaN after a collapse"
     return {
-        "im_level": ("sample", level, {"long_name": "intensity measure of the scaled motion"} | of_level),
+        "im_level": ("sample", level, {"long_name": label_of_levels("intensity measure")} | of_level),
         found.demand: (
             "sample",
             np.where(np.isfinite(demand), demand, np.nan),

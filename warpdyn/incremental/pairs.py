@@ -11,6 +11,7 @@ from warpdyn.accuracy.precision import rerun_in_float64
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, UNSTABLE_STEP
+from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.ground_motions.designs import Design
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.incremental.elastic import elastic_drifts
@@ -60,6 +61,8 @@ class Pairs:
     Attributes:
         structures: Index of each pair's structure, shape [structure, motion].
         count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
+        first_step: First step of each pair's ladder from the highest level downwards, as a share of the others, drawn
+            at random, shape [pair].
         first_demand: Demand at `first_level`, shape [pair].
         guide: The same, or a demand that it never exceeds, shape [pair].
         exponent: The demand of an elastic response goes with the level to this power.
@@ -88,9 +91,9 @@ class Pairs:
         self.demand, self.integration, self.reruns, self.advance = demand, integration, Reruns(), advance
         self.intensities, self.power = design.intensities, design.measure.power
         self.structures = structures_of_pairs(design, structures)
+        motions = len(design.motions)
         structures, place = np.unique(self.structures.ravel(), return_inverse=True)
         drawn, vibration = run.draw(structures)
-        motions = len(design.motions)
         self.count = self.structures.size
         motion = np.tile(np.arange(motions, dtype=np.int32), len(self.structures))
         place = place.astype(np.int32)
@@ -99,6 +102,7 @@ class Pairs:
         assignment = Assignment(*held, design.measure.name)
         schedule = build_schedule(run.model.scene, run.model.timeline, vibration, assignment, row)
         sample = (self.structures * motions + np.arange(motions)).ravel().astype(np.int32)
+        self.first_step = uniforms(run.model.seed, sample, Purpose.LADDERS, 0)[:, 0]
         self.whole = Ensemble(
             run.model, structures, drawn, vibration.rayleigh, assignment, row, schedule, sample, queue
         )

@@ -11,8 +11,9 @@ from warpdyn.incremental.pairs import Pairs
 # The ladder of a pair begins at this share of the level at which its elastic response would reach the first limit.
 # If the demand at the first rung comes to the other share of the limit, the ladder is continued downwards.
 START, LOW_ENOUGH = 0.3, 0.6
-# Levels that a pair climbs at a time; more where few pairs are left, so that a launch has so many histories.
-LEAST_RUNGS, FULL_LAUNCH = 4, {"cpu": 2**6, "cuda": 2**16}
+# A pair climbs by about this factor at a time, in so many rungs at most; by more where few pairs are left, so that a
+# launch has so many histories, which take no longer than fewer.
+CLIMB, MOST_RUNGS, FULL_LAUNCH = 1.5, 4, {"cpu": 2**4, "cuda": 2**16}
 # Attempts to close a bracket by interpolation, before it is divided into equal parts: a demand may jump. So many parts
 # at most: a ladder's ratio of 1.1 takes five to a tolerance of 2 %, with four histories, as thirds twice would.
 INTERPOLATIONS, MOST_PARTS = 2, 5
@@ -134,6 +135,11 @@ class Search:
         highest: Highest level.
         ratio: Ratio of neighbouring levels of the ladder, which ends at the highest level.
         tolerance: Relative width of a bracket.
+
+    Attributes:
+        levels: The levels that were evaluated.
+        failed: Pairs of which a history failed, shape [pair].
+        rungs_at_a_time: Number of rungs that a pair climbs at a time, at least.
     """
 
     pairs: Pairs
@@ -142,10 +148,12 @@ class Search:
     ratio: float
     tolerance: float
     levels: Levels = field(init=False)
-    failed: np.ndarray = field(init=False)  # pairs of which a history failed
+    failed: np.ndarray = field(init=False)
+    rungs_at_a_time: int = field(init=False)
 
     def __post_init__(self) -> None:
         pairs = self.pairs
+        self.rungs_at_a_time = int(np.clip(round(np.log(CLIMB) / np.log(self.ratio)), 1, MOST_RUNGS))
         self.levels, everything = Levels(pairs.count), np.arange(pairs.count)
         self.failed = np.isnan(pairs.first_demand)
         first = np.full(pairs.count, pairs.first_level)
@@ -162,13 +170,19 @@ class Search:
         self.levels.add(pair, level, demand, level > self.pairs.elastic_level[pair])
         self.failed[pair[np.isnan(demand)]] = True
 
-    def _rungs(self, below_highest: np.ndarray) -> np.ndarray:
-        """Return levels of the ladder, by their number of steps below the highest."""
-        return self.highest * self.ratio ** -np.asarray(below_highest, dtype=float)
+    def _rungs(self, pair: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """Return levels of pairs' ladders, by their number from the highest level, 0, downwards.
 
-    def _steps_below(self, level: np.ndarray) -> np.ndarray:
-        """Return the number of steps below the highest of the last rung that is not above a level."""
-        return np.maximum(np.ceil(np.log(self.highest / level) / np.log(self.ratio) - 1e-9), 0).astype(np.int64)
+        The first step is a share of its own of each pair, so that brackets of different pairs have no ends in common:
+        what is not known of a capacity within its bracket then averages out, however wide brackets are.
+        """
+        steps = np.where(number > 0, number - 1 + self.pairs.first_step[pair], 0.0)
+        return self.highest * self.ratio**-steps
+
+    def _last_rungs(self, level: np.ndarray) -> np.ndarray:
+        """Return the number of the last rung that is not above a level of each pair."""
+        steps = np.log(self.highest / level) / np.log(self.ratio) - 1e-9
+        return np.where(steps > 0, np.maximum(np.ceil(steps - self.pairs.first_step), 0) + 1, 0).astype(np.int64)
 
     def _climb(self) -> None:
         """Evaluate the rungs of each pair's ladder, up to the first that passes the last limit."""
@@ -178,9 +192,9 @@ class Search:
             first, last = (
                 pairs.elastic_level_of(finite[end]) if finite.size else pairs.collapse_level for end in (0, -1)
             )
-        lowest = self._steps_below(np.clip(np.nan_to_num(START * first), pairs.first_level, self.highest))
+        lowest = self._last_rungs(np.clip(np.nan_to_num(START * first), pairs.first_level, self.highest))
         # In the first launch each pair climbs as far as it would if displacements were those of the elastic response.
-        until = np.minimum(self._steps_below(np.clip(np.nan_to_num(last), pairs.first_level, self.highest)), lowest)
+        until = np.minimum(self._last_rungs(np.clip(np.nan_to_num(last), pairs.first_level, self.highest)), lowest)
         following = lowest.copy()
         active = np.flatnonzero(~self.failed)
         count = (lowest - until + 1)[active]
@@ -188,11 +202,11 @@ class Search:
         while active.size:
             pair = np.repeat(active, count)
             climbed = np.arange(pair.size) - np.repeat(np.cumsum(count) - count, count)
-            self._evaluate(pair, self._rungs(following[pair] - climbed))
+            self._evaluate(pair, self._rungs(pair, following[pair] - climbed))
             following[active] -= count
             upper = self.levels.brackets(active, self.limit[-1:])[1][:, 0]
             active = active[np.isinf(upper) & (following[active] >= 0) & ~self.failed[active]]
-            rungs = max(LEAST_RUNGS, FULL_LAUNCH[kind] // max(active.size, 1))
+            rungs = max(self.rungs_at_a_time, FULL_LAUNCH[kind] // max(active.size, 1))
             count = np.minimum(rungs, following[active] + 1)
         self._descend(lowest)
 
@@ -201,16 +215,18 @@ class Search:
         active = np.flatnonzero(~self.failed)
         # A limit that collapse alone passes is near where a sample collapsed.
         near = LOW_ENOUGH * self.limit[:1] if np.isfinite(self.limit[0]) else self.limit[:1]
+        rungs = self.rungs_at_a_time
         while active.size:
             upper = self.levels.brackets(active, near)[1][:, 0]
-            active = active[(upper <= self._rungs(lowest[active]) * (1 + 1e-9)) & ~self.failed[active]]
-            active = active[self._rungs(lowest[active]) > self.pairs.first_level]
-            pair = np.repeat(active, LEAST_RUNGS)
-            lower = self._rungs(lowest[pair] + np.tile(np.arange(1, LEAST_RUNGS + 1), active.size))
+            lowest_rung = self._rungs(active, lowest[active])
+            active = active[(upper <= lowest_rung * (1 + 1e-9)) & ~self.failed[active]]
+            active = active[self._rungs(active, lowest[active]) > self.pairs.first_level]
+            pair = np.repeat(active, rungs)
+            lower = self._rungs(pair, lowest[pair] + np.tile(np.arange(1, rungs + 1), active.size))
             kept = lower > self.pairs.first_level
             if kept.any():
                 self._evaluate(pair[kept], lower[kept])
-            lowest[active] += LEAST_RUNGS
+            lowest[active] += rungs
 
     def _narrow(self) -> None:
         """Evaluate levels within each bracket, until all are as narrow as the tolerance."""
@@ -220,7 +236,7 @@ class Search:
             lower, upper, below, above = self.levels.brackets(active, self.limit)
             is_open = np.isfinite(upper) & (lower > 0)
             with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-                is_open &= upper / lower > 1 + self.tolerance
+                is_open &= upper / lower > (1 + self.tolerance) * (1 + 1e-9)  # rungs may be just so far apart
                 level = self._between(lower, upper, below, above, by_interpolation=attempt < INTERPOLATIONS)
             level[:, ~is_open] = np.nan
             beside = self.levels.beside_peaks(active, self.limit, upper, np.log1p(self.tolerance))

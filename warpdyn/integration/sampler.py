@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
+from threading import Lock
 
 import numpy as np
 from scipy.stats import qmc
@@ -61,6 +62,7 @@ class Sampler:
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)
         self._points: np.ndarray | None = None
         self._sobol: qmc.Sobol | None = None
+        self._turn = Lock()
         generator = np.random.default_rng([seed, Purpose.POINTS])
         if self.variables and sampling == "latin_hypercube":
             self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)
@@ -134,7 +136,8 @@ class Sampler:
         if self._sobol is None:
             return None
         edges = np.concatenate([[0], np.flatnonzero(np.diff(structures) != 1) + 1, [structures.size]])
-        return np.concatenate([self._sobol_rows(structures[a:b]) for a, b in pairwise(edges)])
+        with self._turn:  # blocks are prepared by several threads, and the sequence is one
+            return np.concatenate([self._sobol_rows(structures[a:b]) for a, b in pairwise(edges)])
 
     def _sobol_rows(self, structures: np.ndarray) -> np.ndarray:
         """Return Sobol points of consecutive indices; those before them are skipped, which takes 5 ns each."""

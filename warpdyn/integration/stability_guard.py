@@ -58,6 +58,14 @@ class StabilityFindings:
         self.beyond += int(np.count_nonzero(unstable))
         return unstable
 
+    def add_block(self, block: StabilityFindings) -> None:
+        """Add what was found before a block was run; blocks are added in the order of their samples."""
+        self.least, self.most = min(self.least, block.least), max(self.most, block.most)
+        self.first = self.first or block.first
+        self.never = block.never if self.never is None else self.never
+        self.beyond, self.too_long = self.beyond + block.beyond, self.too_long + block.too_long
+        self.longest_accurate = min(self.longest_accurate, block.longest_accurate)
+
     def add_sample_errors(self, error: float, off: int, sensitive: int) -> None:
         """Count samples whose estimated error is larger than that asked for, and sensitive ones."""
         self.error, self.off, self.sensitive = error, self.off + off, self.sensitive + sensitive
@@ -229,11 +237,13 @@ class Reruns:
             outputs: Their outputs, sample last, which are overwritten.
         """
         steps = run.schedule.run_intervals[samples] * run.schedule.substeps[samples].astype(np.float64)
-        afforded = affordable(self.charged(0, steps), run.plan.dofs)
-        failed = np.flatnonzero(outputs["status"] >= DIVERGED)
+        charged, failed = self.charged(0, steps), np.flatnonzero(outputs["status"] >= DIVERGED)
         decided: list[tuple[np.ndarray, np.ndarray]] = []
         if self.seen is not None:
             self.seen.append((steps, decided))
+        if not failed.size:
+            return
+        afforded = affordable(charged, run.plan.dofs)
         for rerun in range(1, MOST_RERUNS + 1):
             taken = 2**rerun * steps[failed]
             granted = (self.charged(rerun, taken) <= afforded[failed]) & (taken <= MOST_STEPS)
@@ -250,12 +260,11 @@ class Reruns:
 
     def charged(self, rerun: int, steps: np.ndarray) -> np.ndarray:
         """Add samples of so many steps to a rerun, and return what rows of them have taken up to each."""
-        begins_row = (self._count[rerun] + np.arange(steps.size)) % ROW == 0
-        taken = self._taken[rerun] + np.cumsum(np.where(begins_row, ROW * steps, 0.0))
-        if steps.size:
-            self._count[rerun] += steps.size
-            self._taken[rerun] = float(taken[-1])
-        return taken
+        first = -self._count[rerun] % ROW  # sample that begins a row
+        taken = self._taken[rerun] + np.cumsum(np.append(0.0, ROW * steps[first::ROW]))
+        self._count[rerun] += steps.size
+        self._taken[rerun] = float(taken[-1])
+        return np.repeat(taken, ROW)[ROW - first :][: steps.size] if first else np.repeat(taken[1:], ROW)[: steps.size]
 
 
 def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None = None) -> dict[str, np.ndarray]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -153,9 +154,14 @@ def build_schedule(
     Raises:
         ValueError: If a sample would take more steps than can be counted.
     """
-    # Computed once for consecutive samples that have structure and motion in common.
+    # Computed once for consecutive samples that have structure and motion in common, and what depends on the motion
+    # alone once for each motion, where every structure has the same ones.
     structure, motion = row[:: assignment.repeats], assignment.motion[:: assignment.repeats]
-    period = vibration.period[structure]
+    shared = len(motions_of_all(structure, motion))
+    rows: Any = structure
+    if shared:
+        rows, motion = structure[::shared, None], motion[:shared]
+    period = vibration.period[rows]
     interval, substeps = timeline.interval[motion], timeline.substeps[motion]
     window = RESIDUAL_PERIODS * period
     if not scene.excitation.has_tail:
@@ -165,18 +171,39 @@ def build_schedule(
         window = np.minimum(window, np.maximum(tail, period))
     elif "residual" in scene.recorders or comes_to_rest:
         with np.errstate(divide="ignore"):
-            decay = np.log(1 / RESIDUAL_DECAY) / vibration.decay[structure]
+            decay = np.log(1 / RESIDUAL_DECAY) / vibration.decay[rows]
         tail = np.minimum(decay, LONGEST_DECAY_IN_PERIODS * period) + window
     else:
         tail = period  # the peak may occur shortly after the motion's end
     run = timeline.intervals[motion] + np.ceil(tail / interval * (1 - 1e-9))
-    if (run * substeps).max() >= MOST_STEPS:
+    steps = run * substeps
+    if steps.max() >= MOST_STEPS:
         raise ValueError(
-            f"a sample would take {(run * substeps).max():.3g} steps, and {MOST_STEPS} can be counted: "
+            f"a sample would take {steps.max():.3g} steps, and {MOST_STEPS} can be counted: "
             "choose a longer step or a shorter tail"
         )
     step = interval / substeps
-    residual_steps = np.clip(np.round(window / step), 1, run * substeps)
+    residual_steps = np.ones(1)  # read where a residual drift is recorded
+    if "residual" in scene.recorders:
+        residual_steps = np.clip(np.round(window / step), 1, steps)
     values = run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32)
-    columns = [np.repeat(column, assignment.repeats) for column in values]
+    columns = [np.broadcast_to(column, run.shape).ravel() for column in values]
+    if assignment.repeats > 1:
+        columns = [np.repeat(column, assignment.repeats) for column in columns]
     return Schedule(columns[0], columns[1], columns[2], columns[3], assignment.repeats)
+
+
+def motions_of_all(structure: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return the motions that every structure runs under, in order; none if they differ, or samples are out of order.
+
+    Args:
+        structure: Place of each sample's structure, shape [sample].
+        motion: Motion of each sample, shape [sample].
+    """
+    count = int(np.argmax(structure != structure[0])) or structure.size  # samples of the first structure
+    if structure.size % count:
+        return motion[:0]
+    by_structure = structure.reshape(-1, count), motion.reshape(-1, count)
+    if (by_structure[0] != by_structure[0][:, :1]).any() or (by_structure[1] != motion[:count]).any():
+        return motion[:0]
+    return motion[:count]

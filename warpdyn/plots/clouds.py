@@ -18,6 +18,7 @@ from warpdyn.plots.style import (
     SMALL,
     Colours,
     Drawn,
+    check_kept,
     colours_of,
     grid,
     legend,
@@ -56,8 +57,7 @@ def cloud_regression(
     name = "cloud_regression"
     needed = ("regression_intercept", "regression_slope", "regression_deviation", "damage_limit", "fragility_median")
     check_dataset(f"plots.{name}", curves, *needed, advice=_CURVES)
-    if not curves.sizes.get("damage_state"):
-        raise ValueError(f"plots.{name}: the curves have no damage_state left: select some by isel(damage_state=[...])")
+    check_kept(name, "curves", curves, "damage_state")
     demand = str(curves["damage_limit"].attrs.get("demand", "peak_storey_drift_ratio"))
     drawn = demands_of(name, run, demand, _RUN)
     result, (axes,) = panels(name, ax, size=(6.6, 4.8))

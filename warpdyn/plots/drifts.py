@@ -215,7 +215,8 @@ def drift_distributions(
 
     Args:
         runs: The run of each design by its name, such as `{"as it is": run, "with dampers": other}`.
-        level: Level of the stripe that is drawn [g], where runs are on stripes; None where all samples are on one.
+        level: Level of the stripe that is drawn [unit of the levels], where runs are on stripes; None where all
+            samples are on one.
         colours: Colour of each design, in their order or by name.
         ax: Axes to draw into; None for a figure of its own.
 
@@ -281,17 +282,23 @@ def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.D
 
 def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
     """Return the demands of one stripe."""
-    stripes, listed = drawn.levels, ", ".join(f"{each:g}" for each in drawn.levels)
+    stripes, units = drawn.levels, _units_of_level(drawn)
+    listed = f"{', '.join(f'{each:g}' for each in stripes)} {units}"
     if level is None and stripes.size > 1:
-        raise ValueError(f"run {name!r} is on several stripes: give level=, one of {listed} g")
+        raise ValueError(f"run {name!r} is on several stripes: give level=, one of {listed}")
     chosen = stripes[0] if level is None else level
     here = np.isclose(drawn.level, chosen, rtol=1e-6)
     if not here.any():
-        raise ValueError(f"run {name!r} has no stripe of {chosen!r} g; it has {listed} g")
+        raise ValueError(f"run {name!r} has no stripe of {chosen!r} {units}; it has {listed}")
     parts: Iterable[str] = ("values", "collapsed", "level", "structure", "motion", "beyond")
     return Demands(**vars(drawn) | {each: getattr(drawn, each)[here] for each in parts})
 
 
 def _stripe_of(drawn: Demands) -> str:
     """Return the level of a stripe in words."""
-    return f"{drawn.measure.removesuffix(' [g]')} = {drawn.level[0]:g} g"
+    return f"{drawn.measure.rpartition(' [')[0]} = {drawn.level[0]:g} {_units_of_level(drawn)}"
+
+
+def _units_of_level(drawn: Demands) -> str:
+    """Return the units of levels, as the label of their axis has them."""
+    return drawn.measure.rpartition(" [")[2].removesuffix("]")

@@ -18,6 +18,7 @@ from warpdyn.plots.style import (
     Colours,
     Drawn,
     Picture,
+    check_kept,
     colours_of,
     grid,
     legend,
@@ -138,9 +139,7 @@ def fragility_comparison(
 def _check_curves(function: str, dataset: xr.Dataset) -> None:
     check_dataset(f"plots.{function}", dataset, "fragility_curve", "confidence", "damage_state", advice=_CURVES)
     of_stripes = ("stripe",) if "exceedance_fraction" in dataset else ()  # curves of capacities or a cloud have none
-    for dim in ("damage_state", *of_stripes, "intensity"):
-        if not dataset.sizes.get(dim):
-            raise ValueError(f"plots.{function}: the curves have no {dim} left: select some by isel({dim}=[...])")
+    check_kept(function, "curves", dataset, "damage_state", *of_stripes, "intensity")
 
 
 def _limit(row: xr.Dataset) -> str:

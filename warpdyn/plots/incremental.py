@@ -18,6 +18,7 @@ from warpdyn.plots.style import (
     SCALES,
     SMALL,
     Drawn,
+    check_kept,
     grid,
     legend,
     panels,
@@ -129,6 +130,7 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
     """
     advice = "draw what capacities(scene, limits) returned"
     check_dataset("plots.capacities", dataset, "capacity", "damage_limit", advice=advice)
+    check_kept("capacities", "capacities", dataset, "structure", "motion", "damage_state")
     capacity = dataset["capacity"].transpose("structure", "motion", "damage_state")
     values = capacity.values.reshape(-1, capacity.sizes["damage_state"])
     values = values[~np.isnan(values).any(axis=1)]

@@ -18,6 +18,7 @@ from warpdyn.plots.style import (
     SMALL,
     Colours,
     Drawn,
+    check_kept,
     colours_of,
     grid,
     legend,
@@ -26,11 +27,10 @@ from warpdyn.plots.style import (
     set_scale,
     title,
 )
-from warpdyn.risk.annual_rates import annual_rates
+from warpdyn.risk.annual_rates import warned_shares
 from warpdyn.risk.curves import curves_of
-from warpdyn.risk.disaggregation import disaggregate
+from warpdyn.risk.disaggregation import contributions
 from warpdyn.risk.hazard_curves import Hazard, branches_of
-from warpdyn.statistics.lognormal_fit import probability
 
 SHARES = (0.16, 0.84)  # of the band of losses
 BINS = 120  # of contributions that are drawn as areas
@@ -59,8 +59,9 @@ def hazard_and_rates(
     """
     tree = branches_of("plots.hazard_and_rates", hazard)
     found = curves_of("plots.hazard_and_rates", curves, tree)
-    rates = annual_rates(curves, tree)["annual_rate"].values
-    parts = disaggregate(curves, tree, bins=BINS)
+    rates = tree.weights @ found.rates(tree)
+    warned_shares(found, tree, rates)
+    parts = contributions(found, tree, bins=BINS)
     result, (upper, lower) = panels("hazard_and_rates", ax, 2, columns=1, size=(6.4, 6.4), sharex=True)
     low, high = float(parts["intensity_lower"][0]), float(parts["intensity_upper"][-1])
     levels = np.geomspace(low, high, _POINTS)
@@ -74,10 +75,10 @@ def hazard_and_rates(
     legend(upper)
     title(upper, "Hazard")
 
-    density = parts["contribution_density"].values
+    density, exceedance = parts["contribution_density"].values, found.probability(levels)
     for i, colour in enumerate(colours_of(found.names, colours)):
         words = f"{found.names[i]}: {_rate_in_words(rates[i])}"
-        lower.plot(levels, probability(levels, found.median[i], found.dispersion[i]), color=colour, label=words)
+        lower.plot(levels, exceedance[i], color=colour, label=words)
         lower.fill_between(parts["intensity"], density[i] / density[i].max(), color=colour, alpha=0.15, lw=0)
     name = tree.measure or found.measure or "intensity measure"
     lower.set(xlabel=f"{name} [{tree.units}]", ylabel="Probability of exceedance", xscale="log", ylim=(-0.02, 1.02))
@@ -105,11 +106,12 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the dataset lacks the contributions.
+        ValueError: If the dataset lacks the contributions, or one damage state alone was selected.
         TypeError: If `dataset` is no Dataset.
     """
-    needed = "contribution", "intensity_lower", "intensity_upper", "modal_intensity", "damage_state"
+    needed = "contribution", "intensity_lower", "intensity_upper", "modal_intensity", "annual_rate", "damage_state"
     check_dataset("plots.disaggregation", dataset, *needed, advice="draw what disaggregate(curves, hazard) returned")
+    check_kept("disaggregation", "contributions", dataset, "damage_state", "intensity")
     result, (axes,) = panels("disaggregation", ax, size=(6.4, 4.2))
     edges = np.append(dataset["intensity_lower"].values, dataset["intensity_upper"].values[-1])
     units = dataset["intensity"].attrs.get("units", "g")
@@ -155,6 +157,7 @@ def vulnerability(
     """
     needed = "mean_loss_ratio", "coefficient_of_variation", "intensity"
     check_dataset("plots.vulnerability", dataset, *needed, advice="draw what vulnerability(curves, ratios) returned")
+    check_kept("vulnerability", "loss ratios", dataset, "intensity")
     result, (axes,) = panels("vulnerability", ax, size=(6.4, 4.2))
     levels, mean = dataset["intensity"].values, dataset["mean_loss_ratio"].values
     low, high = _beta_range(mean, dataset["coefficient_of_variation"].values)
@@ -194,6 +197,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     needed = "loss_exceedance_rate", "return_period_loss", "expected_annual_loss", "loss"
     advice = "draw what annual_losses(curves, hazard, ratios) returned"
     check_dataset("plots.loss_exceedance", dataset, *needed, advice=advice)
+    check_kept("loss_exceedance", "losses", dataset, "loss", "return_period")
     result, (axes,) = panels("loss_exceedance", ax, size=(6.4, 4.2))
     losses, rate = dataset["loss"].values, dataset["loss_exceedance_rate"].values
     shown = rate > 0

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset
-from warpdyn.core.output_variables import COLLAPSED, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, STRIPED, measure_of_levels
 from warpdyn.statistics.stripe_counts import decoded_status
 
 SHARES = (0.16, 0.5, 0.84)
@@ -141,7 +141,7 @@ def label_of_measure(run: xr.Dataset) -> str:
     """Return the intensity measure of a run or of its fragility curves with its units, as the label of an axis."""
     if "im_level" in run:
         attributes = run["im_level"].attrs
-        name = attributes.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+        name = measure_of_levels(attributes)
         return f"{name} [{attributes.get('units', 'g')}]"
     units = run["intensity"].attrs.get("units", "g") if "intensity" in run.coords else "g"
     return f"{run.attrs.get('intensity_measure', 'intensity measure')} [{units}]"

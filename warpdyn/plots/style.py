@@ -8,6 +8,7 @@ from itertools import cycle, islice
 from typing import Any, TypeAlias
 
 import numpy as np
+import xarray as xr
 from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like
@@ -139,6 +140,20 @@ def set_scale(axes: Axes, scale: str, lowest: float, highest: float) -> None:
         plain_numbers(axes.xaxis)
     else:
         axes.set_xlim(0, highest * 1.02)
+
+
+def check_kept(function: str, what: str, dataset: xr.Dataset, *dims: str) -> None:
+    """Raise a ValueError unless a dataset has some of each dimension left, as after a selection.
+
+    Args:
+        function: The function of `warpdyn.plots`.
+        what: What the dataset holds, in the plural.
+        dataset: The dataset.
+        dims: The dimensions.
+    """
+    for dim in dims:
+        if not dataset.sizes.get(dim):
+            raise ValueError(f"plots.{function}: the {what} have no {dim} left: select some by isel({dim}=[...])")
 
 
 def grid(*axes: Axes) -> None:

@@ -42,8 +42,8 @@ class Joined:
             (of_run, {str(k): v for k, v in run.variables.items()}) for of_run, run in zip(buildings, runs, strict=True)
         ]
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
-        self.attributes = attributes | _common_attributes(runs, seconds)
-        self.estimate = _largest_estimate(runs)
+        self.attributes = attributes | common_attributes(runs, seconds)
+        self.estimate = largest_estimate(runs)
         # By name the variable of the first run that has it, and the type that holds the values of all.
         found: dict[str, xr.Variable] = {}
         for _, variables in self.parts:
@@ -144,7 +144,7 @@ class Joined:
         return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.attributes["scene"]})
 
 
-def _common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
+def common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
     """Return the attributes of how the runs were integrated; where runs differ, the values of all."""
     attributes = {name: runs[0].attrs[name] for name in ("on_unstable", "device")}
     for name in ("method", "dtype", "kernel", "resampled"):
@@ -161,7 +161,7 @@ def _common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, obje
     return attributes | {"groups": len(runs)}
 
 
-def _largest_estimate(runs: list[xr.Dataset]) -> xr.Dataset:
+def largest_estimate(runs: list[xr.Dataset]) -> xr.Dataset:
     """Return the largest of the runs' error estimates, which bounds every quantile over all of their samples."""
     found = [run["estimated_relative_error"] for run in runs if "estimated_relative_error" in run]
     if not found:

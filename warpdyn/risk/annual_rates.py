@@ -7,26 +7,29 @@ import xarray as xr
 
 from warpdyn.core.checks import real_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.risk.curves import curves_of, interval_attributes
-from warpdyn.risk.hazard_curves import Hazard, HazardCurve, branches_of
-from warpdyn.risk.integrals import rates_by_bin, rates_by_segment
+from warpdyn.risk.curves import Curves, curves_of, interval_attributes, warn_of_table_ends
+from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree, branches_of
 from warpdyn.statistics.lognormal_fit import check_confidence
 
 LEAST_KNOWN_SHARE = 0.95  # of the replicates; with fewer no interval is given
 EXTRAPOLATED_SHARE = 0.01  # of an answer from beyond the points of the hazard curve: with more a warning is given
-SOURCE = "Cornell and others (2002), J. Struct. Eng. 128(4); in closed form for each power-law segment of the hazard"
 
 
 def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, confidence: float = 0.95) -> xr.Dataset:
     """Return the annual rate at which a building reaches each damage state, and the probability in a period.
 
-    The integral of the lognormal curves over the hazard curve, a power law between its points, is exact. The
+    The rate is the integral of the fragility curve over the hazard curve, a power law between its points: in closed
+    form of lognormal curves, by quadrature of loglogistic ones, of those of demand and collapse and of tables. The
     replicates of the curves and the branches of a logic tree, each replicate with each branch, give the interval;
-    the estimate is that of the fitted curves with the mean over the branches.
+    the estimate is that of the fitted curves with the mean over the branches. Each state's rate is that of its own
+    curve, also where curves cross.
 
     Args:
-        curves: What `fragility` returned: `fragility_median(damage_state)` and `fragility_dispersion(damage_state)`,
-            and for an interval `replicate_median` and `replicate_dispersion(replicate, damage_state)`.
+        curves: What `fragility`, `fragility_of_cloud`, `fragility_from_capacities` or `fragility_posterior` returned;
+            or a dataset of `fragility_median(damage_state)` and `fragility_dispersion(damage_state)`, for an interval
+            with `replicate_median` and `replicate_dispersion(replicate, damage_state)`; or a table without an interval,
+            `fragility_curve(damage_state, intensity)` or `exceedance_fraction(damage_state, stripe)`, linear between
+            its points, 0 below the first and level above the last.
         hazard: The hazard of the curves' intensity measure.
         years: The period [year], in which occurrences are a Poisson process.
         confidence: Probability that the intervals cover.
@@ -40,8 +43,7 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
 
     Raises:
         TypeError: If `curves` is no Dataset or `hazard` no hazard.
-        ValueError: If a state has no fit, curves are not lognormal, or the hazard is of another unit or intensity
-            measure.
+        ValueError: If a state has no fit, a rate has no bound, or the hazard is of another unit or intensity measure.
 
     Example:
         >>> rates = wd.annual_rates(wd.fragility(run, limits), hazard)
@@ -51,25 +53,10 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
     found = curves_of("annual_rates", curves, tree)
     years = real_number("years", years, above=0)
     check_confidence(confidence)
-    rate = np.stack([rates_by_segment(each, found.median, found.dispersion).sum(axis=-1) for each in tree.curves])
-    # Rates from intensities beyond the points, not of capacities beyond them.
-    outside = np.zeros((2, len(found.names)))
-    for weight, each in zip(tree.weights, tree.curves, strict=True):
-        ends = each.intensity[[0, -1]]
-        outside += weight * np.stack(rates_by_bin(each, ends, found.median, found.dispersion)[1:])
+    rate = found.rates(tree)
     mean = tree.weights @ rate
-    shares = outside / mean
-    warn_of_extrapolation(tuple(found.names), shares, tree.curves, "annual rate")
-
-    sampled = rate[None]
-    if found.replicate_median is not None and found.replicate_dispersion is not None:
-        sampled = np.stack(
-            [
-                rates_by_segment(each, found.replicate_median, found.replicate_dispersion).sum(axis=-1)
-                for each in tree.curves
-            ],
-            axis=1,
-        )
+    shares = warned_shares(found, tree, mean)
+    sampled = found.sampled_rates(tree)
     bounds = weighted_bounds(sampled, tree.weights, confidence)
     state = "damage_state"
     per_year = {"units": "year-1"}
@@ -114,10 +101,24 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
         {
             "intensity_measure": tree.measure or found.measure,
             "years": years,
-            "rate_method": SOURCE,
+            "rate_method": found.shape.method,
             **interval_attributes(found, len(tree.curves), confidence),
         },
     )
+
+
+def warned_shares(found: Curves, tree: HazardLogicTree, mean: np.ndarray) -> np.ndarray:
+    """Return the shares of rates from beyond the hazard's points, shape [2, state]; warn of those that matter.
+
+    Args:
+        found: The curves.
+        tree: The hazard.
+        mean: Their annual rates, shape [damage_state].
+    """
+    shares = found.shares_beyond(tree)
+    warn_of_extrapolation(found.names, shares, tree.curves, "annual rate")
+    warn_of_table_ends("annual rate", found, tree, mean)
+    return shares
 
 
 def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float) -> np.ndarray:

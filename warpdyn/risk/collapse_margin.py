@@ -11,6 +11,7 @@ from scipy.special import ndtr, ndtri
 
 from warpdyn.core.checks import finite_numbers, one_of
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.plausibility import PlausibilityFindings
 
 SOURCE = "FEMA P-695 (2009), chapters 6 and 7, appendix B"
 RATINGS = {"A": 0.10, "B": 0.20, "C": 0.35, "D": 0.50}  # tables 3-1, 3-2 and 5-3
@@ -47,6 +48,9 @@ def spectral_shape_factor(
     periods, ductilities = finite_numbers("period", period), finite_numbers("ductility", ductility)
     if np.any(periods <= 0):
         raise ValueError(f"every period must be above 0, got {periods.min():g} s")
+    findings = PlausibilityFindings()
+    findings.add("first_period", periods)
+    findings.warn()
     if np.any(ductilities < 1):
         raise ValueError(f"every period-based ductility must be at least 1, got {ductilities.min():g}")
     slope = 0.14 * (np.minimum(ductilities, MOST_DUCTILITY) - 1) ** 0.42
@@ -97,12 +101,21 @@ def collapse_margin(
         `mean_acceptable_margin_10` and `group_is_acceptable`.
 
     Raises:
+        TypeError: If a Dataset is given in place of intensities.
         ValueError: If a value is not positive, a rating or a name is unknown, or shapes do not go together.
 
     Example:
         >>> found = wd.collapse_margin(2.4, 1.5, period=0.7, ductility=6.0, model="C")
         >>> found["is_acceptable"]
     """
+    for what, value in (("collapse_median", collapse_median), ("design_intensity", design_intensity)):
+        if isinstance(value, xr.Dataset):
+            states = value["damage_state"].values.ravel().tolist() if "damage_state" in value else []
+            state = str(states[-1]) if states else "collapse"
+            raise TypeError(
+                f"collapse_margin: {what} takes intensities [g], a number or one of each archetype, and got a Dataset; "
+                f"of curves give the median of one state, curves['fragility_median'].sel(damage_state={state!r})"
+            )
     # Ratings of one group are of the system, not of an archetype.
     ratings = {"design_requirements": design_requirements, "test_data": test_data, "model": model}
     for what, rating in ratings.items():

@@ -1,4 +1,4 @@
-"""Fragility curves as hazard and losses take them: medians, dispersions and replicates of them, checked."""
+"""Fragility curves as hazard and losses take them: of one shape, with replicates, checked."""
 
 from __future__ import annotations
 
@@ -9,35 +9,104 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of
-from warpdyn.risk.hazard_curves import Hazard
-from warpdyn.risk.hazard_files import same_measure
-from warpdyn.statistics.estimators import LOGNORMAL
+from warpdyn.core.messages import warn_caller
+from warpdyn.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
+from warpdyn.risk.hazard.measures import same_measure, warn_unless_compared
+from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
+from warpdyn.statistics.estimators import FIT_MEANINGS
 
 ADVICE = "give what fragility(run, limits) returned"
+# Of a rate, from beyond the ends of a table: with more a warning is given.
+CUT_SHARE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Lognormal fragility curves of the damage states of one building.
+    """Fragility curves of the damage states of one building, of one shape.
 
     Args:
         names: Damage states, from the lightest on.
-        median: Median capacity [units], shape [damage_state].
-        dispersion: Dispersion [1], shape [damage_state].
+        shape: What makes probabilities and rates of medians and dispersions.
+        median: Median capacity [units], shape [damage_state]; 1 of a table.
+        dispersion: Dispersion [1], shape [damage_state]; 1 of a table.
         replicate_median: Draws from the sampling distribution of the medians, shape [replicate, damage_state], NaN
             where a state has none; None if there are none at all.
         replicate_dispersion: Those of the dispersions.
         units: Units of the medians.
         measure: Name of the intensity measure.
+        table: Intensities and probabilities, shape [point] and [damage_state, point], of curves that were given by
+            points alone.
     """
 
     names: tuple[str, ...]
+    shape: Shape
     median: np.ndarray
     dispersion: np.ndarray
     replicate_median: np.ndarray | None
     replicate_dispersion: np.ndarray | None
     units: str
     measure: str
+    table: tuple[np.ndarray, np.ndarray] | None = None
+
+    def probability(self, intensity: np.ndarray) -> np.ndarray:
+        """Return the probability of exceedance at intensities [units], shape [damage_state, point]."""
+        return self.shape.probability(intensity, self.median, self.dispersion)
+
+    def replicate_probability(self, intensity: np.ndarray) -> np.ndarray | None:
+        """Return the probability by each replicate, shape [replicate, damage_state, point]; None without them."""
+        if self.replicate_median is None or self.replicate_dispersion is None:
+            return None
+        return self.shape.probability(intensity, self.replicate_median, self.replicate_dispersion)
+
+    def rates(self, hazard: HazardLogicTree, *, ordered: bool = False) -> np.ndarray:
+        """Return the annual rates of the states by each branch of a hazard [1/year], shape [branch, damage_state].
+
+        Args:
+            hazard: The hazard.
+            ordered: Whether a heavier state is taken to be no likelier than a lighter one at any intensity.
+        """
+        found = []
+        for each in hazard.curves:
+            found.append(self.shape.rates(each, self.median, self.dispersion, ordered=ordered))
+            self._check_bounded(each, found[-1])
+        return np.stack(found)
+
+    def sampled_rates(self, hazard: HazardLogicTree, *, ordered: bool = False) -> np.ndarray:
+        """Return the rates by each replicate and branch, shape [replicate, branch, damage_state].
+
+        Without replicates there is one, the curves themselves; a rate that has no bound is NaN.
+        """
+        if self.replicate_median is None or self.replicate_dispersion is None:
+            return self.rates(hazard, ordered=ordered)[None]
+        found = [
+            self.shape.rates(each, self.replicate_median, self.replicate_dispersion, ordered=ordered)
+            for each in hazard.curves
+        ]
+        return np.where(np.isfinite(found), found, np.nan).swapaxes(0, 1)
+
+    def rates_by_bin(self, hazard: HazardCurve, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the rates from the intensities of each bin, shape [damage_state, bin], and from below and above."""
+        parts = self.shape.rates_by_bin(hazard, edges, self.median, self.dispersion)
+        self._check_bounded(hazard, parts[1])
+        return parts
+
+    def _check_bounded(self, hazard: HazardCurve, rates: np.ndarray) -> None:
+        """Raise a ValueError if the rate of a state is infinite."""
+        for state in np.flatnonzero(~np.isfinite(rates)):
+            raise ValueError(
+                f"the annual rate of {self.names[state]!r} has no bound: below the first point of the hazard curve "
+                f"({hazard.intensity[0]:.3g} {hazard.units}) the extrapolated hazard rises faster than the tail of the "
+                "fragility curve falls; give a hazard curve that begins at a lower intensity, where it is less steep, "
+                "or fit lognormal curves"
+            )
+
+    def shares_beyond(self, hazard: HazardLogicTree) -> np.ndarray:
+        """Return the shares of the rates from intensities below and above the hazard's points, shape [2, state]."""
+        parts = 0.0
+        for weight, each in zip(hazard.weights, hazard.curves, strict=True):
+            within, below, above = self.rates_by_bin(each, each.intensity[[0, -1]])
+            parts = parts + weight * np.stack([below, above, within.sum(axis=-1)])
+        return np.asarray(parts)[:2] / np.sum(parts, axis=0)
 
 
 def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -> Curves:
@@ -45,27 +114,43 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
 
     Args:
         function: The public function.
-        curves: What `fragility` returned, or a dataset of `fragility_median` and `fragility_dispersion`.
+        curves: What `fragility` or another function of fragility curves returned; a dataset of `fragility_median` and
+            `fragility_dispersion`; or a table, `fragility_curve(damage_state, intensity)` or
+            `exceedance_fraction(damage_state, stripe)`, that is linear between its points.
         hazard: What the curves are to be put together with: of the same units and intensity measure.
 
     Raises:
         TypeError: If `curves` is no Dataset.
-        ValueError: If a variable is missing, curves are not lognormal, a state has no fit, or units or measure are not
-            the hazard's.
+        ValueError: If a variable is missing, a state has no fit, or units or measure are not the hazard's; if the rate
+            of a curve has no bound, as its tail falls no faster than the extrapolated hazard rises.
     """
-    check_dataset(function, curves, "fragility_median", "fragility_dispersion", "damage_state", advice=ADVICE)
-    shape = curves.attrs.get("fragility_shape", LOGNORMAL.name)
-    if shape != LOGNORMAL.name:
-        raise ValueError(
-            f"{function}: the curves are of the shape {shape!r}, and what is computed here is of lognormal curves; fit "
-            "these: estimator='lognormal' or 'ordinal' of fragility(), 'censored' of fragility_of_cloud()"
-        )
+    check_dataset(function, curves, "damage_state", advice=ADVICE)
     if not curves["damage_state"].ndim:  # one that was selected, as by curves.sel(damage_state="complete")
-        curves = curves[[name for name in curves if str(name).startswith(("fragility", "replicate"))]]
-        curves = curves.expand_dims("damage_state")
-    names = tuple(str(name) for name in curves["damage_state"].values)
+        own = ("fragility", "replicate", "exceedance_fraction", "fit_status", *OF_CLOUD)
+        curves = curves[[name for name in curves if str(name).startswith(own)]].expand_dims("damage_state")
+    names = tuple(str(name) for name in np.atleast_1d(curves["damage_state"].values))
     if not names:
         raise ValueError(f"{function}: the fragility curves have no damage state; give a selection that holds some")
+    table = table_of(function, curves, names)
+    if table is not None:
+        median = dispersion = np.ones(len(names))
+        intensity = curves["intensity" if "fragility_curve" in curves else "stripe"]
+        of_units = intensity.attrs
+    else:
+        check_dataset(function, curves, "fragility_median", "fragility_dispersion", advice=ADVICE)
+        median, dispersion = _checked_parameters(function, curves, names)
+        of_units = curves["fragility_median"].attrs
+    units, measure = str(of_units.get("units", "g")), str(curves.attrs.get("intensity_measure", ""))
+    if hazard is not None:
+        check_hazard(function, hazard, units, measure)
+    shape = shape_of(function, curves, table, median, dispersion)
+    warn_of_penalised(curves, names)
+    replicates = (None, None) if table is not None else _replicates(curves, len(names))
+    return Curves(names, shape, median, dispersion, *replicates, units, measure, table)
+
+
+def _checked_parameters(function: str, curves: xr.Dataset, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return medians and dispersions, shape [damage_state], once every state has them."""
     median, dispersion = (
         curves[name].values.astype(np.float64) for name in ("fragility_median", "fragility_dispersion")
     )
@@ -77,11 +162,39 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
                 f"{function}: damage state {name!r} has no fragility curve (median {theta:g}, dispersion {beta:g}): "
                 "leave it out, as in curves.sel(damage_state=[...]), or add levels to the run that give it a fit"
             )
-    units = str(curves["fragility_median"].attrs.get("units", "g"))
-    measure = str(curves.attrs.get("intensity_measure", ""))
-    if hazard is not None:
-        check_hazard(function, hazard, units, measure)
-    return Curves(names, median, dispersion, *_replicates(curves, len(names)), units, measure)
+    return median, dispersion
+
+
+def warn_of_penalised(curves: xr.Dataset, names: tuple[str, ...]) -> None:
+    """Warn of states whose stripes hardly tell a dispersion, which rates and losses depend on."""
+    if "fit_status" not in curves or curves["fit_status"].dims != ("damage_state",):
+        return
+    place = FIT_MEANINGS.index("penalised")
+    penalised = [repr(name) for name, each in zip(names, curves["fit_status"].values, strict=True) if each == place]
+    if penalised:
+        warn_caller(
+            f"the fragility curve of {' and '.join(penalised)} is of stripes that are separated: its dispersion comes "
+            "of a penalised likelihood, as the stripes hardly tell it, and it has no interval, nor has what follows "
+            "from it: add levels to the run where some samples exceed the state and some do not"
+        )
+
+
+def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, rate: np.ndarray) -> None:
+    """Warn of tables whose first or last probability decides the annual rates, as nothing is known beyond."""
+    if curves.table is None:
+        return
+    levels, probable = curves.table
+    for name, whole, row in zip(curves.names, rate, probable, strict=True):
+        if levels[0] > 0 and row[0] * float(hazard.rate_of(levels[0])) > CUT_SHARE * whole > 0:
+            warn_caller(
+                f"{function}: the fragility curve of {name!r} begins at {levels[0]:g} {curves.units} with a "
+                f"probability of {row[0]:.3g}, and is taken to be 0 below: begin where it is next to 0"
+            )
+        if (1 - row[-1]) * float(hazard.rate_of(levels[-1])) > CUT_SHARE * whole:
+            warn_caller(
+                f"{function}: the fragility curve of {name!r} ends at {levels[-1]:g} {curves.units} with a probability "
+                f"of {row[-1]:.3g}, and is taken to stay there: go on to higher intensities"
+            )
 
 
 def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> None:
@@ -91,7 +204,8 @@ def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> Non
             f"{function}: the hazard is in {hazard.units!r} and the medians in {units!r}: convert the hazard's "
             "intensities"
         )
-    if not same_measure(hazard.measure, measure):
+    warn_unless_compared(f"{function}: the hazard and the curves", hazard.measure, measure)
+    if same_measure(hazard.measure, measure) is False:
         raise ValueError(
             f"{function}: the hazard is of {hazard.measure!r} and the curves are of {measure!r}; take the hazard of "
             "that measure (interpolate between periods), or measure='' if they are to be taken as one"

@@ -7,10 +7,9 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.risk.annual_rates import EXTRAPOLATED_SHARE, SOURCE, warn_of_extrapolation
-from warpdyn.risk.curves import check_hazard, curves_of
+from warpdyn.risk.annual_rates import EXTRAPOLATED_SHARE, warn_of_extrapolation
+from warpdyn.risk.curves import Curves, check_hazard, curves_of
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
-from warpdyn.risk.integrals import rates_by_bin
 
 MISSED_SHARE = 0.1  # of a rate that comes from outside of the bins: with more a warning is given
 
@@ -21,7 +20,7 @@ def disaggregate(
     """Return what each range of intensities contributes to the annual rate of each damage state.
 
     Args:
-        curves: What `fragility` returned.
+        curves: As of `annual_rates`.
         hazard: The hazard of the curves' intensity measure; the mean over the branches of a logic tree is taken.
         bins: Number of bins, equal in the logarithm of the intensity.
         lowest: Lower edge of the first bin [units of the hazard]; by default the first point of the hazard.
@@ -41,7 +40,13 @@ def disaggregate(
         >>> wd.disaggregate(curves, hazard)["modal_intensity"]
     """
     tree = branches_of("disaggregate", hazard)
-    found = curves_of("disaggregate", curves, tree)
+    return contributions(curves_of("disaggregate", curves, tree), tree, bins=bins, lowest=lowest, highest=highest)
+
+
+def contributions(
+    found: Curves, tree: HazardLogicTree, *, bins: int, lowest: float | None = None, highest: float | None = None
+) -> xr.Dataset:
+    """Return what `disaggregate` does, of curves and a hazard that are checked."""
     bins = whole_number("bins", bins, 2)
     low = min(each.intensity[0] for each in tree.curves) if lowest is None else real_number("lowest", lowest, above=0)
     high = (
@@ -52,7 +57,7 @@ def disaggregate(
     edges = np.geomspace(low, high, bins + 1)
     rate, below, above = 0.0, 0.0, 0.0
     for weight, each in zip(tree.weights, tree.curves, strict=True):
-        own, own_below, own_above = rates_by_bin(each, edges, found.median, found.dispersion)
+        own, own_below, own_above = found.rates_by_bin(each, edges)
         rate, below, above = rate + weight * own, below + weight * own_below, above + weight * own_above
     whole = np.sum(rate, axis=-1) + below + above
     share = rate / whole[:, None]
@@ -97,7 +102,7 @@ def disaggregate(
             state: (state, np.array(found.names), {"long_name": "damage state"}),
             "intensity": ("intensity", middle, length | {"long_name": "middle of the bin of intensities"}),
         },
-        {"intensity_measure": tree.measure or found.measure, "rate_method": SOURCE},
+        {"intensity_measure": tree.measure or found.measure, "rate_method": found.shape.method},
     )
 
 

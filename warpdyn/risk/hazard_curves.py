@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.plausibility import PlausibilityFindings
-from warpdyn.risk import hazard_files
+from warpdyn.risk.hazard import files
+from warpdyn.risk.hazard.measures import same_measure, warn_unless_compared
+from warpdyn.risk.hazard.plausible import warn_of_implausible_hazard
 
 WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
 
@@ -25,11 +26,15 @@ class HazardCurve:
     last point it goes on with the slope of the segment there. What is computed from a curve says how much of it comes
     from beyond.
 
+    A warning tells of a curve that lies above the highest hazard of any site, as curves in m/s2 for g and probabilities
+    in 50 years for annual rates do at active sites. At quiet sites either mistake makes the curve of an active one,
+    which nothing in it tells.
+
     Args:
         intensity: Intensity measure [units], shape [point], positive and increasing.
         annual_rate: Mean annual rate of exceedance [1/year], shape [point], positive; it never rises.
         measure: Name of the intensity measure, such as "PGA", "SA(0.75)" or "Sa(0.75 s, 5 %)"; curves of another
-            measure are refused then. Empty if it is not to be checked.
+            measure are refused then, and a name that is not understood is warned of. Empty if it is not to be checked.
         units: Units of the intensity, "g" or SI as in "m s-1"; those of the fragility curves must be the same.
 
     Raises:
@@ -65,14 +70,7 @@ class HazardCurve:
                 f"the last two annual rates are equal ({rate[-1]:g}), so that every larger intensity would be exceeded "
                 "as often: leave out the last point"
             )
-        findings = PlausibilityFindings()
-        findings.add("annual_rate", rate)
-        if units == "g":
-            findings.add("hazard_intensity", intensity[0])
-        # Probabilities in many years come close to 1 at several points, where rates of a site do not level off.
-        if rate.size > 2 and 0.9 < rate[1] <= rate[0] <= 1.0:
-            findings.add("annual_rate_near_one", rate[0])
-        findings.warn()
+        warn_of_implausible_hazard(intensity, rate, str(measure), str(units))
         for name, values in (("intensity", intensity), ("annual_rate", rate)):
             values.setflags(write=False)
             object.__setattr__(self, name, values)
@@ -127,7 +125,7 @@ class HazardCurve:
         Example:
             >>> hazard = wd.HazardCurve.from_openquake_csv("hazard_curve-mean-PGA_1.csv", site=(-122.4, 37.8))
         """
-        intensity, rate, measure, units = hazard_files.read_openquake_csv(path, site)
+        intensity, rate, measure, units = files.read_openquake_csv(path, site)
         return cls(intensity, rate, measure=measure, units=units)
 
     @classmethod
@@ -152,7 +150,7 @@ class HazardCurve:
         Example:
             >>> hazard = wd.HazardCurve.from_usgs("hazard.json", measure="SA(0.75)")
         """
-        intensity, rate, measure = hazard_files.read_usgs(path, measure, site)
+        intensity, rate, measure = files.read_usgs(path, measure, site)
         return cls(intensity, rate, measure=measure)
 
     @property
@@ -214,7 +212,7 @@ class HazardLogicTree:
     Raises:
         ValueError: If there is no curve, a weight for each is missing, weights are not positive or do not sum to 1, or
             the curves are of several measures or units.
-        TypeError: If a branch is no HazardCurve.
+        TypeError: If `curves` is no row, or a branch is no HazardCurve.
 
     Example:
         >>> tree = wd.HazardLogicTree([low, middle, high], [0.2, 0.6, 0.2])
@@ -224,6 +222,10 @@ class HazardLogicTree:
     weights: np.ndarray
 
     def __init__(self, curves: Sequence[HazardCurve], weights: Sequence[float]) -> None:
+        if isinstance(curves, HazardCurve) or not isinstance(curves, Sequence):
+            raise TypeError(
+                f"HazardLogicTree() takes a row of HazardCurves, such as [curve], got {type(curves).__name__}"
+            )
         branches = tuple(curves)
         if not branches:
             raise ValueError("a logic tree needs at least one hazard curve")
@@ -236,11 +238,12 @@ class HazardLogicTree:
             raise ValueError(f"the weights of a logic tree must sum to 1, got {values.sum():.9g}")
         first = branches[0]
         for each in branches[1:]:
-            if each.units != first.units or not hazard_files.same_measure(each.measure, first.measure):
+            if each.units != first.units or same_measure(each.measure, first.measure) is False:
                 raise ValueError(
                     f"the curves of a logic tree are of one measure and unit, got {first.measure!r} in {first.units} "
                     f"and {each.measure!r} in {each.units}"
                 )
+            warn_unless_compared("HazardLogicTree: two curves", each.measure, first.measure)
         values /= values.sum()
         values.setflags(write=False)
         object.__setattr__(self, "curves", branches)

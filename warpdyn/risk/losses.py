@@ -7,13 +7,15 @@ from functools import partial
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.risk.annual_rates import annual_rates, warn_of_extrapolation, weighted_bounds
+from warpdyn.core.plausibility import PlausibilityFindings
+from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
 from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes
-from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree, branches_of
-from warpdyn.risk.integrals import rates_by_segment
+from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
+from warpdyn.risk.integrals.linear import loss_of_year, part_above
 from warpdyn.risk.vulnerability import Ratios, checked_ratios, rates_in_states, warn_of_crossing
 from warpdyn.statistics.lognormal_fit import check_confidence
 
@@ -37,10 +39,12 @@ def annual_losses(
     Losses follow from the annual rates of the damage states: the expected loss is the sum of rate times mean ratio of
     each state, and the rate at which a loss is exceeded the sum of rate times probability of exceedance, by the beta
     distribution of the state's ratio. Ratios without a coefficient of variation make a curve of steps. Occurrences are
-    a Poisson process, and the building is repaired between them. Intervals are those of `annual_rates`.
+    a Poisson process, and the building is repaired between them. Intervals are those of `annual_rates`. As in
+    `vulnerability`, a heavier state is never likelier than a lighter one at any intensity: where fitted curves cross,
+    the lower probability holds for both, a warning names them, and rates are those of these probabilities.
 
     Args:
-        curves: What `fragility` returned.
+        curves: As of `annual_rates`.
         hazard: The hazard of the curves' intensity measure.
         loss_ratios: As of `vulnerability`.
         replacement_value: Value of the building, in the currency in which losses are wanted; 1 for loss ratios.
@@ -66,19 +70,12 @@ def annual_losses(
     ratios = checked_ratios("annual_losses", loss_ratios, found.names)
     value = real_number("replacement_value", replacement_value, above=0)
     check_confidence(confidence)
-    periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
-    if periods.ndim != 1 or np.any(periods <= 0):
-        raise ValueError("return_periods must be a row of years above 0")
+    periods = checked_periods(return_periods)
     warn_of_crossing(found)
-    rates = annual_rates(curves, tree, confidence=confidence)  # warns of what is extrapolated
-    sampled = rates["branch_annual_rate"].values[None]
-    if found.replicate_median is not None and found.replicate_dispersion is not None:
-        each = [
-            rates_by_segment(one, found.replicate_median, found.replicate_dispersion).sum(-1) for one in tree.curves
-        ]
-        sampled = np.stack(each, axis=1)
-    in_state = rates_in_states(rates["annual_rate"].values)
-    in_state_sampled = rates_in_states(sampled)
+    rate = tree.weights @ found.rates(tree, ordered=True)
+    warned_shares(found, tree, rate)
+    in_state = rates_in_states(rate)
+    in_state_sampled = rates_in_states(found.sampled_rates(tree, ordered=True))
 
     def rate_of_loss(side: int, ratio: float) -> float:
         """Return estimate or bound of the rate at which a loss ratio is exceeded."""
@@ -156,6 +153,17 @@ def annual_losses(
     )
 
 
+def checked_periods(return_periods: ArrayLike) -> np.ndarray:
+    """Return a row of return periods [year], with a warning of what seem to be rates."""
+    periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
+    if periods.ndim != 1 or np.any(periods <= 0):
+        raise ValueError("return_periods must be a row of years above 0")
+    findings = PlausibilityFindings()
+    findings.add("return_period", periods)
+    findings.warn()
+    return periods
+
+
 def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
     """Return the expected annual loss of a vulnerability function, as of storey losses or of another tool's file.
 
@@ -197,7 +205,7 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
     check_hazard(name, tree, units, str(vulnerability.attrs.get("intensity_measure", "")))
     if levels[0] == 0 and mean[0] > 0:
         raise ValueError(f"{name}: the loss ratio at intensity 0 is {mean[0]:g}; it must be 0")
-    ratios = np.array([_loss_of_year(curve, levels, mean) for curve in tree.curves])
+    ratios = np.array([loss_of_year(curve, levels, mean) for curve in tree.curves])
     whole = float(tree.weights @ ratios)
     above = mean[-1] * float(tree.rate_of(levels[-1]))
     if whole > 0:
@@ -246,36 +254,9 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, u
     outside = np.zeros((2, 1))
     for weight, one in zip(tree.weights, tree.curves, strict=True):
         start, end = one.intensity[[0, -1]]
-        beyond = [_loss_of_year(one, *_from(level, levels, mean)) for level in (start, end)]
-        outside += weight * np.array([[_loss_of_year(one, levels, mean) - beyond[0]], [beyond[1]]])
+        beyond = [loss_of_year(one, *part_above(level, levels, mean)) for level in (start, end)]
+        outside += weight * np.array([[loss_of_year(one, levels, mean) - beyond[0]], [beyond[1]]])
     warn_of_extrapolation(("the expected loss",), outside / whole, tree.curves, "expected_annual_loss")
-
-
-def _from(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of a function above an intensity, which begins with its loss there."""
-    if start <= levels[0]:
-        return levels, mean
-    above = levels > start
-    further = np.append(levels[above], max(levels[-1], 2 * start) if not above.any() else [])
-    return np.append(start, further), np.append(np.interp(start, levels, mean), np.interp(further, levels, mean))
-
-
-def _loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> float:
-    """Return the integral of a function that is linear between levels over a hazard curve, exact on each segment."""
-    if levels[0] == 0:  # at which the rate of an extrapolated curve has no bound
-        begin = min(curve.intensity[0], levels[1])
-        mean = np.append(np.interp(begin, levels, mean), mean[levels > begin])
-        levels = np.append(begin, levels[levels > begin])
-    within = curve.intensity[(curve.intensity > levels[0]) & (curve.intensity < levels[-1])]
-    edges = np.unique(np.concatenate([levels, within]))
-    low, log_ratio = edges[:-1], np.diff(np.log(edges))
-    segment = np.clip(np.searchsorted(curve.intensity, low, side="right") - 1, 0, curve.slopes.size - 1)
-    power = 1 - curve.slopes[segment]
-    is_one = power == 0  # where the integral of 1 / x is a logarithm
-    width = np.where(is_one, log_ratio, np.expm1(power * log_ratio) / np.where(is_one, 1.0, power))
-    # By parts: the loss at the first level, and its rise from edge to edge at the rate of the intensities between.
-    rise = np.diff(np.interp(edges, levels, mean)) / np.diff(edges)
-    return float(mean[0] * curve.rate_of(levels[0]) + rise @ (curve.rate_of(low) * low * width))
 
 
 def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates: np.ndarray, rate: float) -> float:

@@ -10,9 +10,10 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
-from warpdyn.risk.losses import RETURN_PERIODS
+from warpdyn.core.plausibility import PlausibilityFindings
+from warpdyn.reduction.limits import NO_DAMAGE
+from warpdyn.risk.losses import RETURN_PERIODS, checked_periods
 from warpdyn.risk.vulnerability import LossRatios, Ratios, checked_ratios
-from warpdyn.statistics.damage_shares import NO_DAMAGE
 
 _FUNCTION = "portfolio_losses"
 
@@ -114,9 +115,10 @@ def portfolio_losses(
             f"{_FUNCTION}: event_rates must hold the annual rate of each of the {total.sizes[along]} events, none "
             f"below 0, got {rates}"
         )
-    periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
-    if np.any(periods <= 0):
-        raise ValueError("return_periods must be years above 0")
+    findings = PlausibilityFindings()
+    findings.add("event_rate", rates)
+    findings.warn()
+    periods = checked_periods(return_periods)
     per_year = xr.DataArray(rates, dims=along)
     exceeded = rates @ (total.values[:, None] > total.values[None, :])
     ordered = np.sort(np.append(total.values, 0.0))

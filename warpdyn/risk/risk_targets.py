@@ -11,8 +11,7 @@ from warpdyn.core.checks import real_number
 from warpdyn.risk.annual_rates import warn_of_extrapolation
 from warpdyn.risk.curves import Curves, curves_of, place_of_state
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
-from warpdyn.risk.integrals import rates_by_bin, rates_by_segment
-from warpdyn.statistics.lognormal_fit import probability
+from warpdyn.risk.integrals.lognormal import LognormalShape, rates_by_bin, rates_by_segment
 
 SOURCE = (
     "Luco and others (2007), SEAOC Convention: risk-targeted versus current seismic design maps; ASCE 7-22, 21.2.1.2"
@@ -115,10 +114,10 @@ def check_risk_target(
     """Return whether a building meets the collapse targets of ASCE 7: in 50 years, and under the design intensity.
 
     Args:
-        curves: What `fragility` returned, with collapse or a state that stands for it.
+        curves: As of `annual_rates`, with collapse or a state that stands for it.
         hazard: The hazard of the curves' intensity measure; the mean over the branches of a logic tree is taken.
         design_intensity: The intensity (MCER) at which the conditional probability is checked [units of the curves];
-            by default that of `risk_targeted_intensity` with the dispersion of the curve.
+            by default, of lognormal curves, that of `risk_targeted_intensity` with the dispersion of the curve.
         damage_state: The state that counts as collapse; the last by default.
         probability_of_collapse: Allowed probability in the period [1].
         years: The period [year].
@@ -142,20 +141,25 @@ def check_risk_target(
     allowed = _share("probability_of_collapse", probability_of_collapse)
     conditional = _share("conditional_probability", conditional_probability)
     years = real_number("years", years, above=0)
-    median, dispersion = float(found.median[place]), float(found.dispersion[place])
     if design_intensity is None:
+        if not isinstance(found.shape, LognormalShape):
+            raise ValueError(
+                f"{function}: without design_intensity that of a lognormal curve is taken, and these curves are of "
+                f"another shape: give design_intensity [{found.units}]"
+            )
         targeted = risk_targeted_intensity(
             tree,
-            dispersion,
+            float(found.dispersion[place]),
             probability_of_collapse=allowed,
             years=years,
             conditional_probability=conditional,
         )
         design_intensity = float(targeted["risk_targeted_intensity"])
     design_intensity = real_number("design_intensity", design_intensity, above=0)
-    _warn_of_extrapolation(tree, median, dispersion, f"the annual rate of {found.names[place]!r}")
-    in_period = -np.expm1(-years * _mean_rate(tree, median, dispersion))
-    under_design = float(probability(design_intensity, median, dispersion))
+    rate, shares = float(tree.weights @ found.rates(tree)[:, place]), found.shares_beyond(tree)[:, [place]]
+    warn_of_extrapolation(("the rate",), shares, tree.curves, f"the annual rate of {found.names[place]!r}")
+    in_period = -np.expm1(-years * rate)
+    under_design = float(found.probability(np.array([design_intensity]))[place, 0])
     unit = {"units": "1"}
     return xr.Dataset(
         {

@@ -9,13 +9,18 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
-from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_levels
 from warpdyn.core.plausibility import warn_of_implausible_limits
-from warpdyn.core.units import IN_G
+from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.statistics.stripe_counts import decoded_status
 
 LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
 _FUNCTION = "storey_losses"
+# Units in which a run may have its demands, first that of its loss function, and the factor to that.
+FACTORS = {
+    "peak_storey_drift_ratio": {"1": 1.0, "percent": 0.01, "%": 0.01, "rad": 1.0},
+    "peak_floor_acceleration": {"m s-2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01},
+}
 SMALL_DRIFT_RATIO = 0.01  # up to which the first drift of a loss function is not judged
 
 
@@ -39,7 +44,8 @@ def storey_losses(
         run: A run of a ShearBuilding with the recorders "drift" and, for `acceleration_loss`, "acceleration".
         drift_loss: Peak storey drift ratios [1], shape [point], and the loss of a storey at them [1], shape [point] or,
             where storeys differ, [storey, point]. The first loss is 0, losses do not fall.
-        acceleration_loss: Peak floor accelerations [m/s2] and the loss at a floor at them [1], likewise.
+        acceleration_loss: Peak floor accelerations [m/s2] and the loss at a floor at them [1], likewise. A run whose
+            accelerations are in g by their attribute `units` is converted.
         collapse_loss: Loss of a collapsed sample [1].
 
     Returns:
@@ -50,9 +56,9 @@ def storey_losses(
 
     Raises:
         TypeError: If `run` is no Dataset.
-        ValueError: If no function is given, a demand is not recorded, points do not increase, losses fall, do not begin
-            at 0 or are above 1, `collapse_loss` is above 1, the run has several events or no samples, or more than 1 %
-            of the samples failed.
+        ValueError: If no function is given, a demand is not recorded or in units that cannot be converted, points do
+            not increase, losses fall, do not begin at 0 or are above 1, `collapse_loss` is above 1, the run has several
+            events or no samples, or more than 1 % of the samples failed.
 
     Example:
         >>> drift = [0.0, 0.004, 0.01, 0.03], [0.0, 0.005, 0.05, 0.12]  # of five equal storeys
@@ -89,13 +95,15 @@ def storey_losses(
             continue
         if variable not in run:
             raise ValueError(f"{_FUNCTION}: the run has no {variable}: record {recorder!r}")
-        demand = run[variable].transpose("sample", dim).values.astype(np.float64)
+        demand = _in_units_of_losses(run[variable]) * run[variable].transpose("sample", dim).values.astype(np.float64)
         part = _losses_at(f"{recorder}_loss", function, demand)
         if recorder == "drift":
             points = np.asarray(function[0], dtype=np.float64)
             first = float(points[points > 0][0])  # further points may stand far out, and small drifts are meant
             if first > SMALL_DRIFT_RATIO:
                 warn_of_implausible_limits({" of the first loss of drift_loss": first})
+        else:
+            warn_of_implausible_limits({"": float(np.max(function[0]))}, "last_acceleration_of_losses")
         part[status != 0] = np.nan
         name = f"{recorder}_loss_ratio"
         variables[name] = ("sample", dim), part, unit | {"long_name": f"loss of the {dim} by its {recorder}"}
@@ -118,9 +126,9 @@ def storey_losses(
     collapsed = [
         (status[(stripe == i) & ~failed] == COLLAPSED).mean() if rows[i].size else np.nan for i in range(levels.size)
     ]
-    measure = run["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    measure = measure_of_levels(run["im_level"].attrs)
     units = str(run["im_level"].attrs.get("units", "g"))
-    of_stripe = {"long_name": "intensity of the stripe", "units": units} | ({"comment": IN_G} if units == "g" else {})
+    of_stripe = {"long_name": "intensity of the stripe"} | unit_attributes(units)
     return (
         result.assign(
             mean_loss_ratio=("intensity", mean, unit | {"long_name": "mean loss ratio of the stripe"}),
@@ -138,6 +146,18 @@ def storey_losses(
         .assign_coords(intensity=("intensity", levels, of_stripe))
         .assign_attrs(intensity_measure=measure)
     )
+
+
+def _in_units_of_losses(demand: xr.DataArray) -> float:
+    """Return the factor from the units of a demand to those of its loss function, or raise an error that names them."""
+    units = str(demand.attrs.get("units", next(iter(FACTORS[str(demand.name)]))))
+    factors = FACTORS[str(demand.name)]
+    if units not in factors:
+        raise ValueError(
+            f"{_FUNCTION}: {demand.name} is in {units!r}; allowed are {', '.join(map(repr, factors))}: convert it, and "
+            "its attribute units"
+        )
+    return factors[units]
 
 
 def _dims(variables: dict[str, tuple]) -> set[str]:

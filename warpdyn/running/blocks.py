@@ -15,6 +15,7 @@ SHARE_OF_FREE_MEMORY = 0.25
 # Samples of a block: on a CPU so many that the cost of launches is negligible; on a GPU so few that three blocks at a
 # time fill it, since preparation of the first block and collection of the last do not overlap with kernels.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**15, 4
+BLOCKS_AHEAD = 4  # of each GPU that are prepared at a time
 # Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
 WORK_OF_A_BLOCK = 1e9
 # Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as numbers of 64 bits, sorted
@@ -100,8 +101,13 @@ def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
 
 
 def blocks_ahead(run: Run) -> int:
-    """Return how many blocks are prepared ahead of a free device."""
-    return len(run.execution.devices) if run.execution.is_gpu else 0
+    """Return how many blocks are prepared ahead of a free device, side by side.
+
+    One thread prepares a block of short histories in twice the time that a GPU takes to run it.
+    """
+    if not run.execution.is_gpu:
+        return 0
+    return len(run.execution.devices) * min(BLOCKS_AHEAD, max(1, run.execution.cores // 2))
 
 
 def bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:

@@ -11,6 +11,7 @@ import os
 import zipfile
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -29,8 +30,13 @@ FINGERPRINT = "fingerprint"  # the attribute of a dataset that says which run ma
 
 def fingerprint_of(*decides: object) -> str:
     """Return the digest of all that decides the bits of a run: what is given, and the versions of what computes."""
-    versions = [version(name) for name in ("warpdyn", "warp-lang", "numpy", "scipy")]
-    return fingerprint(*decides, *versions)
+    return fingerprint(*decides, *_versions())
+
+
+@cache
+def _versions() -> tuple[str, ...]:
+    """Return the versions of what computes; they are read from files, once."""
+    return tuple(version(name) for name in ("warpdyn", "warp-lang", "numpy", "scipy"))
 
 
 class Journal:

@@ -11,8 +11,8 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.description import Text
-from warpdyn.core.output_variables import STATUS_MEANINGS, STRIPED
-from warpdyn.core.units import IN_G
+from warpdyn.core.output_variables import DRIFT_RATIO, STATUS_MEANINGS, STRIPED, label_of_levels
+from warpdyn.core.units import unit_attributes
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.ground_motions.motions import GroundMotion, motion_names, motion_numbers
@@ -52,8 +52,8 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
         attributes = {"long_name": variable.long_name, "units": variable.units}
         columns[name] = Column(variable.dims, model.output_dtype(name), attributes)
     if "peak_storey_drift" in columns:
-        attributes = {"long_name": "peak absolute storey drift ratio", "units": "1"}
-        columns["peak_storey_drift_ratio"] = Column(("storey",), real, attributes)
+        attributes = {"long_name": DRIFT_RATIO.long_name, "units": DRIFT_RATIO.units}
+        columns["peak_storey_drift_ratio"] = Column(DRIFT_RATIO.dims, real, attributes)
     attributes = {"long_name": "integration step", "units": "s"}
     columns["integration_step"] = Column((), double, attributes)
     status = {
@@ -81,7 +81,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     levels = levels_of(scene)
     if len(levels) > 1:
         attributes = {
-            "long_name": "intensity measure of the scaled motion",
+            "long_name": label_of_levels("intensity measure"),
             "design": "of a sequence: see select_event",
         }
         units = {level.units for level in levels}
@@ -103,8 +103,7 @@ def levels_of(scene: Scene) -> list[Assignment]:
 def _level_attributes(level: Assignment) -> dict[str, str]:
     """Return the attributes of `im_level` for the samples of a design."""
     striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
-    attributes = {"long_name": f"{level.measure} of the scaled motion", "units": level.units, "design": striped}
-    return attributes | ({"comment": IN_G} if level.units == "g" else {})
+    return {"long_name": label_of_levels(level.measure), "design": striped} | unit_attributes(level.units)
 
 
 def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
@@ -150,7 +149,8 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
 
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     """Write the values that follow from a block's outputs into rows, by name."""
-    rows["integration_step"][...] = run.schedule.step
+    if "integration_step" in rows:
+        rows["integration_step"][...] = run.schedule.step
     if "peak_storey_drift_ratio" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]

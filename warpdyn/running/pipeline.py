@@ -48,6 +48,8 @@ class Block:
         structures: The structures.
         parts: All samples of each event.
         unstable: Which of them have a step beyond the stability limit, for each event.
+        findings: What was found on the stability of each event before it is run.
+        longest_period: Longest of the first periods [s].
         is_known: Whether an earlier run has finished the block.
         rows: Rows of the dataset for the block's samples.
         event: Index of the present event.
@@ -61,6 +63,8 @@ class Block:
     structures: range
     parts: list[Ensemble]
     unstable: list[np.ndarray]
+    findings: list[StabilityFindings]
+    longest_period: float
     is_known: bool = False
     rows: Arrays = field(default_factory=dict)
     event: int = 0
@@ -84,7 +88,7 @@ class Block:
 class Pipeline:
     """Launch blocks while the next ones are prepared, and complete them when their device has finished.
 
-    A CPU's threads all run kernels, so that one block follows the other. While GPUs run, one thread prepares the next
+    A CPU's threads all run kernels, so that one block follows the other. While GPUs run, some threads prepare the next
     blocks and others fill in known values, but only the calling thread launches. Samples that fail or collapse in an
     event are not run in later ones.
 
@@ -157,22 +161,29 @@ class Pipeline:
                     self._complete(block)
 
     def _prepare(self, item: tuple[range, Queue]) -> Block:
-        """Draw a block, apply the stability guard to all events, and pack the first event."""
+        """Draw a block, apply the stability guard to all events, and pack the first event.
+
+        Several threads do so at a time, and so nothing of the pipeline is changed here.
+        """
         structures, queue = item
         parts = self.run.events(np.asarray(structures), queue)
-        unstable = []
-        for part, findings in zip(parts, self.findings, strict=True):
-            shorten_steps(*part, findings, divides=self.divides_steps)
-            unstable.append(guard(*part, self.on_unstable, findings))
-        self.longest_period = max(self.longest_period, float(parts[0][1].period.max()))
+        unstable, findings = [], [StabilityFindings(each.samples, each.method) for each in self.findings]
+        for part, found, of_run in zip(parts, findings, self.findings, strict=True):
+            found.event = of_run.event
+            shorten_steps(*part, found, divides=self.divides_steps)
+            unstable.append(guard(*part, self.on_unstable, found))
         parts[0][0].pack()
         is_known = self.journal is not None and self.journal.has(structures, len(parts))
-        return Block(structures, [ensemble for ensemble, _ in parts], unstable, is_known)
+        ensembles, longest_period = [ensemble for ensemble, _ in parts], float(parts[0][1].period.max())
+        return Block(structures, ensembles, unstable, findings, longest_period, is_known)
 
     def _next(self, upcoming: Iterator[Block], map_function: MapFunction) -> Block:
         """Start the first event of the next block."""
         began = time.perf_counter()
         block = next(upcoming)
+        for findings, found in zip(self.findings, block.findings, strict=True):
+            findings.add_block(found)
+        self.longest_period = max(self.longest_period, block.longest_period)
         block.rows = self.table.rows_for(block.samples)
         self.seconds_sampling += time.perf_counter() - began
         if not self._is_told:
@@ -270,11 +281,11 @@ class Pipeline:
 
 
 def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Generator:
-    """Yield the results of work on items in order, while another thread works on up to `depth` items ahead."""
+    """Yield the results of work on items in order, while other threads work on up to `depth` items ahead."""
     if depth == 0:
         yield from map(work, items)
         return
-    with ThreadPoolExecutor(1) as worker:
+    with ThreadPoolExecutor(depth) as worker:
         waiting: deque = deque()
         try:
             for item in items:

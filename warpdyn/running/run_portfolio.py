@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
 
+import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import whole_number
@@ -20,7 +21,8 @@ from warpdyn.integration.settings import Execution, Integration
 from warpdyn.kernels.compilation import compile_side_by_side
 from warpdyn.kernels.plan import Plan
 from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
-from warpdyn.portfolio.labels import Joined
+from warpdyn.portfolio.labels import Joined, common_attributes, largest_estimate
+from warpdyn.reduction.reduction import Reduction
 from warpdyn.running.journal import FINGERPRINT, Journal
 from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of, run_scene
 from warpdyn.scene.portfolio import Portfolio
@@ -35,6 +37,7 @@ def run_portfolio(
     kept: Kept,
     seed: int,
     unfinished: Unfinished | None,
+    reduced: tuple[Reduction, np.ndarray] | None = None,
 ) -> xr.Dataset:
     """Return what `simulate` returns of a portfolio; arguments as of `run_scene`.
 
@@ -62,10 +65,13 @@ def run_portfolio(
             arguments = group.scene, group.buildings.size, how_of(group, integration), execution, kept, seed
             finished = _finished(unfinished, number, _digest_of(*arguments))
             with group.named_in_messages(), _place(unfinished, number) as place:
-                run = run_scene(*arguments, place) if finished is None else finished
+                own = None if reduced is None else (reduced[0], reduced[1][group.buildings])
+                run = run_scene(*arguments, place, own) if finished is None else finished
             if unfinished is not None:
                 stack.callback(run.close)
             runs.append(run)
+        if reduced is not None:
+            return largest_estimate(runs).assign_attrs(attributes | common_attributes(runs, seconds))
         joined = Joined(
             portfolio, [group.buildings for group in groups], runs, samples_per_building, attributes, seconds
         )

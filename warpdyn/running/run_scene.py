@@ -26,12 +26,14 @@ from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.compilation import compile_side_by_side
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
+from warpdyn.reduction.reduction import Reduction
+from warpdyn.reduction.statistic import Statistic
 from warpdyn.running.blocks import bytes_per_row, check_room, divide
 from warpdyn.running.histories import Histories, KeptHistories
 from warpdyn.running.journal import FINGERPRINT, Journal, fingerprint_of
 from warpdyn.running.labels import Column, columns_of
 from warpdyn.running.pipeline import Pipeline
-from warpdyn.running.sinks import InFile, InMemory, Table
+from warpdyn.running.sinks import InFile, InMemory, Reduced, Table
 from warpdyn.scene.scene import Scene
 
 
@@ -43,6 +45,7 @@ class Kept:
     sample_error: float | None = None
     histories: Histories | None = None
     keep_inputs: bool = True
+    statistics: tuple[Statistic, ...] = ()
     overwrite: bool = False
 
     def __post_init__(self) -> None:
@@ -68,6 +71,7 @@ def run_scene(
     kept: Kept,
     seed: int,
     unfinished: Unfinished | None,
+    reduced: tuple[Reduction, np.ndarray] | None = None,
 ) -> xr.Dataset:
     """Return what `simulate` returns of a scene of one structure.
 
@@ -79,6 +83,8 @@ def run_scene(
         kept: What is kept of them.
         seed: Seed of every random draw.
         unfinished: Where the file is written that the samples go to; None to return them in memory.
+        reduced: Statistics that the samples are reduced to, and the number of each structure in them; all else of the
+            run is then returned.
     """
     started = time.perf_counter()
     digest = fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
@@ -107,9 +113,8 @@ def run_scene(
         if journal is not None:
             journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
     run = build_run(scene, structures, integration, execution, seed)
-    columns = columns_kept(run, kept)
-    if journal is None:
-        check_room(run.samples, bytes_per_row(run, columns))
+    table = _table(run, columns_kept(run, kept), unfinished, reduced)
+    columns = table.columns
     blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
     first = blocks[-1].stop if blocks else 0
     blocks += divide(run, columns, execution.memory, first=first, is_journaled=journal is not None)
@@ -120,7 +125,7 @@ def run_scene(
     if kept.histories is not None:
         histories = KeptHistories(kept.histories, run, queues[0], integration)
     estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
-    with _table(run, columns, unfinished) as table:
+    with table:
         with counted_histories(sum(run.samples_by_event)) as progress:
             pipeline = Pipeline(
                 run,
@@ -161,7 +166,7 @@ def fingerprint_of_run(
         scene, structures, integration, kept, seed: As of `run_scene`.
         machines: What `machines_of` returns where it runs.
     """
-    what = kept.checked_share, kept.sample_error, kept.histories, kept.keep_inputs
+    what = kept.checked_share, kept.sample_error, kept.histories, kept.keep_inputs, *kept.statistics
     numbers = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     return fingerprint_of(scene, numbers[0], integration, list(machines), what, numbers[1])
 
@@ -180,9 +185,17 @@ def columns_kept(run: Run, kept: Kept) -> dict[str, Column]:
     return columns
 
 
-def _table(run: Run, columns: dict[str, Column], unfinished: Unfinished | None) -> Table:
+def _table(
+    run: Run,
+    columns: dict[str, Column],
+    unfinished: Unfinished | None,
+    reduced: tuple[Reduction, np.ndarray] | None,
+) -> Table:
     """Return the table that takes the samples of a run."""
+    if reduced is not None:
+        return Reduced(run.model, columns, *reduced)
     if unfinished is None:
+        check_room(run.samples, bytes_per_row(run, columns))
         return InMemory(run.model, columns, run.samples)
     return InFile(run.model, columns, GrowingFile(unfinished, run.samples))
 

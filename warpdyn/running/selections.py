@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, whole_number
-from warpdyn.core.units import IN_G
+from warpdyn.core.units import unit_attributes
 
 OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio of all storeys
 
@@ -37,8 +37,7 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
         event = event.isel(sample=np.unique(history, return_index=True)[1])
     keys = ("long_name", "units", "design")
     attributes = {key: str(event[f"im_level_{key}"].values) for key in keys}
-    if attributes["units"] == "g":
-        attributes["comment"] = IN_G
+    attributes |= unit_attributes(attributes["units"])
     event = event.drop_vars(["event", "samples_per_history", *(f"im_level_{key}" for key in keys)])
     event["im_level"].attrs = attributes
     return event

@@ -10,18 +10,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_kind
+from warpdyn.core.checks import check_kind, whole_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
+from warpdyn.files.netcdf import write_at_once
 from warpdyn.files.unfinished import STORE_SUFFIX, Unfinished
 from warpdyn.ground_motions.designs import OneMotionPerStructure, Stripes
+from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.integration.settings import Execution, Integration
+from warpdyn.reduction.population import Population
+from warpdyn.reduction.reduction import Reduction, checked_statistics
+from warpdyn.reduction.statistic import Statistic
 from warpdyn.running.histories import Histories
+from warpdyn.running.journal import Journal
 from warpdyn.running.regions.datasets import simulate_in_regions
 from warpdyn.running.regions.job import Where
 from warpdyn.running.run_portfolio import run_portfolio
-from warpdyn.running.run_scene import Kept, run_scene
+from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of, run_scene
 from warpdyn.scene.plausibility import warn_of_implausible
+from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -41,6 +48,7 @@ def simulate(
     tolerance: float | None = None,
     target_error: float | None = None,
     on_unstable: str = "substep",
+    statistics: Statistic | collections.abc.Sequence[Statistic] | None = None,
     histories: Histories | None = None,
     keep_inputs: bool = True,
     checked_share: float | None = None,
@@ -83,6 +91,10 @@ def simulate(
             "flag" (status unstable_step). Where a step proves too long only during the run, "substep" runs the sample
             again at shorter ones, as far as that costs no more than twice the run; the others never do.
 
+        statistics: Statistics that the samples are reduced to as they finish, one or a list: DamageCounts,
+            DemandMoments, DemandHistogram, LargestDemand or DamageLoss. The dataset then holds these alone, and no
+            `sample`: inputs and demands of single samples are not kept, and neither `histories` nor `sample_error` goes
+            with it. None to keep the samples.
         histories: Samples whose whole histories are kept; None for none. An EventSequence and a portfolio have
             none.
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
@@ -143,7 +155,17 @@ def simulate(
         raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")
     # Devices with a cluster are its workers'.
     execution = Execution(device=device if cluster is None else "cpu", threads=threads, memory=memory)
+    asked = () if statistics is None else tuple(checked_statistics(statistics))
+    for name, value in (("histories", histories), ("sample_error", sample_error)):
+        if asked and value is not None:
+            raise ValueError(f"{name} is of single samples, of which `statistics` keeps none: leave out one of them")
+    if asked and (cluster is not None or is_store):
+        raise ValueError(
+            "statistics are not made region by region yet: leave out cluster=, and give a path that ends in '.nc', or "
+            "leave out statistics="
+        )
     kept = Kept(
+        statistics=asked,
         checked_share=checked_share,
         sample_error=sample_error,
         histories=histories,
@@ -169,13 +191,28 @@ def simulate(
             return simulate_in_regions(*arguments, where, execution, cluster, path)
         run = run_portfolio if scene.structure.is_many else run_scene
         with nullcontext() if path is None else Unfinished(path) as unfinished:
-            return run(scene, structures, integration, execution, kept, seed, unfinished)
+            if not asked:
+                return run(scene, structures, integration, execution, kept, seed, unfinished)
+            portfolio = scene.structure
+            many = portfolio.buildings if isinstance(portfolio, Portfolio) else None
+            count = whole_number("structures", structures, 1) if many is None else many
+            if unfinished is not None:
+                machines = machines_of(execution)
+                digest = fingerprint_of_run(scene, structures, integration, machines, kept, seed)
+                Journal(unfinished, digest, overwrite)  # refuses to replace another run
+            with Reduction(asked, Population(scene, count), execution.cores) as reduction:
+                of_all = reduction, np.arange(count)
+                rest = run(scene, structures, integration, execution, kept, seed, None, of_all)
+                result = reduction.dataset(rest)
+            if unfinished is not None:
+                write_at_once(result, unfinished)
+            return result
 
 
 def _warn_of_copies(scene: Scene, structures: object) -> None:
     """Warn of structures that are all alike, and so are their histories, which statistics would take for more data."""
     is_drawn = scene.structure.is_many or scene.scatter or not scene.excitation.is_design
-    one_each = isinstance(scene.excitation, OneMotionPerStructure)
+    one_each = isinstance(scene.excitation, OneMotionPerStructure | MotionsAtSites)
     one_each |= isinstance(scene.excitation, Stripes) and scene.excitation.structures_per_motion == 1
     if is_drawn or one_each or not isinstance(structures, int | np.integer):
         return

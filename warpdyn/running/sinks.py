@@ -1,4 +1,4 @@
-"""Tables that take the samples of a run block by block: in memory, or in a file."""
+"""Tables that take the samples of a run block by block: in memory, in a file, or into statistics alone."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import xarray as xr
 
 from warpdyn.files.netcdf import GrowingFile
 from warpdyn.integration.model import Model
+from warpdyn.reduction.reduction import Reduction
 from warpdyn.running.labels import Arrays, Column, labelled, lengths
 
 
@@ -101,6 +102,47 @@ class InFile:
         """Return the dataset as the file has it, with the variables and attributes that are known at the end."""
         self.file.finish(rest)
         return xr.open_dataset(self.file.unfinished.path, engine="netcdf4")
+
+
+class Reduced:
+    """The statistics of a run, to which the rows of blocks are added; the memory of rows serves blocks in turn.
+
+    Args:
+        model: How the samples are integrated.
+        columns: Variables with one value for each sample, of which those that the statistics read are held.
+        reduction: The statistics.
+        structures: Numbers of the run's structures among those of the statistics.
+    """
+
+    def __init__(self, model: Model, columns: dict[str, Column], reduction: Reduction, structures: np.ndarray) -> None:
+        self.model, self.columns = model, {name: columns[name] for name in reduction.needs}
+        self._reduction, self._structures, self._done = reduction, structures, 0
+        self._samples_per_structure = model.scene.excitation.samples_per_structure
+        self._free: list[Arrays] = []
+
+    def __enter__(self) -> Reduced:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        pass
+
+    def rows_for(self, samples: int) -> Arrays:
+        """Return memory for the next samples."""
+        for place, rows in enumerate(self._free):
+            if len(rows["status"]) == samples:
+                return self._free.pop(place)
+        return blank_rows(self.model, self.columns, samples)
+
+    def add(self, rows: Arrays) -> None:
+        """Reduce samples whose rows are complete, after all those before them."""
+        first, count = self._done, len(rows["status"]) // self._samples_per_structure
+        self._done += count
+        self._reduction.add(self._structures[first : self._done], rows)
+        self._free.append(rows)
+
+    def finish(self, rest: xr.Dataset) -> xr.Dataset:
+        """Return the variables and attributes that are known at the end, without the statistics."""
+        return rest
 
 
 def blank_rows(model: Model, columns: dict[str, Column], samples: int) -> Arrays:

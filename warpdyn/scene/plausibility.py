@@ -19,6 +19,7 @@ from warpdyn.ground_motions.intensity_measures import (
     SpectralAcceleration,
 )
 from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.scene.building_plausibility import add_building, first_periods, sound_rows
 from warpdyn.scene.portfolio import Portfolio
@@ -30,6 +31,13 @@ from warpdyn.structures.structure import Structure
 
 MOST_GIVEN = 1024  # given structures that are looked at; of more, as many evenly spread
 LONGEST_FORCE_STEP = 1.0  # s: forces are not recorded, but given at a few points
+# Bands of levels by the name of the measure, where it is no acceleration.
+LEVEL_BANDS = {
+    "PGV": "velocity_level",
+    "PGD": "displacement_level",
+    "Arias intensity": "arias_level",
+    "CAV": "absolute_velocity_level",
+}
 PEAK_FACTOR = 3.0  # of a Gaussian process, the peak over the standard deviation, about
 
 
@@ -168,18 +176,29 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
         if isinstance(measure := getattr(design, "measure", None), IntensityMeasure):
             _add_measure(findings, measure, where)
         if isinstance(design, Stripes):
-            levels = np.asarray(design.levels_in_g)
-            findings.add("intensity_level", levels, where)
-            findings.add("lowest_intensity_level", levels.min(), where)
-            findings.add("scale_factor", np.median(levels / design._intensities[:, None]), where)
+            _add_levels(findings, design, where)
             strongest.append(np.inf)  # scaled motions are as strong as their levels say
         else:
-            scale = np.asarray(design.scale) if isinstance(design, OneMotionPerStructure) else np.ones(1)
+            scale = (
+                np.asarray(design.scale) if isinstance(design, OneMotionPerStructure | MotionsAtSites) else np.ones(1)
+            )
             findings.add("scale_factor", np.median(scale), where)
             strongest.append(scale.max() * max(motion.peak_ground_acceleration for motion in motions))
     # A weak aftershock is none too weak, and one strong motion suffices.
     if strongest and max(strongest) < np.inf:
         findings.add("strongest_motion", max(strongest))
+
+
+def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) -> None:
+    """Add levels that are implausible for the measure, and factors that take the motions there."""
+    levels, is_acceleration = np.asarray(stripes.levels), stripes.intensity_units == "g"
+    name = stripes.measure.name.removeprefix("geometric mean of ")
+    band = "intensity_level" if is_acceleration else LEVEL_BANDS.get(name)
+    if band:  # a user's own measure has none
+        findings.add(band, levels, where)
+        findings.add(f"lowest_{band}", levels.min(), where)
+    factors = (levels / stripes.intensities[:, None]) ** (1 / stripes.measure.power)
+    findings.add("scale_factor" if is_acceleration else "scale_factor_to_level", np.median(factors), where)
 
 
 def _add_measure(findings: PlausibilityFindings, measure: IntensityMeasure, where: str) -> None:

@@ -14,6 +14,7 @@ from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
 from warpdyn.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.scene import distributions, scatter
 from warpdyn.scene.portfolio import Archetype, Portfolio
 from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
@@ -24,7 +25,7 @@ OWN: dict[str, Any] = {
         *(designs.Stripes, designs.Cloud, designs.OneMotionPerStructure, event_sequences.EventSequence),
         *(filtered_noise.FilteredNoise, filtered_noise.WhiteNoise, filtered_noise.KanaiTajimi),
         *(filtered_noise.CloughPenzien, filtered_noise.JenningsEnvelope),
-        *(HarmonicForce, ForceHistory, FreeVibration),
+        *(HarmonicForce, ForceHistory, FreeVibration, MotionsAtSites),
         *(intensity_measures.PeakGroundAcceleration, intensity_measures.PeakGroundVelocity),
         *(intensity_measures.PeakGroundDisplacement, intensity_measures.AriasIntensity),
         *(intensity_measures.CumulativeAbsoluteVelocity, intensity_measures.SignificantDuration),
@@ -81,6 +82,11 @@ def _check_keys(told: object, where: str, allowed: Collection[str], needed: Coll
 def _made(kind: Any, inner: dict[str, Any], where: str) -> Any:
     """Return an object of a class from what the JSON says of its arguments."""
     taken = signature(kind).parameters
+    if kind is designs.Stripes and "levels_in_g" in inner:
+        raise ValueError(
+            f"from_json(): {where} is of an earlier warpdyn, whose Stripes called their levels 'levels_in_g': rename "
+            "this key to 'levels' in the JSON; the values stay as they are"
+        )
     needed = [name for name, each in taken.items() if each.default is Parameter.empty]
     _check_keys(inner, where, list(taken), needed)
     return kind(**inner)

@@ -9,12 +9,19 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
+from warpdyn.core.output_variables import (
+    COLLAPSED,
+    DIVERGED,
+    LARGEST_EXCLUDED_FRACTION,
+    STATUS_MEANINGS,
+    measure_of_levels,
+)
+from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_dataset import dataset_of_curves
-from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit, checked_demand
-from warpdyn.statistics.estimators import FIT_MEANINGS
+from warpdyn.statistics.demands import checked_demand
+from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
-from warpdyn.statistics.estimators.cloud import CloudFits, fit_censored, fit_with_collapse
+from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits, fit_censored, fit_with_collapse
 from warpdyn.statistics.fragility_curves import OVER
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import FITTED, NO_EXCEEDANCE, NO_FINITE_MEDIAN, NOT_INCREASING, check_confidence
@@ -133,12 +140,12 @@ def fragility_of_cloud(
         result[name] = ((), number, {"long_name": words, "units": "1"})
     of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
     result["damage_limit"] = ("damage_state", limit, {"long_name": f"limit of {checked.single}"} | of_demand)
-    measure = dataset["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    measure = measure_of_levels(dataset["im_level"].attrs)
     return result.assign_attrs(
         intensity_measure=measure,
         demand=checked.single,
         fragility_method=METHODS[estimator],
-        fragility_shape="lognormal" if estimator == "censored" else "of demand and collapse",
+        fragility_shape=LOGNORMAL.name if estimator == "censored" else DEMAND_AND_COLLAPSE,
     )
 
 

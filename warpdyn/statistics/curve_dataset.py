@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtr, ndtri
 
-from warpdyn.core.units import IN_G
+from warpdyn.core.units import unit_attributes
 from warpdyn.statistics.curve_variables import (
     draws,
     fit_flags,
@@ -58,7 +58,7 @@ def dataset_of_curves(
     bounds = np.exp(np.where(known, left.spread.interval(confidence), np.nan))
     median, dispersion = np.exp(left.whole)
     no_fit = "NaN where there is no fit"
-    of_measure = {"units": units} | ({"comment": f"{IN_G}; {no_fit}"} if units == "g" else {"comment": no_fit})
+    of_measure = unit_attributes(units, no_fit)
     of_state = "damage_state"
     variables: dict[str, tuple] = {}
     for number, (name, values, words, said) in enumerate(

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.units import IN_G
+from warpdyn.core.units import unit_attributes
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, CurveShape
 from warpdyn.statistics.intervals.jackknife import LeftOut, fraction_intervals, spread_of
@@ -38,7 +38,7 @@ def estimates(
     with np.errstate(invalid="ignore"):
         fraction = counts.total / counts.trials
     bounds = np.where(has_interval, np.exp(left.spread.interval(confidence)), np.nan)
-    of_measure = {"units": counts.units, "comment": f"{IN_G}; {NO_FIT}" if counts.units == "g" else NO_FIT}
+    of_measure = unit_attributes(counts.units, NO_FIT)
     median, dispersion = np.exp(left.whole)
     fraction_bounds = fraction_intervals(counts, confidence, over_structures=over_structures)
     bounds[:, 0] = np.where(outcome == PENALISED, levels_about_median(counts.levels, fraction_bounds), bounds[:, 0])

@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from numbers import Integral
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, real_number
+from warpdyn.core.checks import check_dataset
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, OK, STRIPED
 from warpdyn.core.plausibility import warn_of_implausible_limits
-from warpdyn.core.units import IN_G
+from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.motions import motion_numbers
+from warpdyn.reduction.cells import numbered_events
+from warpdyn.reduction.limits import DAMAGE_COUNT, limits_by_archetype
 from warpdyn.running.selections import archetypes_of
+from warpdyn.statistics.reduced_counts import counts_over, is_reduced
 from warpdyn.statistics.stripe_counts import decoded_status
 
 SAMPLES_AT_A_TIME = 2**18  # read from a file
 FAILED = -1
-NO_DAMAGE = "none"
+Limits = Mapping[str, Mapping[str, float]]
+Events = Sequence[str] | Sequence[int] | xr.DataArray | None
 
 
 def damage_shares(
-    run: xr.Dataset, limits: Mapping[str, Mapping[str, float]], *, events: Sequence[str] | Sequence[int] | None = None
+    run: xr.Dataset,
+    limits: Limits | None = None,
+    *,
+    events: Events = None,
 ) -> xr.Dataset:
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
@@ -34,11 +41,14 @@ def damage_shares(
     run.
 
     Args:
-        run: What `simulate` returned of a portfolio, with the recorder "drift".
+        run: What `simulate` returned of a portfolio, with the recorder "drift"; or its statistics, DamageCounts over
+            ("archetype", "motion") or ("archetype", "event"), with "stripe" if the run has stripes.
         limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
-            states' names are the same for all.
+            states' names are the same for all. None for those that counts were made by.
         events: The event of each motion, shape [motion], as names or whole numbers: if several motions belong to one
-            event, such as both components of a record, the worst of them counts. None to count every motion by itself.
+            event, such as both components of a record, the worst of them counts. Or the event of each sample, as a
+            coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
+            itself, or as counts were made.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
@@ -53,43 +63,21 @@ def damage_shares(
             failed; if more than 1 % of an archetype failed in an event, a warning names both.
     """
     check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
-    if not run.sizes.get("sample", 0):
-        raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
-    names = archetypes_of(run)
-    states, table = _checked_limits(names, limits)
-    warn_of_implausible_limits(
-        {f" of {state!r} of {name!r}": limit for name in limits for state, limit in limits[name].items()}
+    if limits is None and not is_reduced(run):
+        raise TypeError("limits must map each archetype to its limits, got none; only counts have limits of their own")
+    found = _read(run, limits, events) if is_reduced(run) else _count(run, limits or {}, events)
+    names, states, counts, failures, event_names, levels = (
+        found.names,
+        found.states,
+        found.counts,
+        found.failures,
+        found.event_names,
+        found.levels,
     )
-    record, event_names = _events_of(run, events)
-    state = _states_of_samples(run, table)
-    failed_samples = np.count_nonzero(state == FAILED)  # those that diverged and the like
-    is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
-    levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
-    if is_striped:
-        levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
-    archetype = run["archetype_index"].values
-    if events is not None:
-        key = (run["building"].values.astype(np.int64) * len(event_names) + record) * levels.size + stripe
-        _, first, unit = np.unique(key, return_index=True, return_inverse=True)
-        worst = np.zeros(first.size, dtype=np.int64)
-        np.maximum.at(worst, unit, state)
-        # If a motion failed, the worst state is known only if another motion left the building in the last state.
-        failed = unit[state == FAILED]
-        worst[failed[worst[failed] < len(states) - 1]] = FAILED
-        state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
-
-    shape = (len(names), len(event_names), levels.size, len(states))
-    # Failures are counted as an additional state after the last one.
-    places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
-    wide = (*shape[:-1], len(states) + 1)
-    cells = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
-    counts = np.bincount(cells, minlength=np.prod(wide)).reshape(wide)
-    counts, failures = counts[..., :-1], counts[..., -1]
-    _check_failures(failures, counts.sum(axis=-1), names, event_names if events is not None else None)
-    along = "motion" if events is None else "event"
-    dims: tuple[str, ...] = (along, "stripe", "damage_state")
-    if not is_striped:
-        counts, failures, dims = counts[:, :, 0], failures[:, :, 0], (along, "damage_state")
+    _check_failures(failures, counts.sum(axis=-1), names, event_names if found.along == "event" else None)
+    dims: tuple[str, ...] = (found.along, "stripe", "damage_state")
+    if levels is None:
+        counts, failures, dims = counts[:, :, 0], failures[:, :, 0], (found.along, "damage_state")
     counted = counts.sum(axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         archetype_shares, of_all = counts / counted[..., None], counts.sum(axis=0) / counted.sum(axis=0)[..., None]
@@ -113,62 +101,118 @@ def damage_shares(
         ),
         "damage_limit": (
             ("archetype", "damage_state"),
-            np.concatenate([np.zeros((len(names), 1)), table], axis=1),
+            np.concatenate([np.zeros((len(names), 1)), found.limits], axis=1),
             units | {"long_name": "storey drift ratio above which a building is in the damage state"},
         ),
-        "failed_samples": ((), failed_samples, units | {"long_name": "samples that failed"}),
+        "failed_samples": ((), found.failed_samples, units | {"long_name": "samples that failed"}),
     }
     coordinates = {
         "archetype": ("archetype", names, {"long_name": "name of the archetype"}),
         "damage_state": ("damage_state", np.array(states), {"long_name": "damage state"}),
     }
-    if events is not None:
+    if found.along == "event":
         is_text = event_names.dtype.kind == "U"
         coordinates["event"] = ("event", event_names, {"long_name": "event"} | ({} if is_text else units))
     else:
         coordinates["motion"] = motion_numbers(len(event_names))
         if "motion_name" in run:
             variables["motion_name"] = run["motion_name"].variable
-    if is_striped:
-        level = {"long_name": "intensity of the stripe", "units": "g", "comment": IN_G}
+    if levels is not None:
+        units_of_level = str(run["im_level" if "im_level" in run else "stripe"].attrs.get("units", "g"))
+        level = {"long_name": "intensity of the stripe"} | unit_attributes(units_of_level)
         coordinates["stripe"] = ("stripe", levels, level)
     return xr.Dataset(variables, coordinates, run.attrs)
 
 
-def _checked_limits(names: np.ndarray, limits: Mapping[str, Mapping[str, float]]) -> tuple[list[str], np.ndarray]:
-    """Return the damage states, with no damage first, and the limits, shape [archetype, damage_state - 1]."""
-    if not isinstance(limits, Mapping):
-        raise TypeError(f"limits must map each archetype to its limits, got {type(limits).__name__}")
-    unknown = [name for name in limits if name not in names]
-    if unknown:
-        raise ValueError(f"limits name {unknown[0]!r}, which is no archetype of the run; it has {', '.join(names)}")
-    states: list[str] = []
-    rows: list[list[float]] = []
-    missing = [name for name in names.tolist() if name not in limits]
-    if missing:
-        raise ValueError(
-            f"limits have none for archetype {', '.join(map(repr, missing))}: they must map each archetype of the run "
-            f"({', '.join(map(repr, names.tolist()))}) to its limits"
-        )
-    for name in names:
-        own = limits.get(str(name))
-        if not isinstance(own, Mapping) or not own:
+@dataclass(frozen=True, eq=False)
+class _Counted:
+    """Buildings counted by archetype, event (or motion), stripe and damage state.
+
+    Args:
+        names: Names of the archetypes.
+        states: The damage states, no damage first.
+        limits: Limits, shape [archetype, damage_state - 1].
+        counts: Buildings, shape [archetype, event, stripe, damage_state].
+        failures: Buildings that failed, shape [archetype, event, stripe].
+        failed_samples: Samples that failed.
+        along: "event", or "motion" where motions count by themselves.
+        event_names: Names of the events.
+        levels: Levels of the stripes [g]; None where there are none.
+    """
+
+    names: np.ndarray
+    states: list[str]
+    limits: np.ndarray
+    counts: np.ndarray
+    failures: np.ndarray
+    failed_samples: int
+    along: str
+    event_names: np.ndarray
+    levels: np.ndarray | None
+
+
+def _count(run: xr.Dataset, limits: Limits, events: Events) -> _Counted:
+    """Count the samples of a run; arguments as of `damage_shares`."""
+    if not run.sizes.get("sample", 0):
+        raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
+    names = archetypes_of(run)
+    states, table = limits_by_archetype(names.tolist(), limits)
+    warn_of_implausible_limits(
+        {f" of {state!r} of {name!r}": limit for name in limits for state, limit in limits[name].items()}
+    )
+    record, event_names = _events_of(run, events)
+    state = _states_of_samples(run, table)
+    failed_samples = int(np.count_nonzero(state == FAILED))  # those that diverged and the like
+    is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
+    levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
+    if is_striped:
+        levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
+    archetype = run["archetype_index"].values
+    if events is not None:
+        key = (run["building"].values.astype(np.int64) * len(event_names) + record) * levels.size + stripe
+        _, first, unit = np.unique(key, return_index=True, return_inverse=True)
+        worst = np.zeros(first.size, dtype=np.int64)
+        np.maximum.at(worst, unit, state)
+        # If a motion failed, the worst state is known only if another motion left the building in the last state.
+        failed = unit[state == FAILED]
+        worst[failed[worst[failed] < len(states) - 1]] = FAILED
+        state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
+
+    shape = (len(names), len(event_names), levels.size, len(states))
+    # Failures are counted as an additional state after the last one.
+    places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
+    wide = (*shape[:-1], len(states) + 1)
+    cells = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
+    counts = np.bincount(cells, minlength=np.prod(wide)).reshape(wide)
+    counts, failures = counts[..., :-1], counts[..., -1]
+    along = "motion" if events is None else "event"
+    of_stripes = levels if is_striped else None
+    return _Counted(names, states, table, counts, failures, failed_samples, along, event_names, of_stripes)
+
+
+def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
+    """Return what was counted where the samples ran; arguments as of `damage_shares`."""
+    if events is not None:
+        raise ValueError("events= is told to DamageCounts, which counts the worst of an event's motions: leave it out")
+    stripe = ("stripe",) if "stripe" in run.dims else ()
+    name = counts_over("damage_shares", run, *((("archetype", along, *stripe)) for along in ("event", "motion")))
+    along = "event" if "event" in run[name].dims else "motion"
+    names, table = run["archetype"].values.astype(str), run["damage_limit"].transpose("archetype", "damage_state")
+    states, values = [str(state) for state in table["damage_state"].values], table.values[:, 1:]
+    if limits is not None:
+        asked = limits_by_archetype(names.tolist(), limits)
+        if asked[0] != states or not np.array_equal(asked[1], values):
             raise ValueError(
-                f"archetype {str(name)!r}: limits must hold a drift ratio for each damage state, got {own!r}"
+                "the buildings were counted by other limits (see damage_limit), and are no longer there to be counted "
+                "by these: leave out `limits`"
             )
-        if states and list(own) != states:
-            raise ValueError(
-                f"archetype {str(name)!r}: its damage states are {', '.join(own)}, those of {str(names[0])!r} "
-                f"{', '.join(states)}; they must be the same"
-            )
-        states = list(own)
-        row = [real_number(f"archetype {str(name)!r}: limit of {state!r}", own[state], above=0) for state in states]
-        if np.any(np.diff(row) <= 0):
-            raise ValueError(f"archetype {str(name)!r}: limits must increase, got {row}")
-        rows.append(row)
-    if NO_DAMAGE in states:
-        raise ValueError(f"{NO_DAMAGE!r} is the state of a building above no limit; give the other states")
-    return [NO_DAMAGE, *states], np.array(rows)
+    counts = run[name].transpose("archetype", along, *stripe, "damage_state").values
+    failures = run[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure").transpose("archetype", along, *stripe)
+    failed_samples = int(run["failed_samples"].sum())
+    shape = (len(names), run.sizes[along], -1)
+    of_stripes = run["stripe"].values if stripe else None
+    counts, failed = counts.reshape(*shape, len(states)), failures.values.reshape(shape)
+    return _Counted(names, states, values, counts, failed, failed_samples, along, run[along].values, of_stripes)
 
 
 def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:
@@ -203,24 +247,20 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
     )
 
 
-def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
+def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]:
     """Return the event of each sample as an index, and the names of the events in the order of their first use."""
     if "motion_index" not in run.variables:
         raise ValueError("the dataset has no 'motion_index': it is not what simulate() returned of a portfolio")
     record, motions = run["motion_index"].values, run.sizes["motion"]
     if events is None:
         return record, np.arange(motions)
-    labels = [] if isinstance(events, str) else list(events)
-    if len(labels) != motions:
-        given = f"is {events!r}" if isinstance(events, str) else f"holds {len(labels)}"
-        raise ValueError(f"events must hold the event of each of the {motions} motions, and {given}")
-    for kind in (str, Integral):
-        if all(isinstance(label, kind) and not isinstance(label, bool) for label in labels):
-            break
-    else:
-        raise TypeError(f"events must be names or whole numbers, all of one kind, got {labels[:4]!r}")
-    order = {label: i for i, label in enumerate(dict.fromkeys(labels))}
-    return np.array([order[label] for label in labels])[record], np.array(list(order))
+    if isinstance(events, xr.DataArray) and "sample" in events.dims:
+        if events.shape != record.shape:
+            raise ValueError(f"events must lie along sample, {record.size:,} of them, got the shape {events.shape}")
+        names, place = np.unique(events.values, return_inverse=True)
+        return place, names
+    of_motion, names = numbered_events(events, motions)
+    return of_motion[record], names
 
 
 def _states_of_samples(run: xr.Dataset, table: np.ndarray) -> np.ndarray:

@@ -1,96 +1,14 @@
-"""Limits of damage states: which demands they are of, and which of them each sample exceeds."""
+"""Which damage states the samples of a run have reached."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import real_numbers
 from warpdyn.core.output_variables import COLLAPSED, OK
-from warpdyn.core.plausibility import warn_of_implausible_limits
-
-DRIFT = "peak_storey_drift_ratio"
-Limit = float | Mapping[str, float]
-
-
-@dataclass(frozen=True, eq=False)
-class DamageLimits:
-    """Limits of damage states, in each demand that they are of.
-
-    Args:
-        states: Names of the damage states, from the lightest on.
-        demands: Names of the variables.
-        values: Limits in the units of the variables, shape [demand, damage_state]; NaN where a state has none.
-    """
-
-    states: tuple[str, ...]
-    demands: tuple[str, ...]
-    values: np.ndarray
-
-    @staticmethod
-    def of(limits: Mapping[str, Limit], demand: str = DRIFT) -> DamageLimits:
-        """Return checked limits.
-
-        Args:
-            limits: Of each damage state, from the lightest on, the limit of `demand`; or a mapping of several demands
-                to their limits.
-            demand: Variable that plain numbers are limits of.
-
-        Raises:
-            ValueError, TypeError: If there is none, one is not finite and above 0, or those of a demand do not increase
-                from state to state.
-        """
-        if not isinstance(limits, Mapping) or not len(limits):
-            given = repr(limits) if isinstance(limits, Mapping | list | tuple | int | float) else type(limits).__name__
-            raise ValueError(
-                f"limits must map at least one damage state to a limit of {demand}, as the dictionary "
-                f"{{'slight': 0.005, 'complete': 0.04}}, got {given}"
-            )
-        if not isinstance(demand, str):
-            raise TypeError(f"demand must be the name of a variable of the run, such as {DRIFT!r}, got {demand!r}")
-        states = tuple(str(state) for state in limits)
-        if len(set(states)) < len(states):
-            raise ValueError(f"two damage states have one name: {list(states)}")
-        rows = [dict(limit) if isinstance(limit, Mapping) else {demand: limit} for limit in limits.values()]
-        demands = tuple(dict.fromkeys(str(name) for row in rows for name in row))
-        values = np.full((len(demands), len(states)), np.nan)
-        for place, (state, row) in enumerate(zip(states, rows, strict=True)):
-            if not row:
-                raise ValueError(f"limits of damage state {state!r} are empty; give at least one demand its limit")
-            for name, limit in row.items():
-                value = real_numbers(f"limit of damage state {state!r}", limit)
-                if value.ndim or not (np.isfinite(value) and value > 0):
-                    raise ValueError(
-                        f"the limit of damage state {state!r} is {limit}; it must be one number, finite and above 0"
-                    )
-                values[demands.index(str(name)), place] = value
-        for name, row_of_demand in zip(demands, values, strict=True):
-            _check_increase(name, states, row_of_demand)
-        for name, of in ((DRIFT, "drift_limit"), ("peak_floor_acceleration", "acceleration_limit")):
-            if name in demands:
-                row = values[demands.index(name)]
-                finite = {f" of {state!r}": float(row[i]) for i, state in enumerate(states) if np.isfinite(row[i])}
-                warn_of_implausible_limits(finite, of)
-        return DamageLimits(states, demands, values)
-
-    @property
-    def single(self) -> str | None:
-        """The demand that all limits are of; None if they are of several."""
-        return self.demands[0] if len(self.demands) == 1 else None
-
-
-def _check_increase(demand: str, states: tuple[str, ...], values: np.ndarray) -> None:
-    given = np.flatnonzero(np.isfinite(values))
-    for i, j in pairwise(given):
-        if values[j] <= values[i]:
-            raise ValueError(
-                f"limits must increase from one damage state to the next, but {states[i]!r} has {values[i]} "
-                f"and {states[j]!r} after it {values[j]} ({demand})"
-            )
+from warpdyn.reduction.limits import DamageLimits
 
 
 @dataclass(frozen=True, eq=False)

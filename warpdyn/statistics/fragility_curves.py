@@ -10,7 +10,9 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.units import IN_G
+from warpdyn.core.output_variables import measure_of_levels
+from warpdyn.core.units import unit_attributes
+from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_variables import (
     DISCRETISATION,
     curves,
@@ -22,11 +24,11 @@ from warpdyn.statistics.curve_variables import (
     variable,
     variances,
 )
-from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
 from warpdyn.statistics.intervals.jackknife import SOURCES, leave_out, trusted
 from warpdyn.statistics.lognormal_fit import FITTED, SEPARATED, check_confidence, levels_to_add
+from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
 OVER = ("records and structures", "records")
@@ -34,7 +36,7 @@ OVER = ("records and structures", "records")
 
 def fragility(
     dataset: xr.Dataset,
-    limits: Mapping[str, Limit],
+    limits: Mapping[str, Limit] | None = None,
     *,
     demand: str = DRIFT,
     estimator: str = "lognormal",
@@ -60,11 +62,13 @@ def fragility(
     Args:
         dataset: A run on stripes, as `simulate` returned it: a demand over (sample) or (sample, storey) or the like,
             the flag variable `status(sample)`, and the coordinates `motion_index`, `im_level` and `structure` (or
-            `building`) of each sample.
+            `building`) of each sample; or the statistics of a run, DamageCounts over ("motion", "stripe",
+            "structure_group"), from which the same curves follow.
         limits: Of each damage state, from the lightest on, the limit of the demand in the units of its variable, such
             as `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, of which the worst decides:
             `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
-            a state has reached those before it. A warning names drift limits that seem to be in percent or mm.
+            a state has reached those before it. A warning names drift limits that seem to be in percent or mm. None
+            for the limits that counts were made by.
         demand: Variable of the run that plain limits are of.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
             cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so:
@@ -97,8 +101,9 @@ def fragility(
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
     chosen = estimator_of(estimator)
-    checked = DamageLimits.of(limits, demand)
+    checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)
+    labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
     over_structures = intervals_over == OVER[0]
     left, outcome = leave_out(counts, chosen, over_structures=over_structures)
     has_interval = trusted(left, outcome)
@@ -116,14 +121,14 @@ def fragility(
         "excluded_samples": variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
     }
     if checked.single:
-        of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
+        of_demand = {"units": str(labels[checked.single].attrs.get("units", "1")), "demand": checked.single}
         variables["damage_limit"] = variable(
             "damage_state", checked.values[0], f"limit of {checked.single}", **of_demand
         )
     else:
         words = {"long_name": "limit of each demand, in its demand_units", "demand": "several"}
         variables["damage_limit"] = ("limited_demand", "damage_state"), checked.values, words
-    of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
+    of_measure = unit_attributes(counts.units)
     coordinates: dict[str, Any] = {
         "damage_state": ("damage_state", np.array(checked.states), {"long_name": "damage state"}),
         "stripe": variable("stripe", counts.levels, "intensity of the stripe", **of_measure),
@@ -131,11 +136,11 @@ def fragility(
         "source": ("source", np.array([*SOURCES, DISCRETISATION]), {"long_name": "source of variance"}),
     }
     if counts.dim:
-        said = dataset[counts.dim].attrs if counts.dim in dataset.coords else {}
+        said = labels[counts.dim].attrs if counts.dim in labels.coords else {}
         words = {"long_name": f"{counts.dim}, from the ground up", "units": "1"}
         coordinates[counts.dim] = (counts.dim, counts.places, words | said)
     if not checked.single:
-        of_each = [str(dataset[name].attrs.get("units", "1")) for name in checked.demands]
+        of_each = [str(labels[name].attrs.get("units", "1")) for name in checked.demands]
         of_limit = "limited_demand"  # a run may have the dimension `demand`
         coordinates[of_limit] = (of_limit, np.array(checked.demands), {"long_name": "variable of the run"})
         coordinates["demand_units"] = (of_limit, np.array(of_each), {"long_name": "units of the variable"})
@@ -143,9 +148,7 @@ def fragility(
         variables,
         coords=coordinates,
         attrs={
-            "intensity_measure": dataset["im_level"]
-            .attrs.get("long_name", "intensity measure")
-            .removesuffix(" of the scaled motion"),
+            "intensity_measure": measure_of_levels(labels["im_level"].attrs),
             "demand": ", ".join(checked.demands),
             "fragility_method": chosen.method,
             "fragility_shape": chosen.shape.name,

@@ -6,16 +6,15 @@ from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import betaincinv, log_ndtr, ndtr, ndtri
+from scipy.special import betaincinv, ndtr, ndtri
+
+from warpdyn.statistics.maximum_likelihood.links import PROBIT, likelihood
+from warpdyn.statistics.maximum_likelihood.newton import maximise
 
 FIT_MEANINGS = ("fitted", "no_exceedance", "all_exceeding", "separated", "not_increasing", "no_finite_median")
 FITTED, NO_EXCEEDANCE, ALL_EXCEEDING, SEPARATED, NOT_INCREASING, NO_FINITE_MEDIAN = range(len(FIT_MEANINGS))
 
 _BLOCK = 1 << 14  # rows fitted at a time, which bounds the memory of large bootstraps and fits in cache
-_ITERATIONS = 60  # Newton's method needs 5 to 10; more occur only where the likelihood is flat to rounding
-_HALVINGS = 40
-_TOLERANCE = 1e-9  # on the Newton step; convergence is quadratic, so the error left is far below 1e-10
-_LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
 def clopper_pearson(exceeding: ArrayLike, total: ArrayLike, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
@@ -225,58 +224,12 @@ def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) 
 
 
 def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Maximise the concave probit likelihood of all rows at once, by Newton's method with step halving.
+    """Maximise the probit likelihood of all rows at once.
 
     The search starts from intercept and slope of the probit, shape [row, 2], or from the flat curve where they are not
     finite, and returns the same; NaN where it did not converge.
     """
     trials = (exceeding + passing).sum(axis=1)
     flat = np.stack([ndtri(exceeding.sum(axis=1) / trials), np.zeros(len(exceeding))], axis=1)
-    parameters = np.where(np.isfinite(start).all(axis=1, keepdims=True), start, flat)
-    active = np.arange(len(exceeding))
-    score = parameters[:, :1] + parameters[:, 1:] * position
-    value, slope, curvature = _likelihood(score, exceeding, passing)
-    for _ in range(_ITERATIONS):
-        current, step = parameters[active], np.empty((active.size, 2))
-        gradient = np.stack([slope.sum(axis=1), slope @ position], axis=1)
-        a, b, c = curvature.sum(axis=1), curvature @ position, curvature @ position**2
-        determinant = a * c - b * b
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step[:, 0] = (c * gradient[:, 0] - b * gradient[:, 1]) / determinant
-            step[:, 1] = (a * gradient[:, 1] - b * gradient[:, 0]) / determinant
-
-        # The likelihood has rounding errors; without this tolerance the last, tiny steps would be refused.
-        least = value - 1e-13 * np.abs(value)
-        trial = np.arange(active.size)
-        for _ in range(_HALVINGS):
-            moved = current[trial] + step[trial]
-            score = moved[:, :1] + moved[:, 1:] * position
-            rows = active[trial]
-            value[trial], slope[trial], curvature[trial] = _likelihood(score, exceeding[rows], passing[rows])
-            trial = trial[~(value[trial] >= least[trial])]
-            if trial.size == 0:
-                break
-            step[trial] *= 0.5
-        step[trial] = np.nan  # no step raises the likelihood: the row stays unconverged
-        parameters[active] = current + step
-        size = np.abs(step).max(axis=1)
-        going_on = ~(size <= _TOLERANCE * (1.0 + np.abs(current).max(axis=1))) & np.isfinite(size)
-        if not going_on.any():
-            active = active[:0]
-            break
-        active, value, slope, curvature = (part[going_on] for part in (active, value, slope, curvature))
-    parameters[active] = np.nan
-    return parameters
-
-
-def _likelihood(
-    score: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each row's log-likelihood, and its first and negated second derivatives in each stripe's score."""
-    log_above, log_below = log_ndtr(score), log_ndtr(-score)
-    log_density = -0.5 * score * score - _LOG_SQRT_2PI
-    above, below = np.exp(log_density - log_above), np.exp(log_density - log_below)  # inverse Mills ratios
-    value = (exceeding * log_above + passing * log_below).sum(axis=1)
-    slope = exceeding * above - passing * below
-    curvature = exceeding * above * (above + score) + passing * below * (below - score)
-    return value, slope, np.maximum(curvature, 0.0)  # it is positive; rounding far in a tail may not be
+    first = np.where(np.isfinite(start).all(axis=1, keepdims=True), start, flat)
+    return maximise(lambda p, row: likelihood(PROBIT, position, p, exceeding[row], passing[row]), first)

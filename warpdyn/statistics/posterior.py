@@ -10,12 +10,14 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.units import IN_G
+from warpdyn.core.output_variables import measure_of_levels
+from warpdyn.core.units import unit_attributes
+from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_variables import fit_flags
-from warpdyn.statistics.demands import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
-from warpdyn.statistics.estimators.newton import covariance_of_influences
 from warpdyn.statistics.lognormal_fit import FITTED, check_confidence, levels_to_add
+from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
+from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
 PRIORS = {"median": "theta", "dispersion": "beta"}  # and what pyFragility calls them
@@ -24,7 +26,7 @@ _BURN_IN = 2000  # draws that the sampler adapts in
 
 def fragility_posterior(
     dataset: xr.Dataset,
-    limits: Mapping[str, Limit],
+    limits: Mapping[str, Limit] | None = None,
     *,
     demand: str = DRIFT,
     priors: Mapping[str, Any] | None = None,
@@ -77,8 +79,9 @@ def fragility_posterior(
             raise TypeError(
                 f"the prior of {name!r} must be a distribution, such as scipy.stats.lognorm(0.3, scale=0.4)"
             )
-    checked = DamageLimits.of(limits, demand)
+    checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)
+    labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
     exceeding = np.moveaxis(counts.of_records[:, :, -1], 1, -1)  # of the worst place, [record, damage_state, im_level]
     total = counts.valid.sum(axis=1)[:, None, :]
     estimator = ESTIMATORS["lognormal"]
@@ -108,7 +111,7 @@ def fragility_posterior(
         found[:, :, state] = posterior.params.T
         effective[state] = posterior.effective_sample_size().min()
     _warn(checked, counts, outcome)
-    return _labelled(checked, counts, found, outcome, effect, effective, confidence, seed, dataset)
+    return _labelled(checked, counts, found, outcome, effect, effective, confidence, seed, labels)
 
 
 def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray) -> None:
@@ -140,7 +143,7 @@ def _labelled(
     dataset: xr.Dataset,
 ) -> xr.Dataset:
     """Return the dataset of the draws, shape [2, draw, damage_state]."""
-    of_measure = {"units": counts.units} | ({"comment": IN_G} if counts.units == "g" else {})
+    of_measure = unit_attributes(counts.units)
     variables: dict[str, tuple] = {
         "fit_status": (
             "damage_state",
@@ -169,7 +172,7 @@ def _labelled(
             variables[f"fragility_{name}{suffix}"] = "damage_state", part, {"long_name": f"{words} {name}"} | of_unit
         said = {"long_name": f"posterior draw of the {name}"} | of_unit
         variables[f"replicate_{name}"] = ("replicate", "damage_state"), values, said
-    measure = dataset["im_level"].attrs.get("long_name", "intensity measure").removesuffix(" of the scaled motion")
+    measure = measure_of_levels(dataset["im_level"].attrs)
     return xr.Dataset(
         variables,
         {"damage_state": ("damage_state", np.array(limits.states), {"long_name": "damage state"})},

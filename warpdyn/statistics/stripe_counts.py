@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS, STRIPED
-from warpdyn.statistics.demands import DRIFT, DamageLimits, damage_of
-
-MOST_GROUPS = 64  # of structures; more would not make the variance among them better known than that among records
+from warpdyn.reduction.limits import DRIFT, DamageLimits
+from warpdyn.reduction.population import group_numbers
+from warpdyn.statistics.demands import damage_of
+from warpdyn.statistics.reduced_counts import is_reduced, stripe_counts_of
 
 _NEEDS_STRIPES = (
     "curves are fitted to stripes, where each record is scaled to each of a list of levels; "
@@ -73,12 +75,14 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     """Count the samples of each record and stripe that exceed each limit, at each place and the worst.
 
     Args:
-        dataset: A run on stripes, as `warpdyn.statistics.fragility_curves.fragility` takes it.
-        limits: Limits of the damage states.
+        dataset: A run on stripes, as `warpdyn.statistics.fragility_curves.fragility` takes it, or its counts.
+        limits: Limits of the damage states; of counts those that they were made by.
 
     Raises:
         ValueError: If the dataset is not such a run, or more than 1 % of its samples failed (diverged and the like).
     """
+    if is_reduced(dataset):
+        return _counted(stripe_counts_of(dataset, limits))
     status, record, level, units = _checked_inputs(dataset)
     (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
@@ -92,11 +96,14 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     own = structure_label(dataset)
     structure = np.arange(status.size) if own is None else own.values
     sampling = "" if own is None else str(own.attrs.get("sampling", ""))
+    # A structure whose samples are all excluded does not change the groups of the others.
+    is_crossed, groups, group = structure_groups(structure, record_index, records.size, sampling)
     if not kept.all():
-        passed, structure = passed[:, kept], structure[kept]
+        passed, group = passed[:, kept], group[kept]
         # Records whose samples are all excluded are left out.
         (records, record_index), (levels, stripe) = _indexed(record[kept]), _indexed(level[kept])
-    is_crossed, groups, group = structure_groups(structure, record_index, records.size, sampling)
+        if records.size == 1:
+            is_crossed, groups, group = False, 1, np.zeros_like(group)
     cell = (record_index * groups + group) * levels.size + stripe
     cells, states = records.size * groups * levels.size, len(limits.states)
     valid = np.bincount(cell, minlength=cells).reshape(records.size, groups, levels.size)
@@ -124,13 +131,43 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     )
 
 
+def _counted(parts: dict[str, Any]) -> StripeCounts:
+    """Return what `count_stripes` returns, from counts that were made where the samples ran."""
+    failed, valid, records, levels = (parts.pop(name) for name in ("failed", "valid", "records", "levels"))
+    exceeding, failures, is_crossed = parts.pop("exceeding"), parts.pop("failures"), parts.pop("is_crossed")
+    if levels.size < 2:
+        raise ValueError(f"all samples are on one stripe ({levels}); a curve needs at least 2 stripes")
+    excluded = dict(zip(failures, failed.sum(axis=(0, 1, 2)).tolist(), strict=True))
+    samples = int(valid.sum() + failed.sum())
+    if not samples:
+        raise ValueError("no sample was counted")
+    if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * samples:
+        of_record = np.repeat(records, failed.sum(axis=(1, 2, 3)))
+        of_level = np.repeat(levels, failed.sum(axis=(0, 1, 3)))
+        raise ValueError(_refusal(excluded, of_record, of_level, samples, parts["units"]))
+    # Records whose samples are all excluded are left out.
+    record, stripe = valid.any(axis=(1, 2)), valid.any(axis=(0, 1))
+    valid, exceeding = valid[record][:, :, stripe], exceeding[record][:, :, stripe]
+    if len(valid) == 1 and is_crossed:
+        is_crossed, valid, exceeding = False, valid.sum(axis=1, keepdims=True), exceeding.sum(axis=1, keepdims=True)
+    _check_stripes(valid)
+    return StripeCounts(
+        levels=levels[stripe],
+        records=records[record],
+        exceeding=exceeding,
+        valid=valid,
+        excluded=excluded,
+        is_crossed=is_crossed,
+        **parts,
+    )
+
+
 def structure_groups(
     structure: np.ndarray, record: np.ndarray, records: int, sampling: str
 ) -> tuple[bool, int, np.ndarray]:
     """Return whether structures are crossed with records, the number of groups of structures, and each sample's group.
 
-    A group is what a jackknife leaves out at once. Independent structures are dealt out to the groups; those of a Sobol
-    sequence stay in runs of 2^k, each of which is spread evenly over the parameters, as they all are together.
+    See `group_numbers` for what a group is.
     """
     distinct, index = _indexed(structure)
     if records == 1:
@@ -139,12 +176,7 @@ def structure_groups(
     first[index] = record
     if (first[index] == record).all():  # no structure under two records
         return False, 1, np.zeros(structure.size, dtype=np.int64)
-    if sampling == "sobol":
-        run = 2 ** int(np.log2(distinct.size) / 2)
-        run = max(run, -(-distinct.size // MOST_GROUPS))
-        group = index // run
-    else:
-        group = index % min(distinct.size, MOST_GROUPS)
+    group = group_numbers(distinct.size, sampling)[index]
     return True, int(group.max()) + 1, group
 
 

@@ -12,7 +12,7 @@ from p695_fragility import DRIFT_LIMITS, build_scene
 from tqdm import tqdm
 
 import warpdyn as wd
-from warpdyn.statistics.demands import DamageLimits
+from warpdyn.reduction.limits import DamageLimits
 from warpdyn.statistics.estimators.table import estimator_of
 from warpdyn.statistics.stripe_counts import count_stripes
 
@@ -70,7 +70,7 @@ class Plan:
     def histories(self, base: wd.Scene) -> int:
         """Return how many histories it has."""
         pairs = self.size * len(base.excitation.motions)
-        return pairs * len(base.excitation.levels_in_g)
+        return pairs * len(base.excitation.levels)
 
 
 def log_medians(run: xr.Dataset) -> np.ndarray:

@@ -62,15 +62,15 @@ def decisions(reruns: Reruns, dofs: int) -> list[Decisions]:
     """Return what reruns have decided since `seen` was set."""
     found = []
     for steps, reruns_of_it in reruns.seen or ():
-        candidates = reruns_of_it[0][0]
+        candidates = reruns_of_it[0][0] if reruns_of_it else np.arange(0)
         total, until = np.zeros(ROW), np.zeros((candidates.size, ROW))
         for place in range(ROW):
             sums = np.concatenate([[0.0], ROW * np.cumsum(steps[place::ROW])])
             total[place] = sums[-1]
             until[:, place] = sums[np.maximum(0, (candidates - place) // ROW + 1)]
-        sizes = np.array([failed.size for failed, _ in reruns_of_it])
-        failed = np.concatenate([np.searchsorted(candidates, failed) for failed, _ in reruns_of_it])
-        granted = np.concatenate([granted for _, granted in reruns_of_it])
+        sizes = np.array([failed.size for failed, _ in reruns_of_it], dtype=np.int64)
+        failed = np.concatenate([candidates[:0], *(np.searchsorted(candidates, failed) for failed, _ in reruns_of_it)])
+        granted = np.concatenate([np.zeros(0, dtype=bool), *(granted for _, granted in reruns_of_it)])
         found.append(Decisions(steps.size, total, until, steps[candidates], sizes, failed, granted, dofs))
     return found
 

@@ -2,60 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
-from scipy.special import expit, log_expit, log_ndtr
 
-from warpdyn.statistics.estimators.newton import Evaluation, maximise
 from warpdyn.statistics.lognormal_fit import FITTED, NO_FINITE_MEDIAN, SEPARATED, fit_stripes
+from warpdyn.statistics.maximum_likelihood.links import (
+    LOGIT,
+    PROBIT,
+    Link,
+    gradient_in_line,
+    information_in_line,
+    likelihood,
+)
+from warpdyn.statistics.maximum_likelihood.newton import Evaluation, maximise
 
 PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a fit, after those of `fit_stripes`
-
-_LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
-    """Distribution of the standardised capacity, which turns a score into a probability.
-
-    Args:
-        log_cumulative: Logarithm of the probability of a score; that of its complement is that of minus the score.
-        log_density: Logarithm of the density.
-        slope: Derivative of the logarithm of the density.
-        deviation: Standard deviation of the distribution.
-    """
-
-    log_cumulative: Callable[[np.ndarray], np.ndarray]
-    log_density: Callable[[np.ndarray], np.ndarray]
-    slope: Callable[[np.ndarray], np.ndarray]
-    deviation: float
-
-
-PROBIT = Link(log_ndtr, lambda z: -0.5 * z * z - _LOG_SQRT_2PI, lambda z: -z, 1.0)
-LOGIT = Link(log_expit, lambda z: log_expit(z) + log_expit(-z), lambda z: 1.0 - 2.0 * expit(z), np.pi / np.sqrt(3.0))
-
-
-def likelihood(
-    link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
-) -> Evaluation:
-    """Return log-likelihood, gradient and negative second derivatives of score = intercept + slope x position.
-
-    Args:
-        link: Probit or logit.
-        position: Logarithm of each level, shape [im_level].
-        parameters: Intercept and slope, shape [row, 2].
-        exceeding: Exceeding samples, shape [row, im_level].
-        passing: All others.
-    """
-    score = parameters[:, :1] + parameters[:, 1:] * position
-    above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
-    rise, fall, bend = np.exp(density - above), np.exp(density - below), link.slope(score)
-    value = (exceeding * above + passing * below).sum(axis=1)
-    slope = exceeding * rise - passing * fall
-    curvature = np.maximum(exceeding * rise * (rise - bend) + passing * fall * (fall + bend), 0.0)
-    return value, _gradient(slope, position), _information(curvature, position)
 
 
 def penalised_likelihood(
@@ -70,7 +30,7 @@ def penalised_likelihood(
     above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
     rise, fall = np.exp(density - above), np.exp(density - below)
     weight = (exceeding + passing) * np.exp(2.0 * density - above - below)
-    information = _information(weight, position)
+    information = information_in_line(weight, position)
     determinant = np.linalg.det(information)
     with np.errstate(divide="ignore", invalid="ignore"):
         value = (exceeding * above + passing * below).sum(axis=1) + 0.5 * np.log(determinant)
@@ -79,16 +39,7 @@ def penalised_likelihood(
         leverage = (c - 2.0 * b * position + a * position**2) / determinant[:, None]
     slope = exceeding * rise - passing * fall
     slope += 0.5 * weight * leverage * (2.0 * link.slope(score) - rise + fall)
-    return value, _gradient(slope, position), information
-
-
-def _gradient(slope: np.ndarray, position: np.ndarray) -> np.ndarray:
-    return np.stack([slope.sum(axis=1), slope @ position], axis=1)
-
-
-def _information(weight: np.ndarray, position: np.ndarray) -> np.ndarray:
-    moments = [weight.sum(axis=1), weight @ position, weight @ position**2]
-    return np.stack([moments[0], moments[1], moments[1], moments[2]], axis=1).reshape(-1, 2, 2)
+    return value, gradient_in_line(slope, position), information
 
 
 def fit_probit(

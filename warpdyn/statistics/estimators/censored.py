@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
-from warpdyn.statistics.estimators.newton import Evaluation, maximise
+from warpdyn.statistics.maximum_likelihood.newton import Evaluation, maximise
 
 NARROW = 1e-6  # of a logarithm: narrower intervals are taken as their middle, whose probability is below rounding
 

@@ -11,6 +11,7 @@ from warpdyn.statistics.estimators.binomial import fit_probit
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.lognormal_fit import NO_EXCEEDANCE
 
+DEMAND_AND_COLLAPSE = "of demand and collapse"  # the attribute `fragility_shape` of curves of both
 _HALVINGS = 80  # of the interval that a fractile is sought in: to rounding
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import log_ndtr, ndtri
 
-from warpdyn.statistics.estimators.newton import Evaluation, maximise
 from warpdyn.statistics.lognormal_fit import FITTED, NO_FINITE_MEDIAN, NOT_INCREASING, SEPARATED, fit_stripes
+from warpdyn.statistics.maximum_likelihood.newton import Evaluation, maximise
 
 _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 

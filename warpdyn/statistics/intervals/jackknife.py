@@ -16,9 +16,9 @@ from functools import cached_property
 import numpy as np
 from scipy.special import betaincinv, stdtrit
 
-from warpdyn.statistics.estimators.newton import covariance_of_influences
 from warpdyn.statistics.estimators.table import Estimator
 from warpdyn.statistics.lognormal_fit import FITTED
+from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
 from warpdyn.statistics.stripe_counts import StripeCounts
 
 SOURCES = ("record", "structure", "record and structure")  # of variance, besides that of the integration

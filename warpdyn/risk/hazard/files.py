@@ -1,4 +1,4 @@
-"""Files of hazard curves, as the OpenQuake engine and the USGS's tools write them, and their names of measures."""
+"""Files of hazard curves, as the OpenQuake engine and the USGS's tools write them."""
 
 from __future__ import annotations
 
@@ -12,16 +12,12 @@ from typing import Any
 import numpy as np
 
 from warpdyn.core.checks import real_number
+from warpdyn.risk.hazard.measures import spectral_name
 
-SAME_PERIOD = 0.01  # relative; periods of spectral accelerations are written with two or three digits
 SAME_PLACE = 1e-3  # degrees, some 100 m
 # What OpenQuake gives intensities in, and what we make of them: accelerations stay in g.
 _OPENQUAKE_UNITS = {"PGV": ("m s-1", 0.01), "PGD": ("m", 0.01), "IA": ("m s-1", 1.0)}
 _IN_G = re.compile(r"PGA|SA\([\d.]+\)|AvgSA(\([^)]*\))?")
-# Of two components; which combination a hazard is of is said by its ground-motion models, not by the name.
-_COMPONENTS = re.compile(r"^(?:geometric mean of |RotD\d+ )")
-_AVERAGE = re.compile(r"(?:AvgSA|Sa_avg)(?:\(.*?(?:, *([\d.]+) *%)?\))?", re.IGNORECASE)
-_USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
 
 Points = tuple[np.ndarray, np.ndarray]
 Site = tuple[float, float]
@@ -69,7 +65,7 @@ def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) ->
     if not {"lon", "lat"} <= set(header):
         raise ValueError(f"{path}: neither JSON of a USGS service nor CSV with the columns name, lon, lat, <intensity>")
     columns = [i for i, name in enumerate(header) if re.fullmatch(r"[\d.]+(?:[eE][+-]?\d+)?", name)]
-    folder = _usgs_name(Path(path).resolve().parent.name)
+    folder = spectral_name(Path(path).resolve().parent.name)
     named = measure or (folder if _IN_G.fullmatch(folder) else None)
     if named is None:
         raise ValueError(f"{path}: its folder's name is no intensity measure (PGA, SA0P2): give measure='SA(0.2)'")
@@ -90,25 +86,19 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
             total = next(part for part in each["data"] if part["component"] == "Total")
             points = total.get("values") or {"xs": about["xvalues"], "ys": total["yvalues"]}
             values = np.array(points["xs"], dtype=np.float64), np.array(points["ys"], dtype=np.float64)
-            found[_usgs_name(about["imt"]["value"])] = values
+            found[spectral_name(about["imt"]["value"])] = values
     except (KeyError, TypeError, ValueError, StopIteration) as error:
         raise ValueError(
             f"{path}: not the JSON of a USGS hazard service: it needs response.hazardCurves with imt.value and, of the "
             "component 'Total', xs and ys"
         ) from error
-    wanted = _usgs_name(measure) if measure else None
+    wanted = spectral_name(measure) if measure else None
     if wanted is None and len(found) == 1:
         wanted = next(iter(found))
     if wanted not in found:
         asked = f"has no {measure!r}" if measure else "holds several intensity measures: give measure="
         raise ValueError(f"{path} {asked}; it has {', '.join(found)}")
     return *_positive(path, *found[wanted]), wanted
-
-
-def _usgs_name(name: str) -> str:
-    """Return "SA(0.2)" of the USGS's "SA0P2", and other names as they are."""
-    found = _USGS_PERIOD.fullmatch(name)
-    return f"SA({float(f'{found[1]}.{found[2]}'):g})" if found else name
 
 
 def _row_of_site(
@@ -175,29 +165,3 @@ def _number(token: str, where: str) -> float:
     if not np.isfinite(value):
         raise ValueError(f"{where}: {token!r} is not a finite number")
     return value
-
-
-def same_measure(one: str, other: str) -> bool:
-    """Return whether two names may be of one intensity measure: those that are understood must agree."""
-    first, second = _understood(one), _understood(other)
-    if first is None or second is None:
-        return True
-    if first[0] != second[0]:
-        return False
-    return all(abs(a - b) <= SAME_PERIOD * max(a, b) for a, b in zip(first[1:], second[1:], strict=True))
-
-
-def _understood(name: str) -> tuple | None:
-    """Return kind, period and damping of a measure as OpenQuake, the USGS or warpdyn writes it; None of others."""
-    text = _COMPONENTS.sub("", _usgs_name(name.strip()))
-    if text == "Arias intensity":
-        return "IA", 0.0, 0.0
-    if text.upper() in ("PGA", "PGV", "PGD", "IA", "CAV"):
-        return text.upper(), 0.0, 0.0
-    found = _AVERAGE.fullmatch(text)
-    if found:
-        return "AvgSA", 0.0, float(found[1] or 5)
-    found = re.fullmatch(r"SA\(([\d.]+)\s*s?(?:,\s*([\d.]+)\s*%?)?\)", text, re.IGNORECASE)
-    if found:
-        return "SA", float(found[1]), float(found[2] or 5)
-    return None

@@ -11,6 +11,7 @@ Evaluation = tuple[np.ndarray, np.ndarray, np.ndarray]
 _ITERATIONS = 200  # Newton's method needs 5 to 10; more occur where the information only approximates the curvature
 _HALVINGS = 40
 _TOLERANCE = 1e-10  # on the step, relative to the parameters
+_RIDGE = 1e-14  # added to a unit diagonal, so that rounding makes none singular
 
 
 def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np.ndarray) -> np.ndarray:
@@ -77,15 +78,27 @@ def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
 
 def _solved(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
     """Return the Newton step of each row; NaN where its information is singular."""
+    if gradient.shape[1] == 2:
+        return _solved_pairs(information, gradient)
     # Scaling to a unit diagonal makes rows of very different parameters equally well solved.
     scale = np.sqrt(np.maximum(np.einsum("rii->ri", information), np.finfo(np.float64).tiny))
     scaled = information / (scale[:, :, None] * scale[:, None, :])
     finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(gradient).all(axis=1)
     step = np.full(gradient.shape, np.nan)
-    eye = 1e-14 * np.eye(gradient.shape[1])
+    eye = _RIDGE * np.eye(gradient.shape[1])
     try:
         step[finite] = np.linalg.solve(scaled[finite] + eye, (gradient / scale)[finite][..., None])[..., 0]
     except np.linalg.LinAlgError:
         for row in np.flatnonzero(finite):
             step[row] = np.linalg.lstsq(scaled[row], (gradient / scale)[row], rcond=None)[0]
     return step / scale
+
+
+def _solved_pairs(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    """Return the Newton steps of two parameters, as `_solved` does, in closed form, which takes half the time."""
+    scale = np.sqrt(np.maximum(information[:, [0, 1], [0, 1]], np.finfo(np.float64).tiny))
+    beside = information[:, 0, 1] / (scale[:, 0] * scale[:, 1])
+    scaled = gradient / scale
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = (1.0 + _RIDGE) * scaled - beside[:, None] * scaled[:, ::-1]
+        return step / (((1.0 + _RIDGE) ** 2 - beside**2)[:, None] * scale)

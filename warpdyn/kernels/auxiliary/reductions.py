@@ -1,0 +1,209 @@
+"""Reductions of samples on a CPU: the damage state of each, counts of states, and sums in a fixed order.
+
+Each call takes some rows of samples, so that threads share a block; rows are structures, or samples one by one.
+"""
+
+import functools
+
+import warp as wp
+
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK
+from warpdyn.device.processor import module_options
+from warpdyn.kernels.kernel_cache import loaded
+
+SEARCHED_BOUNDS = 8  # with more of them, a binary search finds a value's place
+SUMS = 5  # sum, what its rounding left out, the same of squares, and the largest value
+REALS = {"float32": wp.float32, "float64": wp.float64}
+OPTIONS = {"module": "unique", "enable_backward": False, "module_options": module_options(max_unroll=1)}
+
+
+@functools.cache
+def states_kernel(dtype: str) -> wp.Kernel:
+    """Return the kernel that finds how many bounds each sample's demand is above, at each place and the worst."""
+    real = REALS[dtype]
+
+    @wp.kernel(**OPTIONS)
+    def find_states(
+        first: int,
+        last: int,
+        samples: int,  # in a row
+        each_place: int,  # 1 to keep the states of every place besides the worst
+        status: wp.array(dtype=wp.int8),
+        demand: wp.array2d(dtype=real),  # [sample, place]
+        bounds: wp.array2d(dtype=wp.float64),  # [kind, bound], increasing
+        kind: wp.array(dtype=int),  # of each row
+        states: wp.array2d(dtype=wp.uint8),  # [place, sample], the worst last; raised where they are lower
+        bad: wp.array(dtype=int),  # by thread, a sample that is ok without a demand
+        thread: int,
+    ):
+        places = demand.shape[1]
+        count = bounds.shape[1]
+        for row in range(first, last):
+            of_row = kind[row]
+            for place_in_row in range(samples):
+                sample = row * samples + place_in_row
+                if status[sample] == wp.int8(wp.static(OK)):
+                    worst = int(0)
+                    for place in range(places):
+                        value = wp.float64(demand[sample, place])
+                        if not (value >= wp.float64(0.0) and value < wp.float64(wp.inf)):
+                            bad[thread] = sample
+                        reached = int(0)
+                        if count <= wp.static(SEARCHED_BOUNDS):
+                            while reached < count and value > bounds[of_row, reached]:
+                                reached += 1
+                        else:
+                            above = int(count)
+                            while reached < above:
+                                middle = (reached + above) // 2
+                                if value > bounds[of_row, middle]:
+                                    reached = middle + 1
+                                else:
+                                    above = middle
+                        worst = wp.max(worst, reached)
+                        if each_place == 1:
+                            states[place, sample] = wp.max(states[place, sample], wp.uint8(reached))
+                    column = states.shape[0] - 1
+                    states[column, sample] = wp.max(states[column, sample], wp.uint8(worst))
+
+    return find_states
+
+
+@functools.cache
+def counts_kernel() -> wp.Kernel:
+    """Return the kernel that counts units (samples, or the worst of some of a row's) by cell and outcome."""
+
+    @wp.kernel(**OPTIONS)
+    def count_states(
+        first: int,
+        last: int,
+        samples: int,
+        status: wp.array(dtype=wp.int8),
+        states: wp.array2d(dtype=wp.uint8),  # [place, sample], the worst last
+        cell_of_row: wp.array(dtype=int),
+        cell_of_unit: wp.array(dtype=int),
+        order: wp.array(dtype=int),  # samples of a row, unit by unit
+        start: wp.array(dtype=int),  # of each unit in that order, and the end of the last one
+        counts: wp.array3d(dtype=wp.int64),  # [place, cell, outcome]; states, and after them failures by status
+    ):
+        places = states.shape[0] - 1
+        last_state = counts.shape[2] - 1 - wp.static(5 - DIVERGED)
+        for row in range(first, last):
+            for unit in range(cell_of_unit.shape[0]):
+                cell = cell_of_row[row] + cell_of_unit[unit]
+                for place in range(places + 1):
+                    worst = int(0)
+                    failed = int(0)
+                    for number in range(start[unit], start[unit + 1]):
+                        sample = row * samples + order[number]
+                        outcome = int(status[sample])
+                        if outcome >= wp.static(DIVERGED):
+                            if failed == 0 or outcome < failed:
+                                failed = outcome
+                        elif outcome == wp.static(COLLAPSED):
+                            worst = last_state
+                        else:
+                            worst = wp.max(worst, int(states[place, sample]))
+                    # A failed sample leaves the worst unknown, unless another one reached the last state.
+                    if failed > 0 and worst < last_state:
+                        worst = last_state + failed - wp.static(DIVERGED - 1)
+                    column = place
+                    if place == places:
+                        column = counts.shape[0] - 1
+                    counts[column, cell, worst] += wp.int64(1)
+
+    return count_states
+
+
+@wp.func
+def rounded_off(before: wp.float64, value: wp.float64, after: wp.float64):
+    """Return what rounding left out of a sum (Knuth's two-sum)."""
+    part = after - before
+    return (before - (after - part)) + (value - part)
+
+
+@functools.cache
+def sums_kernel(dtype: str) -> wp.Kernel:
+    """Return the kernel that adds up the demands of each row by cell, in the order of its samples."""
+    real = REALS[dtype]
+
+    @wp.kernel(**OPTIONS)
+    def add_samples(
+        first: int,
+        last: int,
+        origin: int,  # row that is the first of the sums
+        samples: int,
+        is_signed: int,  # 1 to take values as they are, 0 for the largest absolute one of all places
+        place: int,  # -1 for the worst of all
+        status: wp.array(dtype=wp.int8),
+        demand: wp.array2d(dtype=real),  # [sample, place]
+        unit: wp.array(dtype=int),  # of each sample of a row
+        sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
+        bad: wp.array(dtype=int),
+        thread: int,
+    ):
+        for row in range(first, last):
+            place_of_row = row - origin
+            for number in range(sums.shape[1]):
+                for which in range(wp.static(SUMS - 1)):
+                    sums[place_of_row, number, which] = wp.float64(0.0)
+                sums[place_of_row, number, 4] = -wp.float64(wp.inf)
+            for number in range(samples):
+                sample = row * samples + number
+                if status[sample] == wp.int8(wp.static(OK)):
+                    value = wp.float64(0.0)
+                    if place >= 0:
+                        value = wp.float64(demand[sample, place])
+                    else:
+                        value = wp.float64(demand[sample, 0])
+                        if is_signed == 0:
+                            value = wp.abs(value)
+                            for other in range(1, demand.shape[1]):
+                                value = wp.max(value, wp.abs(wp.float64(demand[sample, other])))
+                    if not wp.isfinite(value):
+                        bad[thread] = sample
+                    of_unit = unit[number]
+                    for which in range(2):
+                        term = value
+                        if which == 1:
+                            term = value * value
+                        before = sums[place_of_row, of_unit, 2 * which]
+                        after = before + term
+                        sums[place_of_row, of_unit, 2 * which] = after
+                        sums[place_of_row, of_unit, 2 * which + 1] += rounded_off(before, term, after)
+                    sums[place_of_row, of_unit, 4] = wp.max(sums[place_of_row, of_unit, 4], value)
+
+    return add_samples
+
+
+@functools.cache
+def totals_kernel() -> wp.Kernel:
+    """Return the kernel that adds the sums of rows to those of cells, row after row, for some of the units."""
+
+    @wp.kernel(**OPTIONS)
+    def add_rows(
+        first: int,  # unit
+        last: int,
+        sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
+        cell_of_row: wp.array(dtype=int),
+        cell_of_unit: wp.array(dtype=int),
+        totals: wp.array2d(dtype=wp.float64),  # [cell, sum]
+    ):
+        for row in range(sums.shape[0]):
+            for unit in range(first, last):
+                cell = cell_of_row[row] + cell_of_unit[unit]
+                for which in range(2):
+                    term = sums[row, unit, 2 * which]
+                    before = totals[cell, 2 * which]
+                    after = before + term
+                    totals[cell, 2 * which] = after
+                    left_out = rounded_off(before, term, after) + sums[row, unit, 2 * which + 1]
+                    totals[cell, 2 * which + 1] += left_out
+                totals[cell, 4] = wp.max(totals[cell, 4], sums[row, unit, 4])
+
+    return add_rows
+
+
+def launch(kernel: wp.Kernel, *arguments: object) -> None:
+    """Run a kernel in the calling thread."""
+    wp.launch(loaded(kernel), dim=1, inputs=list(arguments), device="cpu")

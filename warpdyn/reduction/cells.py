@@ -1,0 +1,244 @@
+"""The cells that samples are counted in: one for each combination of what a statistic is taken over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from warpdyn.core.checks import one_of
+from warpdyn.ground_motions.designs import Stripes
+from warpdyn.ground_motions.motions import motion_names, motion_numbers
+from warpdyn.reduction.population import Population
+
+Coordinates = dict[str, tuple]
+EVENT = {"long_name": "event"}
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """How the samples of a block go to cells.
+
+    A cell's number is that of the sample's row and that of its place in the row, added.
+
+    Args:
+        samples: Samples of a row; a row is a structure or, where motions differ from sample to sample, one sample.
+        rows_per_structure: Rows of a structure.
+        structure: Number of each row's structure in the run.
+        cell_of_row: Shape [row].
+        cell_of_place: Shape [place], of each of a row's samples.
+        unit: Which samples of a row are counted as one, the worst of them, shape [place].
+    """
+
+    samples: int
+    rows_per_structure: int
+    structure: np.ndarray
+    cell_of_row: np.ndarray
+    cell_of_place: np.ndarray
+    unit: np.ndarray
+
+
+class Cells:
+    """The cells of a statistic.
+
+    Args:
+        population: What the samples are of.
+        over: Names of what each cell is one of.
+        labels: Further names, with the label of each structure.
+        events: Label of the event of each motion, where the worst of an event's motions counts.
+
+    Attributes:
+        dims: Dimensions of the cells, named as `over` names them.
+        shape: Their lengths.
+    """
+
+    def __init__(
+        self,
+        population: Population,
+        over: Sequence[str],
+        labels: Mapping[str, Any],
+        events: Sequence[str] | Sequence[int] | None,
+    ) -> None:
+        self.population, self._labels = population, dict(labels)
+        self._check_labels()
+        self.event_of_motion, self._event_names = self._checked_events(events)
+        own = population.structure_dim
+        self.dims = tuple(own if name == "structure" else name for name in over)
+        has_motions, portfolio = bool(population.scene.excitation.motions), population.portfolio is not None
+        stripes = all(isinstance(design, Stripes) for design in population.designs)
+        allowed = {
+            own: True,
+            "structure_group": not population.is_sequence,
+            "archetype": portfolio,
+            "motion": has_motions and events is None,
+            "stripe": stripes,
+            "event": events is not None or population.is_sequence,
+        }
+        known = [name for name, is_so in allowed.items() if is_so] + list(self._labels)
+        for name in self.dims:
+            one_of("over", name, known)
+        if len(set(self.dims)) < len(self.dims):
+            raise ValueError(f"over names {list(over)}: each at most once")
+        if population.is_sequence and "event" not in self.dims:
+            raise ValueError("statistics of an EventSequence are over 'event' and what else is named: add it to `over`")
+        self.coordinates: Coordinates = {}
+        self._codes: dict[str, np.ndarray] = {}  # of each structure, motion or level, as the name says
+        sizes = [self._size_of(name) for name in self.dims]
+        self.shape = tuple(sizes)
+        self.count = int(np.prod([float(size) for size in sizes]))
+        if self.count >= 2**31:
+            raise ValueError(f"over {', '.join(self.dims)} there are {self.count:,} cells; at most 2^31 can be counted")
+        strides = np.cumprod([1, *sizes[::-1]])[::-1][1:]
+        self._stride = {name: int(stride) for name, stride in zip(self.dims, strides, strict=True)}
+
+    @property
+    def needs_motions(self) -> bool:
+        """Whether the motion of every sample must be known."""
+        by_motion = "motion" in self.dims or self.event_of_motion is not None
+        return by_motion and not self.population.motions_by_place
+
+    @property
+    def suffix(self) -> str:
+        """What the names of variables over these cells end in."""
+        return f"_by_{'_'.join(self.dims)}" if self.dims else ""
+
+    def rows(self, structures: np.ndarray, motion: np.ndarray | None, event: int) -> Rows:
+        """Return how the samples of some structures go to cells.
+
+        Args:
+            structures: Their numbers in the run.
+            motion: Motion of each of their samples, where `needs_motions`.
+            event: The event.
+        """
+        samples = self.population.samples(event)
+        row = np.zeros(structures.size, dtype=np.int64)
+        for name in self.dims:
+            if name in self._of_structures:
+                row += self._stride[name] * self._of_structures[name][structures]
+        if self.population.is_sequence:
+            row += self._stride["event"] * event
+        place, unit = self._places(event)
+        if motion is None:
+            return Rows(samples, 1, structures, row, place, unit)
+        motion = motion.reshape(structures.size, samples)
+        name = "motion" if self.event_of_motion is None else "event"
+        stride = self._stride.get(name, 0)
+        codes = np.arange(len(self.population.scene.excitation.motions))
+        codes = codes if self.event_of_motion is None else self.event_of_motion
+        if (motion == motion[:, :1]).all():
+            return Rows(samples, 1, structures, row + stride * codes[motion[:, 0]], place, unit)
+        if self.event_of_motion is not None:
+            raise ValueError("events need a design in which every structure runs under all motions, or under one")
+        of_sample = (row[:, None] + stride * codes[motion] + place).ravel()
+        none = np.zeros(1, dtype=np.int64)
+        return Rows(1, samples, np.repeat(structures, samples), of_sample, none, none)
+
+    @cached_property
+    def _of_structures(self) -> dict[str, np.ndarray]:
+        """The place along each dimension of every structure, where it follows from the structure."""
+        population = self.population
+        known = {"archetype": population.archetype, "structure_group": population.group} | self._codes
+        if population.structure_dim in self.dims:
+            known[population.structure_dim] = np.arange(population.structures)
+        return known
+
+    def _places(self, event: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the cell of each of a structure's samples besides its own, and what is counted as one."""
+        population, samples = self.population, self.population.samples(event)
+        levels = population.levels_of(event)
+        place = np.arange(samples)
+        level = place % levels.size
+        cell = np.zeros(samples, dtype=np.int64)
+        if "stripe" in self.dims:
+            cell += self._stride["stripe"] * np.searchsorted(self._levels, levels)[level]
+        if not population.motions_by_place:
+            return cell, place
+        motion = place // levels.size
+        if self.event_of_motion is None:
+            return cell + self._stride.get("motion", 0) * motion, place
+        of_place = self.event_of_motion[motion]
+        return cell + self._stride.get("event", 0) * of_place, of_place * levels.size + level
+
+    @property
+    def _levels(self) -> np.ndarray:
+        events = range(len(self.population.designs))
+        return np.unique(np.concatenate([self.population.levels_of(event) for event in events]))
+
+    def _size_of(self, name: str) -> int:
+        """Return the length of a dimension, and keep its coordinates."""
+        population, coordinates = self.population, self.coordinates
+        numbers: dict[str, object] = {"units": "1"}
+        if name in self._labels:
+            values, self._codes[name] = np.unique(np.asarray(self._labels[name]), return_inverse=True)
+            coordinates[name] = (name, values, {"long_name": name} | ({} if values.dtype.kind in "US" else numbers))
+        elif name == population.structure_dim:
+            said = "index of the drawn structure" if name == "structure" else "number of the building in the portfolio"
+            values = np.arange(population.structures, dtype=np.int32)
+            coordinates[name] = (name, values, numbers | {"long_name": said})
+        elif name == "archetype":
+            assert population.portfolio is not None
+            values = np.array(list(population.portfolio.archetypes), dtype=str)
+            coordinates[name] = (name, values, {"long_name": "name of the archetype"})
+        elif name == "structure_group":
+            values = np.arange(int(population.group.max()) + 1, dtype=np.int32)
+            said = "group of structures that a jackknife leaves out at once"
+            coordinates[name] = (name, values, numbers | {"long_name": said})
+        elif name == "motion":
+            motions = population.scene.excitation.motions
+            coordinates |= {"motion": motion_numbers(len(motions)), "motion_name": motion_names(motions)}
+            values = np.arange(len(motions))
+        elif name == "stripe":
+            values = self._levels
+            coordinates[name] = (name, values, population.level_attributes)
+        else:
+            values = self._event_names
+            coordinates[name] = (name, values, EVENT if values.dtype.kind == "U" else EVENT | numbers)
+        return len(values)
+
+    def _checked_events(self, events: object) -> tuple[np.ndarray | None, np.ndarray]:
+        """Return the number of each motion's event and the events' names; None where motions count by themselves."""
+        if self.population.is_sequence:
+            if events is not None:
+                raise ValueError("events= names the events of single motions; an EventSequence has events of its own")
+            return None, np.array(self.population.scene.excitation.event_names)
+        if events is None:
+            return None, np.arange(0)
+        return numbered_events(events, len(self.population.scene.excitation.motions))
+
+    def _check_labels(self) -> None:
+        """Raise an error unless each structure has a label, none is missing, and names are free."""
+        taken = ("structure", "building", "structure_group", "archetype", "motion", "stripe", "event", "damage_state")
+        for name, values in self._labels.items():
+            array = np.asarray(values)
+            if not isinstance(name, str) or not name.isidentifier() or name in (*taken, "failure", "storey", "floor"):
+                raise ValueError(f"labels: {name!r} is no free name of a dimension; give another one, such as 'cell'")
+            count, what = self.population.structures, self.population.structure_dim
+            if array.shape != (count,):
+                raise ValueError(
+                    f"labels[{name!r}] must hold a label for each of the {count} {what}s, and has shape {array.shape}"
+                )
+            if array.dtype.kind not in "iuUS":
+                raise ValueError(f"labels[{name!r}] must be names or whole numbers, got values of type {array.dtype}")
+
+
+def numbered_events(events: object, motions: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of the event of each motion, and the names of the events in the order of their first use.
+
+    Raises:
+        ValueError, TypeError: If there is not one for each motion, or they are not of one kind.
+    """
+    labels = [] if isinstance(events, str) else list(events)  # type: ignore[call-overload]  # checked here
+    if len(labels) != motions:
+        given = f"is {events!r}" if isinstance(events, str) else f"holds {len(labels)}"
+        raise ValueError(f"events must hold the event of each of the {motions} motions, and {given}")
+    for kind in (str, Integral):
+        if all(isinstance(label, kind) and not isinstance(label, bool) for label in labels):
+            break
+    else:
+        raise TypeError(f"events must be names or whole numbers, all of one kind, got {labels[:4]!r}")
+    order = {label: i for i, label in enumerate(dict.fromkeys(labels))}
+    return np.array([order[label] for label in labels]), np.array(list(order))

@@ -1,0 +1,190 @@
+"""Samples in each damage state, counted where they run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpdyn.core.output_variables import COLLAPSED
+from warpdyn.core.plausibility import warn_of_implausible_limits
+from warpdyn.reduction.cells import Coordinates
+from warpdyn.reduction.limits import (
+    DAMAGE_COUNT,
+    DRIFT,
+    LEAST_DRIFT,
+    NO_DAMAGE,
+    DamageLimits,
+    Limit,
+    limits_by_archetype,
+)
+from warpdyn.reduction.population import Population
+from warpdyn.reduction.statistic import Statistic, Variables, failures
+from warpdyn.reduction.tally import FAILURES, Block, Tally, Workers, find_states
+
+
+@dataclass(frozen=True, eq=False)
+class DamageCounts(Statistic):
+    """How many samples are in each damage state.
+
+    A sample is in the last state whose limit its demand is above (strictly) at the worst place, in "none" if it is
+    above no limit, and in the last state of all if it collapsed. `fragility` and `damage_shares` take the result in
+    place of a run.
+
+    Args:
+        limits: Limits as `fragility` takes them, or of each archetype of a portfolio as `damage_shares` does.
+        demand: Variable that plain limits are of.
+        events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
+            `damage_shares`. None where every motion counts by itself.
+        each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.
+        over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`. For
+            fragility curves ("motion", "stripe", "structure_group").
+        labels: Labels of structures that `over` names.
+
+    Example:
+        >>> counts = wd.simulate(scene, structures=1000, statistics=wd.DamageCounts({"slight": 0.005}, over="stripe"))
+        >>> counts["damage_count_by_stripe"].sel(damage_state="slight")
+    """
+
+    limits: Mapping[str, Limit] | Mapping[str, Mapping[str, float]]
+    demand: str = DRIFT
+    events: Sequence[str] | Sequence[int] | None = None
+    each_place: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.each_place, bool):
+            raise TypeError(f"each_place must be True or False, got {self.each_place!r}")
+
+    def reducer(self, population: Population, threads: int) -> DamageReducer:
+        """Return what counts the samples of a run."""
+        return DamageReducer(self, population, threads)
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Limits of damage states as kernels compare with them.
+
+    Args:
+        states: Names of the damage states, no damage first.
+        demands: The demands that limits are of.
+        given: Limits by demand, shape [kind, state], NaN where a state has none; a kind is an archetype.
+        by_archetype: Whether each archetype has limits of its own.
+    """
+
+    states: list[str]
+    demands: tuple[str, ...]
+    given: list[np.ndarray]
+    by_archetype: bool
+
+    @staticmethod
+    def of(limits: Mapping, demand: str, population: Population) -> Bounds:
+        """Return checked limits; of a portfolio those of each archetype."""
+        if population.portfolio is None:
+            checked = DamageLimits.of(limits, demand)
+            if NO_DAMAGE in checked.states:
+                raise ValueError(f"{NO_DAMAGE!r} is the state of a sample above no limit; give the other states")
+            rows = [values[None] for values in checked.values]
+            found = Bounds([NO_DAMAGE, *checked.states], checked.demands, rows, False)
+        else:
+            states, table = limits_by_archetype(list(population.portfolio.archetypes), limits)
+            if demand == DRIFT:
+                of_all = {f" of {s!r} of {name!r}": value for name in limits for s, value in limits[name].items()}
+                warn_of_implausible_limits(of_all)
+            found = Bounds(states, (demand,), [table], True)
+        for name in found.demands:
+            population.demand(name)
+        return found
+
+    @property
+    def compared(self) -> list[np.ndarray]:
+        """Limits by demand without gaps: a state without one is reached with the next state that has one."""
+        found = []
+        for rows in self.given:
+            filled = np.where(np.isnan(rows), np.inf, rows)
+            found.append(np.ascontiguousarray(np.minimum.accumulate(filled[:, ::-1], axis=1)[:, ::-1]))
+        return found
+
+    def variable(self, population: Population) -> tuple[Variables, Coordinates]:
+        """Return the limits as a variable, and the coordinates of its dimensions."""
+        states = {"damage_state": ("damage_state", np.array(self.states), {"long_name": "damage state"})}
+        padded = [np.concatenate([np.zeros((len(rows), 1)), rows], axis=1) for rows in self.given]
+        said = {"long_name": "limit above which a sample is in the damage state", "demand": ", ".join(self.demands)}
+        said |= {"units": population.demand(self.demands[0]).units} if len(self.demands) == 1 else {}
+        if self.by_archetype:
+            return {"damage_limit": (("archetype", "damage_state"), padded[0], said)}, states
+        if len(self.demands) == 1:
+            return {"damage_limit": ("damage_state", padded[0][0], said)}, states
+        names = ("limited_demand", np.array(self.demands), {"long_name": "variable of the run"})
+        table = np.stack([rows[0] for rows in padded])
+        return {"damage_limit": (("limited_demand", "damage_state"), table, said)}, states | {"limited_demand": names}
+
+
+def states_of(
+    block: Block, bounds: Bounds, population: Population, workers: Workers, *, each_place: bool
+) -> np.ndarray:
+    """Return the damage state of each sample of a block that is ok, shape [place, sample], the worst place last."""
+    places = block.demand(bounds.demands[0]).shape[1] if each_place else 0
+    states = np.zeros((places + 1, len(block.status)), dtype=np.uint8)
+    kind = population.archetype[block.structures]
+    for name, rows in zip(bounds.demands, bounds.compared, strict=True):
+        find_states(block, name, rows, kind, states, workers, each_place=each_place)
+    return states
+
+
+class DamageReducer:
+    """Count the samples of a run by damage state.
+
+    Args:
+        statistic: What is counted.
+        population: What the samples are of.
+        threads: Threads that count.
+    """
+
+    def __init__(self, statistic: DamageCounts, population: Population, threads: int) -> None:
+        self.population, self.bounds = population, Bounds.of(statistic.limits, statistic.demand, population)
+        self.cells = statistic.cells(population, statistic.events)
+        demands = [population.demand(name) for name in self.bounds.demands]
+        dims = demands[0].dims
+        self.dim = dims[0] if statistic.each_place and len(demands) == 1 and dims else ""
+        if statistic.each_place and not self.dim:
+            raise ValueError("each_place=True needs limits of one demand that is known at each storey or floor")
+        places = population.scene.structure.dofs if self.dim else 0
+        motions = {"motion_index"} if self.cells.needs_motions else set()
+        self.needs = frozenset({*self.bounds.demands, *motions})
+        self.tally = Tally(self.cells, places + 1, len(self.bounds.states), threads)
+        self.least_drift = np.inf
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Count the samples of a block."""
+        states = states_of(block, self.bounds, self.population, workers, each_place=bool(self.dim))
+        self.tally.add(block, states, workers)
+        if DRIFT in self.bounds.demands:
+            collapsed = block.demand(DRIFT)[block.status == COLLAPSED]
+            if len(collapsed):
+                self.least_drift = min(self.least_drift, float(np.nanmin(collapsed.max(axis=1), initial=np.inf)))
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return the counts, the samples that failed, and the limits."""
+        cells, population, states = self.cells, self.population, len(self.bounds.states)
+        variables, coordinates = self.bounds.variable(population)
+        table = self.tally.counts.reshape(-1, *cells.shape, states + len(FAILURES))
+        said: dict[str, object] = {"long_name": "samples in the damage state, by the worst place", "units": "1"}
+        # What fragility curves say of a run.
+        said |= {"demand": ", ".join(self.bounds.demands)}
+        said |= {"demand_units": ", ".join(population.demand(name).units for name in self.bounds.demands)}
+        said |= {"structures_of_motions": "the same" if population.is_crossed else "their own"}
+        variables[f"{DAMAGE_COUNT}{cells.suffix}"] = ((*cells.dims, "damage_state"), table[-1, ..., :states], said)
+        if self.dim:
+            dims = (*cells.dims, self.dim, "damage_state")
+            at_each = said | {"long_name": f"samples in the damage state at the {self.dim}"}
+            places = np.moveaxis(table[:-1, ..., :states], 0, -2)
+            variables[f"{self.dim}_{DAMAGE_COUNT}{cells.suffix}"] = (dims, places, at_each)
+            numbered = population.scene.structure.numbered(population.scene.recorders)
+            coordinates |= {name: each for name, each in numbered.items() if name == self.dim}
+        failed, failure = failures(cells, table[-1, ..., states:])
+        if np.isfinite(self.least_drift) and population.portfolio is None:
+            text = {"long_name": "least storey drift ratio at which a sample collapsed", "units": "1"}
+            variables[LEAST_DRIFT] = ((), self.least_drift, text)
+        return variables | failed, coordinates | failure | cells.coordinates

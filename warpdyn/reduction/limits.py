@@ -1,0 +1,132 @@
+"""Limits of damage states: which demands they are of, checked before anything is counted against them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from warpdyn.core.checks import real_number, real_numbers
+from warpdyn.core.plausibility import warn_of_implausible_limits
+
+NO_DAMAGE = "none"
+# Variables of what is counted where the histories run, which statistics read.
+DAMAGE_COUNT, LEAST_DRIFT = "damage_count", "least_drift_ratio_of_collapse"
+DRIFT = "peak_storey_drift_ratio"
+Limit = float | Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class DamageLimits:
+    """Limits of damage states, in each demand that they are of.
+
+    Args:
+        states: Names of the damage states, from the lightest on.
+        demands: Names of the variables.
+        values: Limits in the units of the variables, shape [demand, damage_state]; NaN where a state has none.
+    """
+
+    states: tuple[str, ...]
+    demands: tuple[str, ...]
+    values: np.ndarray
+
+    @staticmethod
+    def of(limits: Mapping[str, Limit], demand: str = DRIFT) -> DamageLimits:
+        """Return checked limits.
+
+        Args:
+            limits: Of each damage state, from the lightest on, the limit of `demand`; or a mapping of several demands
+                to their limits.
+            demand: Variable that plain numbers are limits of.
+
+        Raises:
+            ValueError, TypeError: If there is none, one is not finite and above 0, or those of a demand do not increase
+                from state to state.
+        """
+        if not isinstance(limits, Mapping) or not len(limits):
+            given = repr(limits) if isinstance(limits, Mapping | list | tuple | int | float) else type(limits).__name__
+            raise ValueError(
+                f"limits must map at least one damage state to a limit of {demand}, as the dictionary "
+                f"{{'slight': 0.005, 'complete': 0.04}}, got {given}"
+            )
+        if not isinstance(demand, str):
+            raise TypeError(f"demand must be the name of a variable of the run, such as {DRIFT!r}, got {demand!r}")
+        states = tuple(str(state) for state in limits)
+        if len(set(states)) < len(states):
+            raise ValueError(f"two damage states have one name: {list(states)}")
+        rows = [dict(limit) if isinstance(limit, Mapping) else {demand: limit} for limit in limits.values()]
+        demands = tuple(dict.fromkeys(str(name) for row in rows for name in row))
+        values = np.full((len(demands), len(states)), np.nan)
+        for place, (state, row) in enumerate(zip(states, rows, strict=True)):
+            if not row:
+                raise ValueError(f"limits of damage state {state!r} are empty; give at least one demand its limit")
+            for name, limit in row.items():
+                value = real_numbers(f"limit of damage state {state!r}", limit)
+                if value.ndim or not (np.isfinite(value) and value > 0):
+                    raise ValueError(
+                        f"the limit of damage state {state!r} is {limit}; it must be one number, finite and above 0"
+                    )
+                values[demands.index(str(name)), place] = value
+        for name, row_of_demand in zip(demands, values, strict=True):
+            _check_increase(name, states, row_of_demand)
+        for name, of in ((DRIFT, "drift_limit"), ("peak_floor_acceleration", "acceleration_limit")):
+            if name in demands:
+                row = values[demands.index(name)]
+                finite = {f" of {state!r}": float(row[i]) for i, state in enumerate(states) if np.isfinite(row[i])}
+                warn_of_implausible_limits(finite, of)
+        return DamageLimits(states, demands, values)
+
+    @property
+    def single(self) -> str | None:
+        """The demand that all limits are of; None if they are of several."""
+        return self.demands[0] if len(self.demands) == 1 else None
+
+
+def _check_increase(demand: str, states: tuple[str, ...], values: np.ndarray) -> None:
+    given = np.flatnonzero(np.isfinite(values))
+    for i, j in pairwise(given):
+        if values[j] <= values[i]:
+            raise ValueError(
+                f"limits must increase from one damage state to the next, but {states[i]!r} has {values[i]} "
+                f"and {states[j]!r} after it {values[j]} ({demand})"
+            )
+
+
+def limits_by_archetype(
+    names: Sequence[str], limits: Mapping[str, Mapping[str, float]]
+) -> tuple[list[str], np.ndarray]:
+    """Return the damage states, with no damage first, and the limits, shape [archetype, damage_state - 1]."""
+    if not isinstance(limits, Mapping):
+        raise TypeError(f"limits must map each archetype to its limits, got {type(limits).__name__}")
+    unknown = [name for name in limits if name not in names]
+    if unknown:
+        raise ValueError(f"limits name {unknown[0]!r}, which is no archetype of the run; it has {', '.join(names)}")
+    states: list[str] = []
+    rows: list[list[float]] = []
+    missing = [name for name in names if name not in limits]
+    if missing:
+        raise ValueError(
+            f"limits have none for archetype {', '.join(map(repr, missing))}: they must map each archetype of the run "
+            f"({', '.join(map(repr, names))}) to its limits"
+        )
+    for name in names:
+        own = limits.get(str(name))
+        if not isinstance(own, Mapping) or not own:
+            raise ValueError(
+                f"archetype {str(name)!r}: limits must hold a drift ratio for each damage state, got {own!r}"
+            )
+        if states and list(own) != states:
+            raise ValueError(
+                f"archetype {str(name)!r}: its damage states are {', '.join(own)}, those of {str(names[0])!r} "
+                f"{', '.join(states)}; they must be the same"
+            )
+        states = list(own)
+        row = [real_number(f"archetype {str(name)!r}: limit of {state!r}", own[state], above=0) for state in states]
+        if np.any(np.diff(row) <= 0):
+            raise ValueError(f"archetype {str(name)!r}: limits must increase, got {row}")
+        rows.append(row)
+    if NO_DAMAGE in states:
+        raise ValueError(f"{NO_DAMAGE!r} is the state of a building above no limit; give the other states")
+    return [NO_DAMAGE, *states], np.array(rows)

@@ -1,0 +1,131 @@
+"""What the samples of a run are of: structures, archetypes, motions, stripes and events, by which statistics group."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from warpdyn.core.output_variables import DRIFT_RATIO, Variable, label_of_levels
+from warpdyn.core.units import unit_attributes
+from warpdyn.ground_motions.designs import Cloud, Stripes
+from warpdyn.ground_motions.event_sequences import EventSequence
+from warpdyn.ground_motions.excitation import Excitation
+from warpdyn.kernels.output_table import RECORDERS
+from warpdyn.scene.portfolio import Portfolio
+from warpdyn.scene.scene import Scene
+
+MOST_GROUPS = 64  # of structures; more would not make the variance among them better known than that among records
+
+
+def group_numbers(structures: int, sampling: str) -> np.ndarray:
+    """Return the group of each structure that a jackknife leaves out at once, from 0.
+
+    Independent structures are dealt out to the groups; those of a Sobol sequence stay in runs of 2^k, each of which is
+    spread evenly over the parameters, as they all are together.
+
+    Args:
+        structures: How many structures there are.
+        sampling: How they were sampled, as `Scene.sampling`.
+    """
+    number = np.arange(structures)
+    if sampling == "sobol":
+        together = 2 ** int(np.log2(structures) / 2)
+        return number // max(together, -(-structures // MOST_GROUPS))
+    return number % min(structures, MOST_GROUPS)
+
+
+@dataclass(frozen=True, eq=False)
+class Population:
+    """What the samples of a run are of.
+
+    Args:
+        scene: The scene.
+        structures: Number of its structures, or of a portfolio's buildings.
+    """
+
+    scene: Scene
+    structures: int
+
+    @property
+    def structure_dim(self) -> str:
+        """What a structure is called."""
+        return "structure" if self.portfolio is None else "building"
+
+    @property
+    def portfolio(self) -> Portfolio | None:
+        """The buildings, where there are many."""
+        return self.scene.structure if isinstance(self.scene.structure, Portfolio) else None
+
+    @cached_property
+    def archetype(self) -> np.ndarray:
+        """Number of the archetype of each structure; 0 where there are none."""
+        if self.portfolio is None:
+            return np.zeros(self.structures, dtype=np.int32)
+        return np.repeat(np.arange(len(self.portfolio.counts), dtype=np.int32), self.portfolio.counts)
+
+    @cached_property
+    def group(self) -> np.ndarray:
+        """Group of each structure, of an archetype's own buildings, that a jackknife leaves out at once."""
+        if not self.is_crossed:
+            return np.zeros(self.structures, dtype=np.int64)
+        if self.portfolio is None:
+            return group_numbers(self.structures, self.scene.sampling_of_structures)
+        return np.concatenate([group_numbers(int(count), "") for count in self.portfolio.counts])
+
+    @cached_property
+    def designs(self) -> list[Excitation]:
+        """The excitation of each event."""
+        excitation = self.scene.excitation
+        return list(excitation.events.values()) if isinstance(excitation, EventSequence) else [excitation]  # type: ignore[arg-type]  # designs of single motions are wrapped when a sequence is made
+
+    @property
+    def is_sequence(self) -> bool:
+        """Whether events follow one another."""
+        return isinstance(self.scene.excitation, EventSequence)
+
+    @property
+    def motions_by_place(self) -> bool:
+        """Whether the motion of a sample follows from its place among its structure's samples alone."""
+        (design, *more) = self.designs
+        return not more and isinstance(design, Stripes | Cloud) and design.structures_per_motion is None
+
+    @property
+    def is_crossed(self) -> bool:
+        """Whether the same structures run under several motions."""
+        return len(self.scene.excitation.motions) > 1 and self.motions_by_place
+
+    def samples(self, event: int) -> int:
+        """Return the samples that a structure has in an event."""
+        return self.scene.excitation.samples_by_event[event]
+
+    def levels_of(self, event: int) -> np.ndarray:
+        """Return the levels of an event's stripes [g, or SI units of other measures]; a single 0 without any."""
+        design = self.designs[event]
+        return np.asarray(design.levels, dtype=np.float64) if isinstance(design, Stripes) else np.zeros(1)
+
+    @cached_property
+    def level_attributes(self) -> dict[str, object]:
+        """Attributes of the levels: of which measure, and in which units."""
+        striped = [design for design in self.designs if isinstance(design, Stripes)]
+        measures = dict.fromkeys(design.measure.name for design in striped)
+        units = dict.fromkeys(design.intensity_units for design in striped)
+        label: dict[str, object] = {"long_name": label_of_levels(" or ".join(measures))}
+        return label | unit_attributes(" or ".join(units))
+
+    @cached_property
+    def demands(self) -> dict[str, Variable]:
+        """The demands that the scene records, by name."""
+        of_family = RECORDERS[self.scene.structure.family]
+        found = {name: each for row in self.scene.recorders for name, each in of_family[row].items() if each.is_demand}
+        return found | ({"peak_storey_drift_ratio": DRIFT_RATIO} if "peak_storey_drift" in found else {})
+
+    def demand(self, name: str) -> Variable:
+        """Return a demand that the scene records, or raise a ValueError."""
+        if name not in self.demands:
+            raise ValueError(
+                f"statistics: the scene records no {name!r}; it records {', '.join(self.demands) or 'no demand'}: "
+                "name its recorder in the scene's"
+            )
+        return self.demands[name]

@@ -1,0 +1,122 @@
+"""The statistics of a run, to which its blocks are added as they finish."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Self
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.messages import warn_caller
+from warpdyn.core.output_variables import DIVERGED, LARGEST_EXCLUDED_FRACTION
+from warpdyn.files.netcdf import trace
+from warpdyn.integration.dynamics import Arrays
+from warpdyn.reduction.population import Population
+from warpdyn.reduction.statistic import Coordinates, Statistic, Variables
+from warpdyn.reduction.tally import FAILURES, Block, Workers
+
+
+def checked_statistics(given: object) -> list[Statistic]:
+    """Return the statistics that a run is asked for, one or several of them, as a list."""
+    found = [given] if isinstance(given, Statistic) else given
+    if not isinstance(found, list | tuple) or not found or not all(isinstance(each, Statistic) for each in found):
+        raise TypeError(
+            f"statistics must be DamageCounts, DemandMoments or another one, or a list of such, got {given!r}"
+        )
+    return list(found)
+
+
+class Reduction:
+    """The statistics of a run, used in a `with` statement.
+
+    Args:
+        statistics: The statistics.
+        population: What the samples are of.
+        threads: Threads that share the samples of a block.
+
+    Attributes:
+        needs: Names of the variables of the samples that are read.
+
+    Raises:
+        ValueError, TypeError, MemoryError: If a statistic does not fit the run.
+    """
+
+    def __init__(self, statistics: Sequence[Statistic], population: Population, threads: int) -> None:
+        self.population, self.statistics = population, tuple(statistics)
+        self._reducers = [statistic.reducer(population, threads) for statistic in statistics]
+        self.needs = frozenset({"status"}).union(*(reducer.needs for reducer in self._reducers))
+        self._failed, self._samples = np.zeros(len(FAILURES), dtype=np.int64), 0
+        self._workers = Workers(threads)
+        self.variables()  # names that collide are refused before anything runs
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._workers.close()
+
+    def add(self, structures: np.ndarray, rows: Arrays) -> None:
+        """Add the samples of some structures, after those of all structures before them.
+
+        Args:
+            structures: Their numbers.
+            rows: Variables of their samples, sample first.
+        """
+        events = self.population.scene.excitation.event_names
+        for event in range(len(events)):
+            values = rows
+            if len(events) > 1:  # each history of an event once
+                copies = self.population.samples(-1) // self.population.samples(event)
+                values = {name: np.ascontiguousarray(array[::copies, event]) for name, array in rows.items()}
+            block = Block(structures, event, values)
+            self._samples += block.status.size
+            for place in range(len(FAILURES)):
+                self._failed[place] += np.count_nonzero(block.status == DIVERGED + place)
+            for reducer in self._reducers:
+                reducer.add(block, self._workers)
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return all variables and coordinates."""
+        said = {"long_name": "samples whose integration failed, by status", "units": "1"}
+        variables: Variables = {"failed_samples": ("failure", self._failed, said)}
+        coordinates: Coordinates = {}
+        for reducer in self._reducers:
+            own, axes = reducer.variables()
+            for name, (dims, values, attributes) in own.items():
+                if name in variables and not _are_same(variables[name], (dims, values, attributes)):
+                    raise ValueError(
+                        f"two statistics fill {name!r} with different values: take them over different names, or in "
+                        "runs of their own"
+                    )
+            for name, (_, values, _) in axes.items():
+                if name in coordinates and not np.array_equal(coordinates[name][1], values):
+                    raise ValueError(
+                        f"two statistics have different values along {name!r}: take them in runs of their own"
+                    )
+            variables, coordinates = variables | own, coordinates | axes
+        return variables, coordinates
+
+    def dataset(self, rest: xr.Dataset) -> xr.Dataset:
+        """Return the statistics as a dataset, and warn if many samples failed.
+
+        Args:
+            rest: Further variables and attributes of the run.
+        """
+        total = int(self._failed.sum())
+        if total > LARGEST_EXCLUDED_FRACTION * self._samples:
+            of_each = ", ".join(f"{n:,} {name}" for n, name in zip(self._failed, FAILURES, strict=True) if n)
+            warn_caller(
+                f"{total:,} of {self._samples:,} samples ({100 * total / self._samples:.2g} %) failed ({of_each}) and "
+                "are in no statistic; fragility() and damage_shares() refuse so many"
+            )
+        scene = self.population.scene
+        attributes = trace(scene.title, "simulate") | {"scene": scene.to_json()}
+        variables, coordinates = self.variables()
+        dataset = xr.Dataset(variables, coordinates, attributes)
+        return dataset.merge(rest).assign_attrs(attributes | rest.attrs)
+
+
+def _are_same(one: tuple, other: tuple) -> bool:
+    """Return whether two variables are the same statistic: its counts are, and so are its limits."""
+    return one[0] == other[0] and np.array_equal(one[1], other[1], equal_nan=True) and one[2] == other[2]

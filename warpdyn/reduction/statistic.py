@@ -1,0 +1,82 @@
+"""What all statistics have in common: what they are taken over, and what counts them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.reduction.cells import Cells, Coordinates
+from warpdyn.reduction.population import Population
+from warpdyn.reduction.tally import FAILURES, Block, Workers
+
+Variables = dict[str, tuple]
+
+
+class Reducer(Protocol):
+    """What adds the blocks of a run to a statistic, in the order of its structures.
+
+    Args:
+        cells: The cells of the statistic.
+        needs: Names of the variables of the samples that are read, beside the status.
+    """
+
+    cells: Cells
+    needs: frozenset[str]
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Add the samples of a block."""
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return the variables of the statistic and the coordinates of their dimensions."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Statistic:
+    """A statistic of a run's samples that `simulate` makes instead of their table.
+
+    Args:
+        over: What it is taken for each of: "structure" (in a portfolio "building" says the same), "archetype",
+            "motion", "stripe", "event" (of an EventSequence, or of `events`), "structure_group" (of which fragility's
+            intervals leave out one after the other), or a name in `labels`; or several of them. None of them for one
+            value of the whole run.
+        labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, shape
+            [structure].
+    """
+
+    over: str | Sequence[str] = ()
+    labels: Mapping[str, ArrayLike] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        over = (self.over,) if isinstance(self.over, str) else self.over
+        if not isinstance(over, list | tuple) or not all(isinstance(name, str) for name in over):
+            raise TypeError(f"over must be a name or several, such as ('archetype', 'motion'), got {self.over!r}")
+        object.__setattr__(self, "over", tuple(over))
+        if not isinstance(self.labels, Mapping):
+            raise TypeError(f"labels must map a name to the label of each structure, got {self.labels!r}")
+        unused = [str(name) for name in self.labels if name not in over]
+        if unused:
+            raise ValueError(f"labels has {', '.join(map(repr, unused))}, which `over` does not name")
+
+    def cells(self, population: Population, events: Sequence[str] | Sequence[int] | None = None) -> Cells:
+        """Return the cells of a run's samples; the worst of each event's motions counts, if `events` names these."""
+        return Cells(population, tuple(self.over), self.labels, events)
+
+    def reducer(self, population: Population, threads: int) -> Reducer:
+        """Return what reduces the samples of a run.
+
+        Raises:
+            ValueError, TypeError, MemoryError: If the statistic does not fit the run.
+        """
+        raise NotImplementedError
+
+
+def failures(cells: Cells, counts: np.ndarray) -> tuple[Variables, Coordinates]:
+    """Return the variable of the samples that failed, from counts by cell and status."""
+    said = {"long_name": "samples that are not counted, because their integration failed", "units": "1"}
+    table = counts.reshape(*cells.shape, len(FAILURES))
+    coordinate = ("failure", np.array(FAILURES), {"long_name": "status of samples that failed"})
+    return {f"failed_count{cells.suffix}": ((*cells.dims, "failure"), table, said)}, {"failure": coordinate}

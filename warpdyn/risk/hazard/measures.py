@@ -1,0 +1,117 @@
+"""Names of intensity measures as OpenQuake, the USGS and warpdyn write them, read in one place."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from warpdyn.core.messages import warn_caller
+
+SAME_PERIOD = 0.01  # relative; periods of spectral accelerations are written with two or three digits
+# OpenQuake's names (openquake.hazardlib.imt) of the measures without a period, by the names that are read.
+KINDS = {
+    "PGA": "PGA",
+    "PGV": "PGV",
+    "PGD": "PGD",
+    "IA": "IA",
+    "Arias intensity": "IA",
+    "CAV": "CAV",
+    "D5-95": "RSD595",
+    "RSD595": "RSD595",
+    "D5-75": "RSD575",
+    "RSD575": "RSD575",
+    "D20-80": "RSD2080",
+    "RSD2080": "RSD2080",
+}
+UNDERSTOOD = (
+    "PGA, PGV, PGD, IA or 'Arias intensity', CAV, D5-95, D5-75, D20-80, SA(0.75) or 'Sa(0.75 s, 5 %)', SA0P75 and "
+    "AvgSA, each also as 'geometric mean of ...' or 'RotD50 ...'"
+)
+UNNAMED = ("", "intensity measure")  # what datasets and hazards say that name none
+
+_NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+_COMPONENTS = re.compile(r"(geometric mean|RotD\d+)(?: of)? +", re.IGNORECASE)
+_AVERAGE = re.compile(rf"(?:AvgSA|Sa_avg)(?:\(.*?(?:, *(?P<damping>{_NUMBER}) *%)?\))?", re.IGNORECASE)
+_SPECTRAL = re.compile(rf"SA\((?P<period>{_NUMBER})\s*s?(?:,\s*(?P<damping>{_NUMBER})\s*%?)?\)", re.IGNORECASE)
+_USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
+_BY_LOWER_CASE = {name.casefold(): kind for name, kind in KINDS.items()}
+
+
+@dataclass(frozen=True)
+class Measure:
+    """An intensity measure that a name says.
+
+    Args:
+        kind: OpenQuake's name without the period, such as "PGA", "SA" or "AvgSA".
+        period: Period of a spectral acceleration [s]; 0 of others.
+        damping: Its damping ratio [%]; 5 where the name says none, 0 of measures without damping.
+        components: How two components are put together, "geometric mean" or such as "RotD50"; "" if it is not said.
+    """
+
+    kind: str
+    period: float = 0.0
+    damping: float = 0.0
+    components: str = ""
+
+
+def measure_named(name: str) -> Measure | None:
+    """Return the measure that a name says, or None of a name that is not understood.
+
+    Args:
+        name: As OpenQuake, the USGS or warpdyn writes it, such as "SA(0.3)", "SA0P3" or "Sa(0.3 s, 5 %)".
+    """
+    text, components = spectral_name(name.strip()), ""
+    of_components = _COMPONENTS.match(text)
+    if of_components:
+        text, components = text[of_components.end() :], of_components[1]
+    if text.casefold() in _BY_LOWER_CASE:
+        return Measure(_BY_LOWER_CASE[text.casefold()], components=components)
+    average, spectral = _AVERAGE.fullmatch(text), _SPECTRAL.fullmatch(text)
+    if average:
+        return Measure("AvgSA", 0.0, float(average["damping"] or 5), components)
+    if spectral and float(spectral["period"]) > 0:
+        return Measure("SA", float(spectral["period"]), float(spectral["damping"] or 5), components)
+    return None
+
+
+def spectral_name(name: str) -> str:
+    """Return "SA(0.2)" of the USGS's "SA0P2", and other names as they are."""
+    found = _USGS_PERIOD.fullmatch(name)
+    return f"SA({float(f'{found[1]}.{found[2]}'):g})" if found else name
+
+
+def same_measure(one: str, other: str) -> bool | None:
+    """Return whether two names are of one intensity measure, or None if a name is not understood and they differ.
+
+    How two components are put together is not compared, since hazards do not tell it by the name.
+
+    Args:
+        one: The name; "" of what names none.
+        other: The other name.
+    """
+    if one.strip() == other.strip():
+        return True
+    first, second = measure_named(one), measure_named(other)
+    if first is None or second is None:
+        return None
+    if first.kind != second.kind:
+        return False
+    pairs = (first.period, second.period), (first.damping, second.damping)
+    return all(abs(a - b) <= SAME_PERIOD * max(a, b) for a, b in pairs)
+
+
+def warn_unless_compared(what: str, one: str, other: str) -> None:
+    """Warn if two names of measures cannot be compared, as one of them is not understood.
+
+    Args:
+        what: Whose names they are, such as "annual_rates: the hazard and the curves".
+        one: The name; nothing is said of what names no measure.
+        other: The other name.
+    """
+    if one in UNNAMED or other in UNNAMED or same_measure(one, other) is not None:
+        return
+    unknown = " and ".join(repr(name) for name in (one, other) if measure_named(name) is None)
+    warn_caller(
+        f"{what} are of {one!r} and {other!r}, which are not compared, since {unknown} is no name of a measure that is "
+        f"understood; understood are {UNDERSTOOD}. Give such a name, or measure='' if both are of one measure"
+    )

@@ -1,0 +1,1 @@
+"""Integrals of fragility curves over hazard curves: in closed form of lognormal curves, by quadrature of any other."""

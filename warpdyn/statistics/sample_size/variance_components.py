@@ -1,0 +1,96 @@
+"""How much capacities vary among motions and among the structures of one motion, and what a precision takes of both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy.special import stdtrit
+
+MOST_STRUCTURES = 256  # of each motion's own
+SAFETY = 0.95  # share of the precision that the predicted interval takes: variances are estimates
+# Where the records bound the precision: the share of their variance that structures may add, 2.5 % of the interval.
+LEAST_SHARE = 0.05
+MOST_RECORDS = 10**6
+
+
+@dataclass(frozen=True, eq=False)
+class Variances:
+    """Variances of the logarithm of the capacity, of each damage state.
+
+    Args:
+        among: Among motions, shape [damage_state].
+        within: Among the structures of one motion, with what is not known of a capacity within its bracket.
+        motions: Number of motions.
+        confidence: Probability that an interval covers.
+    """
+
+    among: np.ndarray
+    within: np.ndarray
+    motions: int
+    confidence: float
+
+    def half_width(self, structures: float) -> np.ndarray:
+        """Return half the interval of ln(median) with so many structures of each motion's own."""
+        return self._quantile * np.sqrt((self.among + self.within / structures) / self.motions)
+
+    def structures_for(self, half_width: float) -> tuple[int, np.ndarray]:
+        """Return how many structures each motion takes, and of which damage states the records bound the precision.
+
+        Structures are no more than add next to nothing, even where many more would just reach the precision.
+
+        Args:
+            half_width: Half the interval of ln(median) that is asked for.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = (SAFETY * half_width / self._quantile) ** 2 * self.motions - self.among
+            by_precision = np.where(left > 0, self.within / left, np.inf)
+            by_records = self.within / (LEAST_SHARE * self.among)
+        needed = np.fmin(by_precision, by_records)
+        most = np.max(np.where(np.isfinite(needed), needed, 1.0), initial=1.0)
+        return int(np.clip(math.ceil(most), 1, MOST_STRUCTURES)), self.half_width(math.inf) > half_width
+
+    @property
+    def _quantile(self) -> float:
+        return float(stdtrit(self.motions - 1, 0.5 + 0.5 * self.confidence))
+
+
+def variances_of(capacities: xr.Dataset, confidence: float) -> Variances:
+    """Return the variances of capacities of two or more structures of each motion, by an analysis of variance.
+
+    Source: Searle, Casella and McCulloch (1992), Variance Components, section 3.6 (balanced data, one-way).
+
+    Args:
+        capacities: What `capacities` returns of a design in which motions have structures of their own.
+        confidence: Probability that an interval covers.
+    """
+    with np.errstate(invalid="ignore"):
+        logarithm = np.log(capacities["capacity"].transpose("structure", "motion", "damage_state").values)
+    known = np.isfinite(logarithm).all(axis=0)  # motions of which every structure passed the limit
+    among, within = np.zeros(known.shape[1]), np.zeros(known.shape[1])
+    for state, of_state in enumerate(known.T):
+        values = logarithm[:, of_state, state]
+        if values.shape[1] < 2:
+            continue
+        within[state] = values.var(axis=0, ddof=1).mean()
+        among[state] = max(values.mean(axis=0).var(ddof=1) - within[state] / len(values), 0.0)
+    return Variances(among, within, capacities.sizes["motion"], confidence)
+
+
+def records_for(half_width: float, variance: np.ndarray, confidence: float) -> np.ndarray:
+    """Return how many motions an interval takes.
+
+    Args:
+        half_width: Half the interval of ln(median).
+        variance: Variance that one motion contributes, of each damage state; NaN where it is not known.
+        confidence: Probability that the interval covers.
+    """
+    count = np.arange(3, 2000)
+    factor = stdtrit(count - 1, 0.5 + 0.5 * confidence) / np.sqrt(count)
+    enough = factor[:, None] * np.sqrt(variance) <= half_width
+    few = np.where(enough.any(axis=0), count[enough.argmax(axis=0)], 0)
+    many = np.ceil((stdtrit(count[-1], 0.5 + 0.5 * confidence) / half_width) ** 2 * np.nan_to_num(variance))
+    needed = np.where(few > 0, few, np.minimum(many, MOST_RECORDS)).astype(np.int64)
+    return np.where(np.isnan(variance), 0, needed)
