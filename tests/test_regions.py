@@ -19,6 +19,8 @@ from warpdyn.running.regions import drive, job as jobs, report as reports
 from warpdyn.running.regions.report import Report, include, state_of
 from warpdyn.running.regions.tasks import run_region
 
+pytest.importorskip("zarr")
+
 CLOCK = {"history", "seconds_sampling", "seconds_integrating", "seconds_in_kernels"}  # attributes of the clock
 CITY_SCENE = wd.Scene(wd.Portfolio(CITY.archetypes), STRIPES, tail=1.0, collapse_drift_ratio=0.05)
 AIMED = {"target_error": 0.01, "method": "rk4", "structures": 9}
@@ -291,7 +293,7 @@ def test_what_cannot_be_is_said_before_anything_runs(tmp_path, monkeypatch):
         wd.simulate(make_scene(), cluster=object(), path="run.nc")
     for more in ({"path": path}, {"cluster": object()}):
         with pytest.raises(ValueError, match="statistics are not made region by region yet"):
-            wd.simulate(make_scene(), structures=2, statistics=[wd.Moments("peak_storey_drift")], **more)
+            wd.simulate(make_scene(), structures=2, statistics=[wd.DamageCounts({"slight": 0.003})], **more)
     monkeypatch.setitem(__import__("sys").modules, "zarr", None)
     with pytest.raises(ImportError, match=r"warpdyn\[cluster\]"):
         wd.simulate(make_scene(), structures=2, path=path, device="cpu")
