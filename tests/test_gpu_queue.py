@@ -187,6 +187,12 @@ def assert_close(first, second):
             np.testing.assert_array_equal(first[name], second[name], err_msg=name)
 
 
+def blocks_of(monkeypatch, samples):
+    """Let a GPU's blocks hold so many samples, however short their histories."""
+    for name in ("GPU_BLOCK", "LARGEST_GPU_BLOCK"):
+        monkeypatch.setattr(blocks, name, samples)
+
+
 def tell(work, threads):
     """Return the work, which adds its thread to those that did it."""
 
@@ -212,7 +218,7 @@ def test_gpus_give_what_the_processor_gives(pretended, monkeypatch, tmp_path):
     one = wd.simulate(scene, device="cuda:0", **SETTINGS)
     assert_close(one, whole)
     # More blocks than can be under way: memory is used again and again, by blocks of other sizes, too.
-    monkeypatch.setattr(blocks, "GPU_BLOCK", 12)
+    blocks_of(monkeypatch, 12)
     for device in ("cuda:1", "cuda", ["cuda:1", "cuda:0"]):
         pretended.launches.clear()
         divided = wd.simulate(scene, device=device, **SETTINGS)
@@ -233,7 +239,7 @@ def test_failures_are_run_again_beside_other_blocks(pretended, monkeypatch):
     settings = {"structures": 40, "step": 0.05, "dtype": "float64"}
     whole = wd.simulate(scene, device="cpu", **settings)
     assert len(np.unique(whole["integration_step"])) >= 4
-    monkeypatch.setattr(blocks, "GPU_BLOCK", 7)
+    blocks_of(monkeypatch, 7)
     assert_close(wd.simulate(scene, device="cuda", **settings), whole)
 
 
@@ -243,7 +249,7 @@ def threads_that_end():
 
 
 def test_what_fails_in_a_block_prepared_ahead_is_raised(pretended, monkeypatch):
-    monkeypatch.setattr(blocks, "GPU_BLOCK", 1)
+    blocks_of(monkeypatch, 1)
     scatter = {"mass": wd.GivenValues([[1.0], [1.0], [1.0], [1.0], [-1.0], [1.0], [1.0], [1.0]])}
     scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(1.0, velocity=1.0), scatter)
     before = threads_that_end()
@@ -253,7 +259,7 @@ def test_what_fails_in_a_block_prepared_ahead_is_raised(pretended, monkeypatch):
 
 
 def test_blocks_are_queued_before_the_first_is_waited_for(pretended, monkeypatch):
-    monkeypatch.setattr(blocks, "GPU_BLOCK", 30)
+    blocks_of(monkeypatch, 30)
     order = []
 
     def spy(name):
@@ -289,5 +295,5 @@ def test_events_of_a_sequence_go_through_gpus_in_turn(pretended, monkeypatch):
     assert len(np.unique(whole["status"])) == 2
     one = wd.simulate(scene, device="cuda:0", **settings)
     assert_close(one, whole)
-    monkeypatch.setattr(blocks, "GPU_BLOCK", 50)
+    blocks_of(monkeypatch, 50)
     assert_same_bits(one, wd.simulate(scene, device=["cuda:1", "cuda:0"], **settings))

@@ -15,7 +15,9 @@ from warpdyn.kernels.queues import free_memory
 from warpdyn.reduction.cells import Cells, Rows
 
 FAILURES = STATUS_MEANINGS[DIVERGED:]
-LEAST_SAMPLES = 2**13  # that a thread takes
+LEAST_SAMPLES = (
+    2**15
+)  # that a thread takes: a launch takes Python a tenth of a millisecond, in which no other thread runs
 MEMORY_OF_COUNTS = 2**28  # bytes that threads may take for counts of their own
 MEMORY_OF_SUMS = 2**23  # bytes of the sums of rows, which should stay in the cache
 NONE = np.zeros(0, dtype=np.int32)

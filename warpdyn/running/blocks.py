@@ -13,8 +13,10 @@ from warpdyn.running.labels import Column, lengths
 
 SHARE_OF_FREE_MEMORY = 0.25
 # Samples of a block: on a CPU so many that the cost of launches is negligible; on a GPU so few that three blocks at a
-# time fill it, since preparation of the first block and collection of the last do not overlap with kernels.
+# time fill it, since preparation of the first block and collection of the last do not overlap with kernels. A block
+# holds more histories of few storeys and steps: Python takes 10 ms for any block, and a GPU as long for 2^17 of them.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**15, 4
+LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**19, 2**31
 BLOCKS_AHEAD = 4  # of each GPU that are prepared at a time
 # Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
 WORK_OF_A_BLOCK = 1e9
@@ -66,12 +68,14 @@ def divide(
     samples = structures * (run.samples // run.structures)
     if not structures:
         return []
-    count = -(-samples // (GPU_BLOCK if is_gpu else CPU_BLOCK))
+    steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
+    work = steps * run.model.plan.dofs  # of a sample
+    most = int(np.clip(WORK_OF_A_GPU_BLOCK / work, GPU_BLOCK, LARGEST_GPU_BLOCK)) if is_gpu else CPU_BLOCK
+    count = -(-samples // most)
     if is_gpu:
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
     elif is_journaled:
-        steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
-        count = max(count, int(samples * steps * run.model.plan.dofs / (WORK_OF_A_BLOCK * run.model.threads)))
+        count = max(count, int(samples * work / (WORK_OF_A_BLOCK * run.model.threads)))
     count = max(count, -(-structures // room))
     count = min(-(-count // len(devices)) * len(devices), structures)
     size, larger = divmod(structures, count)  # the first ones are larger by one

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Protocol, Self
 
 import numpy as np
 import xarray as xr
 
+from warpdyn.core.thread_pool import result_of
 from warpdyn.files.netcdf import GrowingFile
 from warpdyn.integration.model import Model
 from warpdyn.reduction.reduction import Reduction
 from warpdyn.running.labels import Arrays, Column, labelled, lengths
+
+MOST_UNDER_WAY = 2  # blocks that are left to be added to statistics
 
 
 class Table(Protocol):
@@ -107,6 +112,8 @@ class InFile:
 class Reduced:
     """The statistics of a run, to which the rows of blocks are added; the memory of rows serves blocks in turn.
 
+    A thread of its own adds them, one block after the other, while the next blocks are launched and read.
+
     Args:
         model: How the samples are integrated.
         columns: Variables with one value for each sample, of which those that the statistics read are held.
@@ -119,12 +126,13 @@ class Reduced:
         self._reduction, self._structures, self._done = reduction, structures, 0
         self._samples_per_structure = model.scene.excitation.samples_per_structure
         self._free: list[Arrays] = []
+        self._adding, self._under_way, self._is_whole = ThreadPoolExecutor(1), deque[Future[None]](), True
 
     def __enter__(self) -> Reduced:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        pass
+        self._adding.shutdown(cancel_futures=True)
 
     def rows_for(self, samples: int) -> Arrays:
         """Return memory for the next samples."""
@@ -137,12 +145,26 @@ class Reduced:
         """Reduce samples whose rows are complete, after all those before them."""
         first, count = self._done, len(rows["status"]) // self._samples_per_structure
         self._done += count
-        self._reduction.add(self._structures[first : self._done], rows)
-        self._free.append(rows)
+        self._under_way.append(self._adding.submit(self._reduce, self._structures[first : self._done], rows))
+        self._wait_for(MOST_UNDER_WAY)
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
         """Return the variables and attributes that are known at the end, without the statistics."""
+        self._wait_for(0)
         return rest
+
+    def _reduce(self, structures: np.ndarray, rows: Arrays) -> None:
+        """Add a block, unless one before it could not be added: then the run ends."""
+        if self._is_whole:
+            self._is_whole = False
+            self._reduction.add(structures, rows)
+            self._is_whole = True
+            self._free.append(rows)
+
+    def _wait_for(self, most: int) -> None:
+        """Wait until at most so many blocks are left to be added."""
+        while len(self._under_way) > most:
+            result_of(self._under_way.popleft())
 
 
 def blank_rows(model: Model, columns: dict[str, Column], samples: int) -> Arrays:
