@@ -23,6 +23,7 @@ from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits, fit_censored, fit_with_collapse
 from warpdyn.statistics.fragility_curves import OVER
+from warpdyn.statistics.intervals.jackknife import few_groups, trusted
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import FITTED, NO_EXCEEDANCE, NO_FINITE_MEDIAN, NOT_INCREASING, check_confidence
 from warpdyn.statistics.stripe_counts import decoded_status, structure_label
@@ -112,7 +113,16 @@ def fragility_of_cloud(
     logarithms[:, :, outcome != FITTED] = np.nan
     influences, independent = _influences(observed, regression, fits, logarithms[0])
     left = observed.left_out(logarithms, influences, independent)
-    _warn(checked, outcome, of_collapse, collapsed, values, observed.records, estimator)
+    _warn(
+        checked,
+        outcome,
+        of_collapse,
+        collapsed,
+        values,
+        observed.records,
+        estimator,
+        few_groups(left, trusted(left, outcome), checked.states),
+    )
     result = dataset_of_curves(
         observed,
         checked.states,
@@ -226,9 +236,10 @@ def _warn(
     demand: np.ndarray,
     records: int,
     estimator: str,
+    few: list[str],
 ) -> None:
-    """Warn of what the curves do not rest on."""
-    said = []
+    """Warn of what the curves do not rest on, and of what else is told (`few`)."""
+    said = [*few]
     if (outcome != FITTED).any():
         said.append(
             f"no curve has a fit ({FIT_MEANINGS[outcome[outcome != FITTED][0]]}): the demand does not grow with the "
