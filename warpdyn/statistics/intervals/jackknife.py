@@ -272,14 +272,13 @@ def few_groups(left: LeftOut, has_interval: np.ndarray, states: tuple[str, ...])
         has_interval: Whether a damage state has an interval, shape [damage_state].
         states: Names of the damage states.
     """
-    freedom = left.spread.freedom.min(axis=0)
-    few = [
-        name for name, least, known in zip(states, freedom, has_interval, strict=True) if known and least < FEWEST_KNOWN
-    ]
-    if not few or not len(left.groups):
+    groups, freedom = len(left.groups), left.spread.freedom.min(axis=0)
+    decisive = min(FEWEST_KNOWN, len(left.records) - 1)
+    few = [name for name, least, known in zip(states, freedom, has_interval, strict=True) if known and least < decisive]
+    if not few or not 0 < groups <= FEWEST_KNOWN:
         return []
     return [
-        f"{len(left.groups)} groups of structures tell little of the variance among them, so that the intervals of "
+        f"{groups} groups of structures tell little of the variance among them, so that the intervals of "
         f"{', '.join(map(repr, few))} are wide, with {np.nanmin(freedom):.2g} degrees of freedom: take at least "
         f"{ENOUGH_STRUCTURES}"
     ]
