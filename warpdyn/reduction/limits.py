@@ -18,6 +18,18 @@ DRIFT = "peak_storey_drift_ratio"
 Limit = float | Mapping[str, float]
 
 
+def magnitudes(demand: str, values: np.ndarray) -> np.ndarray:
+    """Return what limits are compared with: the values of a peak, the absolute values of a demand that has a sign.
+
+    A peak is positive as it is recorded; a negative one is of no run, and stays as it is to be refused.
+
+    Args:
+        demand: Name of the variable.
+        values: Its values, any shape.
+    """
+    return values if demand.startswith("peak_") else np.abs(values)
+
+
 @dataclass(frozen=True, eq=False)
 class DamageLimits:
     """Limits of damage states, in each demand that they are of.

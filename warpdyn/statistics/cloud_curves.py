@@ -64,7 +64,7 @@ def fragility_of_cloud(
             cloud too): a demand, the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
         limits: Limit of each damage state, from the lightest on, in the units of the demand.
         estimator: "censored" or "collapse".
-        demand: Variable of the run that limits are of.
+        demand: Variable of the run that limits are of; of one with a sign, its absolute value.
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
         confidence: Probability that the intervals cover.

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.output_variables import COLLAPSED, OK
-from warpdyn.reduction.limits import DamageLimits
+from warpdyn.reduction.limits import DamageLimits, magnitudes
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +36,8 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
         status: Outcome of each sample, as an index into `STATUS_MEANINGS`.
 
     Raises:
-        ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is negative
-            or not finite in a sample that is ok.
+        ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is not
+            finite, or a negative peak, in a sample that is ok.
     """
     if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
         raise ValueError(
@@ -76,7 +76,7 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
 
 
 def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return a demand by place, shape [place, sample]."""
+    """Return a demand by place without its sign, shape [place, sample]."""
     if name not in dataset:
         known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]
         advice = "leave its recorder in the scene's" + (f"; the run has {', '.join(known)}" if known else "")
@@ -93,7 +93,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
     if variable.size == 0:
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     values = variable.transpose("sample", ...).values
-    values = np.ascontiguousarray(values.reshape(len(values), -1).T)
+    values = magnitudes(name, np.ascontiguousarray(values.reshape(len(values), -1).T))
     # What a sample that failed or collapsed holds is not read.
     is_good = np.ones(status.size, dtype=bool)
     for row in values:
@@ -105,7 +105,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
             f"{key} {dataset[key].values[first]}" for key in ("motion_index", "im_level") if key in dataset
         )
         raise ValueError(
-            f"sample {first} ({where}) is 'ok' but its {name} is {values[:, first].tolist()}; it must be finite and "
-            f"not negative ({bad.size} of {status.size} samples)"
+            f"sample {first} ({where}) is 'ok' but its {name} is {values[:, first].tolist()}; it must be finite, "
+            f"and a peak not negative ({bad.size} of {status.size} samples)"
         )
     return values

@@ -69,7 +69,8 @@ def fragility(
             `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
             a state has reached those before it. A warning names drift limits that seem to be in percent or mm. None
             for the limits that counts were made by.
-        demand: Variable of the run that plain limits are of.
+        demand: Variable of the run that plain limits are of; of one with a sign, such as the residual drift ratio, the
+            absolute value is compared.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
             cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so:
             the interval of the median is then that of the levels where the fractions are surely below and above one
