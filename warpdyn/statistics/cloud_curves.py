@@ -254,10 +254,14 @@ def _warn(
         said.append("there is one motion: records are what intervals are over, so that none is given")
     standing = demand[~collapsed].max()
     above = [repr(state) for state, limit in zip(limits.states, limits.values[0], strict=True) if limit > standing]
-    if above and estimator == "censored":
+    if above:
+        advice = "add motions of higher intensity"
+        if estimator == "censored" and collapsed.any():
+            advice += ", or take estimator='collapse', which counts every collapse as exceeding it"
+        of_standing = " (of the samples that stand)" if estimator == "collapse" and collapsed.any() else ""
         said.append(
             f"the limit of {' and '.join(above)} lies above every demand of a sample that stands ({standing:.3g}), so "
-            "that its curve is extrapolated; estimator='collapse' counts every collapse as exceeding it"
+            f"that its curve{of_standing} is extrapolated; {advice}"
         )
     if said:
         warn_caller("\n- ".join(["fragility_of_cloud:", *said]) if len(said) > 1 else f"fragility_of_cloud: {said[0]}")
