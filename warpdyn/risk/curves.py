@@ -11,7 +11,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.core.messages import warn_caller
 from warpdyn.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
-from warpdyn.risk.hazard.measures import same_measure, warn_unless_compared
+from warpdyn.risk.hazard.measures import UNNAMED, same_measure, warn_unless_compared
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
 from warpdyn.statistics.estimators import FIT_MEANINGS
 
@@ -200,10 +200,15 @@ def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, r
 def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> None:
     """Raise a ValueError unless a hazard is of these units and this intensity measure."""
     if hazard.units != units:
-        raise ValueError(
-            f"{function}: the hazard is in {hazard.units!r} and the medians in {units!r}: convert the hazard's "
-            "intensities"
-        )
+        advice = f"convert the hazard's intensities to {units!r}"
+        if hazard.units == "g" and hazard.measure in UNNAMED:
+            # As of a curve that was made without units, which is what users forget.
+            of_measure = f"measure={measure!r}, " if measure not in UNNAMED else ""
+            advice = (
+                f"a HazardCurve without units is taken in g; if its intensities are in {units!r}, say so by "
+                f"HazardCurve(..., {of_measure}units={units!r}), else {advice}"
+            )
+        raise ValueError(f"{function}: the hazard is in {hazard.units!r} and the medians in {units!r}: {advice}")
     warn_unless_compared(f"{function}: the hazard and the curves", hazard.measure, measure)
     if same_measure(hazard.measure, measure) is False:
         raise ValueError(
