@@ -18,7 +18,7 @@ from warpdyn.core.output_variables import (
 )
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_dataset import dataset_of_curves
-from warpdyn.statistics.demands import checked_demand
+from warpdyn.statistics.demands import checked_demand, refuse_portfolio
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits, fit_censored, fit_with_collapse
@@ -86,6 +86,7 @@ def fragility_of_cloud(
         >>> curves = wd.fragility_of_cloud(run, {"slight": 0.005, "complete": 0.05})
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
+    refuse_portfolio("fragility_of_cloud", dataset)
     replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("estimator of a cloud", estimator, tuple(METHODS))

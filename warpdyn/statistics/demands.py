@@ -27,6 +27,21 @@ class Damage:
     places: np.ndarray
 
 
+def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> None:
+    """Raise a ValueError of a run of several archetypes.
+
+    Args:
+        function: The public function, which takes one archetype.
+        dataset: The run.
+        others: What else is told, of functions that take all.
+    """
+    if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
+        raise ValueError(
+            f"this is a run of a portfolio of several archetypes: {function}() takes one archetype, "
+            f"select_archetype(run, name){others}: {', '.join(map(repr, dataset['archetype'].values.tolist()))}"
+        )
+
+
 def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
     """Return which damage states the samples of a run have reached; collapsed ones have reached all.
 
@@ -39,12 +54,9 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
         ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is not
             finite, or a negative peak, in a sample that is ok.
     """
-    if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
-        raise ValueError(
-            "this is a run of a portfolio of several archetypes: fragility() takes one archetype, "
-            "select_archetype(run, name), and damage_shares(run, limits) counts all, with limits for each of "
-            f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
-        )
+    refuse_portfolio(
+        "fragility", dataset, ", and damage_shares(run, limits) counts all, with limits for each of the archetypes"
+    )
     single, dim, places = limits.single, "", np.arange(0)
     worst = np.zeros(status.size, dtype=np.uint8)
     columns: list[np.ndarray] = []
