@@ -55,8 +55,8 @@ def ida_curves(
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the run is of several archetypes, is not on at least two stripes, or has no drifts, or the scale is
-            unknown.
+        ValueError: If the run is of several archetypes, is not on at least two stripes or has no drifts, or the scale
+            is unknown.
         TypeError: If `dataset` is no Dataset.
     """
     one_of("scale", scale, SCALES)

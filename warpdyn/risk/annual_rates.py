@@ -7,7 +7,7 @@ import xarray as xr
 
 from warpdyn.core.checks import real_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.risk.curves import Curves, curves_of, interval_attributes, warn_of_table_ends
+from warpdyn.risk.curves import Curves, curves_of, interval_attributes, warn_of_crossing, warn_of_table_ends
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree, branches_of
 from warpdyn.statistics.lognormal_fit import check_confidence
 
@@ -53,6 +53,9 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
     found = curves_of("annual_rates", curves, tree)
     years = real_number("years", years, above=0)
     check_confidence(confidence)
+    warn_of_crossing(
+        found, "has the rate of its own curve: annual_losses and estimator='ordinal' have curves that do not cross"
+    )
     rate = found.rates(tree)
     mean = tree.weights @ rate
     shares = warned_shares(found, tree, mean)

@@ -18,6 +18,8 @@ from warpdyn.statistics.estimators import FIT_MEANINGS
 ADVICE = "give what fragility(run, limits) returned"
 # Of a rate, from beyond the ends of a table: with more a warning is given.
 CUT_SHARE = 0.05
+CROSSING = 0.01  # probability by which a heavier state may be likelier than a lighter one, without a warning
+AS_LIKELY = "is taken to be as likely as the lighter one there"  # of losses, in which each state comes after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +178,23 @@ def warn_of_penalised(curves: xr.Dataset, names: tuple[str, ...]) -> None:
             f"the fragility curve of {' and '.join(penalised)} is of stripes that are separated: its dispersion comes "
             "of a penalised likelihood, as the stripes hardly tell it, and it has no interval, nor has what follows "
             "from it: add levels to the run where some samples exceed the state and some do not"
+        )
+
+
+def warn_of_crossing(found: Curves, taken: str = AS_LIKELY) -> None:
+    """Warn of states whose fitted curves cross where it matters.
+
+    Args:
+        found: The curves.
+        taken: What the caller makes of the heavier state there.
+    """
+    ends = found.shape.usual(found.median, found.dispersion)
+    levels = np.unique(np.geomspace(*ends, 61))
+    excess = np.diff(found.probability(levels), axis=0).max(axis=1, initial=0.0)
+    for i in np.flatnonzero(excess > CROSSING):
+        warn_caller(
+            f"the fragility curves of {found.names[i]!r} and {found.names[i + 1]!r} cross: the heavier state is "
+            f"likelier by up to {100 * excess[i]:.2g} %, and {taken}"
         )
 
 

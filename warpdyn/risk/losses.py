@@ -13,10 +13,10 @@ from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
-from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes
+from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes, warn_of_crossing
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.risk.integrals.linear import loss_of_year, part_above
-from warpdyn.risk.vulnerability import Ratios, checked_ratios, rates_in_states, warn_of_crossing
+from warpdyn.risk.vulnerability import Ratios, checked_ratios, rates_in_states
 from warpdyn.statistics.lognormal_fit import check_confidence
 
 RETURN_PERIODS = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
