@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from warpdyn.core.near_misses import did_you_mean
 from warpdyn.core.output_variables import COLLAPSED, OK
-from warpdyn.reduction.limits import DamageLimits, magnitudes
+from warpdyn.reduction.limits import DRIFT, DamageLimits, magnitudes
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,10 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
     if name not in dataset:
         known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]
         advice = "leave its recorder in the scene's" + (f"; the run has {', '.join(known)}" if known else "")
-        raise ValueError(f"the dataset has no {name!r}: {advice}")
+        # A recorder's name, as "drift", is a word of the variable that it fills.
+        named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
+        hint = f" (did you mean {named[0]!r}?)" if named else did_you_mean(name, known)
+        raise ValueError(f"the dataset has no {name!r}{hint}: {advice}")
     variable = dataset[name]
     if "sample" not in variable.dims or variable.ndim > 2:
         of_one = "; take one event by `select_event`" if "event" in variable.dims else ""
