@@ -266,6 +266,7 @@ BANDS: Mapping[str, Band] = {
         1.0,
         {"given as return periods, of which it takes 1 / period": None},
     ),
+    "dispersion": Band("dispersion", "1", 0.05, 2.0, _given(IN_PERCENT)),
     "return_period": Band(
         "return period",
         "year",

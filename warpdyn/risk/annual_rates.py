@@ -154,7 +154,14 @@ def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float)
 def warn_of_extrapolation(
     names: tuple[str, ...], shares: np.ndarray, curves: tuple[HazardCurve, ...], what: str
 ) -> None:
-    """Warn of the shares of an answer that come from beyond the points of the hazard, shape [2, name]."""
+    """Warn of the shares of an answer that come from beyond the points of the hazard.
+
+    Args:
+        names: Damage states, or what else the answer is of in words that begin with "the".
+        shares: Their shares from below and from above, shape [2, name].
+        curves: The branches of the hazard.
+        what: The answer.
+    """
     units = curves[0].units
     ends = (
         f"below the first point of the hazard curve ({min(each.intensity[0] for each in curves):.3g} {units})",
@@ -162,7 +169,7 @@ def warn_of_extrapolation(
     )
     for side, row in zip(ends, shares, strict=True):
         told = [
-            f"{float(f'{100 * share:.2g}'):g} % of {name!r}"
+            f"{float(f'{100 * share:.2g}'):g} % of {name if name.startswith('the ') else repr(name)}"
             for name, share in zip(names, row, strict=True)
             if share > EXTRAPOLATED_SHARE
         ]

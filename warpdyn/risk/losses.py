@@ -159,7 +159,9 @@ def checked_periods(return_periods: ArrayLike) -> np.ndarray:
     if periods.ndim != 1 or np.any(periods <= 0):
         raise ValueError("return_periods must be a row of years above 0")
     findings = PlausibilityFindings()
-    findings.add("return_period", periods)
+    shortest = float(periods.min())
+    meant = f" (as a rate, of {1 / shortest:.4g} years)" if shortest < 1 else ""
+    findings.add("return_period", periods, f" in return_periods{meant}")
     findings.warn()
     return periods
 

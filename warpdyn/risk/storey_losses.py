@@ -184,7 +184,21 @@ def _losses_at(what: str, function: LossFunction, demand: np.ndarray) -> np.ndar
             f"for each storey or floor, got {list(losses.shape)}"
         )
     table = np.broadcast_to(losses, (places, points.size))
-    if np.any(table[:, 0] != 0) or np.any(np.diff(table, axis=1) < 0) or np.any(table > 1):
-        raise ValueError(f"{what}: losses must begin at 0, not fall, and be shares of the replacement value, at most 1")
+    if np.any(table[:, 0] != 0):
+        raise ValueError(
+            f"{what}: losses must begin at 0, got {table[:, 0].max():g} at the first demand, {points[0]:g}: begin with "
+            "a demand that costs nothing"
+        )
+    if np.any(np.diff(table, axis=1) < 0):
+        place, point = (int(i) for i in np.argwhere(np.diff(table, axis=1) < 0)[0])
+        raise ValueError(
+            f"{what}: losses must not fall, but go from {table[place, point]:g} at a demand of {points[point]:g} to "
+            f"{table[place, point + 1]:g} at {points[point + 1]:g}: give the loss of all that is damaged by then"
+        )
+    if np.any(table > 1):
+        raise ValueError(
+            f"{what}: losses must be shares of the replacement value of the building, at most 1 (2 % is 0.02), got "
+            f"{table.max():g}"
+        )
     each = [np.interp(np.nan_to_num(demand[:, i]), points, table[i]) for i in range(places)]
     return np.stack(each, axis=1)
