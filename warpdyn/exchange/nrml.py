@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable, Mapping
@@ -82,7 +83,7 @@ def row(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-def read_model(function: str, path: str | Path, tag: str) -> ElementTree.Element:
+def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.Element:
     """Return the model of a NRML 0.5 file, its elements without their namespace.
 
     Raises:

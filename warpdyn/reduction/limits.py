@@ -111,14 +111,14 @@ def state_names(limits: Mapping) -> tuple[str, ...]:
 
 def limit_of_state(state: str, limit: object) -> float:
     """Return the limit of a damage state, or raise a ValueError unless it is one number, finite and above 0."""
-    is_number = isinstance(limit, Real | np.ndarray) and not isinstance(limit, bool) and np.size(limit) == 1
-    if not is_number or not 0 < float(np.asarray(limit).item()) < np.inf:
+    value = limit.item() if isinstance(limit, np.ndarray) and limit.size == 1 else limit
+    if not isinstance(value, Real) or isinstance(value, bool) or not 0 < float(value) < np.inf:
         hint = " (0.5 % is 0.005)" if isinstance(limit, str) and "%" in limit else ""
         hint = "; leave the state out if it has none" if limit is None else hint
         raise ValueError(
             f"the limit of damage state {state!r} is {limit!r}; it must be one number, finite and above 0{hint}"
         )
-    return float(np.asarray(limit).item())
+    return float(value)
 
 
 def _check_increase(demand: str, states: tuple[str, ...], values: np.ndarray) -> None:
