@@ -14,6 +14,7 @@ import numpy as np
 
 import warpdyn as wd
 from warpdyn.core.output_variables import DIVERGED, UNSTABLE_STEP
+from warpdyn.core.thread_pool import cores
 from warpdyn.integration.model import dynamics_of
 from warpdyn.integration.run import prepare
 from warpdyn.integration.stability_guard import guard, integrate_guarded
@@ -88,7 +89,7 @@ def sweep(storeys, count, seed=0):
         return prepare(scene, structures=count, method="rk4", device="cpu", **settings)
 
     built = [prepared(scene, dtype="float64")[0].plan for scene in scenes(storeys, count, seed, motion)]
-    with ThreadPoolExecutor(build.cores()) as pool:  # compiled side by side; each thread compiles warp's headers first
+    with ThreadPoolExecutor(cores()) as pool:  # compiled side by side; each thread compiles warp's headers first
         list(pool.map(lambda plan: build.load_kernel(plan, "cpu"), built))
     for scene in scenes(storeys, count, seed, motion):
         everything = np.arange(count)

@@ -36,6 +36,9 @@ CITY_LIMITS = {
     name: {"slight": 0.004 + 0.001 * place, "complete": 0.011 - 0.001 * place}
     for place, name in enumerate(CITY.archetypes)
 }
+# Motions that differ from building to building and from draw to draw.
+SITES = np.random.default_rng(2).integers(0, 2, (CITY.buildings, 3))
+DESIGNS["at sites"] = wd.MotionsAtSites(MOTIONS, [[[0], [1]], [[2], [1]]], 4.0, site=SITES)
 RECORDERS = ("drift", "acceleration", "residual", "energy")
 
 

@@ -58,6 +58,11 @@ DESIGNS = {
     "motion given": {
         "excitation": wd.OneMotionPerStructure(MOTIONS, motion=[0, 2, 1, 1, 0, 2, 2], scale=np.linspace(0.5, 2, 7))
     },
+    "motions at sites": {
+        "excitation": wd.MotionsAtSites(
+            MOTIONS, [[[0, 1]], [[2, 0]]], [[[1.0, 2.0]], [[0.5, 0.7]]], np.eye(7, 2, dtype=int)
+        )
+    },
     "listed": {"scatter": {"mass": wd.GivenValues(np.linspace(1e3, 2e3, 7))}},
     "no scatter": {"scatter": {}},
 }

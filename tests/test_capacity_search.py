@@ -179,3 +179,20 @@ def test_pairs_have_ladders_of_their_own_up_to_the_same_highest_level():
     never.first_step = first_step
     Search(never, LIMIT, HIGHEST, 1.5, 0.5).run()
     assert [max(asked) for asked in never.asked] == [HIGHEST, HIGHEST]
+
+
+def test_a_failure_beyond_the_last_passage_leaves_a_pair_as_it_is_beside_many():
+    def fails_late(x):
+        return np.nan if x > 2.5 else 0.03 * x
+
+    def fails_early(x):
+        return np.nan if 0.5 < x < 0.7 else 0.03 * x
+
+    # Alone, a pair has room for rungs beyond 2.5; beside others it climbs by four at a time.
+    _, alone, *of_one = searched(fails_late, limit=[0.01, 0.03])
+    _, many, *of_many = searched(*[fails_late] * 20, fails_early, limit=[0.01, 0.03])
+    assert np.isnan(alone.levels.demand[0][np.isfinite(alone.levels.level[0])]).any()
+    assert not alone.failed.any()
+    assert many.failed.tolist() == [False] * 20 + [True]
+    for one, each in zip(of_one, of_many, strict=True):
+        np.testing.assert_array_equal(one[0], each[0])

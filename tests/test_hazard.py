@@ -351,6 +351,9 @@ def test_logic_trees():
         ("RotD50 Sa(1 s, 5 %)", "PGA", False),
         ("geometric mean of PGV", "PGA", False),
         ("Sa_avg(0.2 s to 3 s, 5 %)", "AvgSA", True),
+        ("Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", "Sa_avg(0.2 s to 1.5 s, 5 %)", True),
+        ("Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", "Sa_avg(0.5 to 3 s, 6 periods, 5 %)", False),
+        ("Sa_avg(0.2 to 1.5 s, 6 periods, 5 %)", "Sa_avg(0.2 to 1.5 s, 6 periods, 2 %)", False),
         ("Sa_avg(0.2 s to 3 s, 5 %)", "SA(1.0)", False),
         ("Arias intensity", "IA", True),
         ("Housner intensity", "PGA", None),  # a name that is not understood is not judged

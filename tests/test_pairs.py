@@ -9,7 +9,7 @@ import pytest
 from scipy import signal
 
 import warpdyn as wd
-from warpdyn.ground_motions import duplicates
+from warpdyn.ground_motions import plausibility
 from warpdyn.ground_motions.records.components import is_vertical, record_and_component
 
 pytestmark = pytest.mark.fast
@@ -136,11 +136,11 @@ def test_duplicates_are_found_without_comparing_all_pairs(monkeypatch):
     table[:, 30] = 1.5
     table[1::10] = np.round(table[::10], 4)
     table[1::30] = table[::30]  # to the bit
-    whole = duplicates._is_copy
-    monkeypatch.setattr(duplicates, "_is_copy", lambda *given: compared.append(1) or whole(*given))
+    whole = plausibility._is_copy
+    monkeypatch.setattr(plausibility, "_is_copy", lambda *given: compared.append(1) or whole(*given))
     motions = [wd.GroundMotion(row, 0.01, f"{i}") for i, row in enumerate(table)]
     with pytest.warns(UserWarning, match=r"motions '0' and '1' \(and 299 more such\) are the same record twice"):
-        duplicates.warn_of_duplicates(motions, is_scaled=False)
+        plausibility.warn_of_duplicates(motions, is_scaled=False)
     assert len(compared) <= 300
 
 

@@ -158,60 +158,6 @@ def test_curves_of_demand_and_collapse_agree_with_quad():
         wd.annual_rates(fitted.drop_vars("regression_slope"), hazard)
 
 
-def test_a_table_over_a_power_law_has_a_closed_form():
-    # A line from 0 at a to 1 at b, over 1e-3 / x^2: 1e-3 (1 / a - 1 / b) / (b - a); a jump to p at a adds p 1e-3 / a^2.
-    hazard = wd.HazardCurve([0.05, 100.0], [0.4, 1e-7])
-    a, b, c = 0.2, 0.7, 1.5
-    line = 1e-3 * (1 / a - 1 / b) / (b - a)
-    jump = 0.3 * 1e-3 / a**2 + 0.7 * line
-    late = 1e-3 * (1 / b - 1 / c) / (c - b)
-    given = [[0.0, 1.0, 1.0], [0.3, 1.0, 1.0], [0.0, 0.0, 1.0]]
-    with pytest.warns(UserWarning, match="'state 1' begins at 0.2 g"):
-        found = wd.annual_rates(table([a, b, c], given), hazard)
-    parts = wd.disaggregate(table([a, b, c], given), hazard, bins=7)
-    np.testing.assert_allclose(found["annual_rate"], [line, jump, late], rtol=1e-12)  # of rounding in 20 panels
-    np.testing.assert_allclose(parts["annual_rate"], [line, jump, late], rtol=1e-12)
-    assert np.isnan(found["annual_rate_upper"]).all()
-    assert found.attrs["interval_method"].startswith("none")
-
-
-@pytest.mark.parametrize("name", ["fragility_curve", "exceedance_fraction"])
-def test_tables_of_many_points_have_the_rates_of_their_curve(name):
-    levels = np.append(0.0, np.geomspace(1e-3, 30.0, 4000))
-    probable = [ndtr(np.log(np.maximum(levels, 1e-300) / median) / beta) for median, beta in STATES.values()]
-    along = {"fragility_curve": "intensity", "exceedance_fraction": "stripe"}[name]
-    found = wd.annual_rates(table(levels, probable, name, along), BENT)["annual_rate"]
-    # Between points 0.26 % apart a line is off by some (0.0026 / 0.3)^2 / 12 of the curve.
-    np.testing.assert_allclose(found, wd.annual_rates(curves(STATES), BENT)["annual_rate"], rtol=1e-5)
-
-
-def test_tables_that_are_cut_off_or_broken():
-    with pytest.warns(UserWarning, match=r"'state 0' ends at 0.5 g with a probability of 0.4"):
-        wd.annual_rates(table([0.1, 0.3, 0.5], [[0.0, 0.1, 0.4]]), BENT)
-    for levels, probable, words in (
-        ([0.1, 0.3], [[0.0, np.nan]], "'state 0' must be known and from 0 to 1"),
-        ([0.1, 0.3], [[0.0, 1.2]], "'state 0' must be known and from 0 to 1"),
-        ([0.3, 0.1], [[0.0, 1.0]], "at least 2 increasing intensities"),
-        ([0.1], [[0.5]], "at least 2 increasing intensities"),
-        ([0.0, 0.1], [[0.5, 1.0]], "is 0.5 at intensity 0"),
-    ):
-        with pytest.raises(ValueError, match=words):
-            wd.annual_rates(table(levels, probable), BENT)
-    with pytest.raises(ValueError, match="the shape 'weibull'; known are 'lognormal', 'loglogistic'"):
-        wd.annual_rates(curves(STATES).assign_attrs(fragility_shape="weibull"), BENT)
-    in_si = table([0.1, 0.3], [[0.0, 1.0]])
-    in_si["intensity"].attrs["units"] = "m s-2"
-    with pytest.raises(ValueError, match="in 'g' and the medians in 'm s-2'"):
-        wd.annual_rates(in_si, BENT)
-
-
-def test_discrete_functions_of_openquake_have_rates(tmp_path):
-    path = tmp_path / "model.xml"
-    wd.write_nrml_fragility({"A": curves(STATES, measure="PGA")}, path, format="discrete", intensities=[0.05, 0.2, 1.0])
-    found = wd.annual_rates(wd.read_nrml_fragility(path)["A"], wd.HazardCurve([0.01, 9.0], [0.1, 1e-6], measure="PGA"))
-    assert (found["annual_rate"] > 0).all()
-
-
 def test_risk_targets_and_vulnerability_of_other_shapes():
     given = loglogistic(STATES)
     with pytest.raises(ValueError, match=r"curves are of another shape: give design_intensity \[g\]"):

@@ -105,6 +105,8 @@ OF_DESIGNS = [
     ("city crossed", ("building", "stripe")),
     ("city cloud", ("cell", "motion", "archetype")),
     ("city one motion", ("archetype", "motion")),
+    ("city at sites", ("archetype", "motion")),
+    ("city at sites", ("motion", "building")),
 ]
 
 
@@ -199,6 +201,34 @@ def test_counts_of_a_signed_demand_are_of_its_magnitude(runs):
     found = counts["damage_count_by_motion_stripe_structure_group"].sum(["motion", "stripe", "structure_group"])
     assert found.values.tolist() == expected.tolist()
     xr.testing.assert_identical(wd.fragility(counts), wd.fragility(run, limits, demand=name))
+
+
+def test_a_posterior_from_counts_is_that_of_the_run(runs):
+    pytest.importorskip("pyFragility")
+    limits, over = {"slight": 0.006}, ("structure_group", "stripe", "motion")
+    counts = simulate(scene_of("crossed"), statistics=wd.DamageCounts(limits, over=over))
+    how = {"draws": 200, "seed": 1}
+    of_run = wd.fragility_posterior(runs("crossed"), limits, **how)
+    xr.testing.assert_identical(wd.fragility_posterior(counts, **how), of_run)
+
+
+def test_a_run_that_is_stopped_leaves_no_file(tmp_path, monkeypatch):
+    from warpdyn.reduction.reduction import Reduction
+
+    small_blocks(monkeypatch, 40)
+    genuine, added = Reduction.add, []
+
+    def add(self, structures, rows):
+        added.append(structures.size)
+        if len(added) == 2:
+            raise KeyboardInterrupt
+        genuine(self, structures, rows)
+
+    monkeypatch.setattr(Reduction, "add", add)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(scene_of("crossed"), statistics=wd.DamageCounts(LIMITS, over="motion"), path=tmp_path / "counts.nc")
+    assert len(added) == 2
+    assert not list(tmp_path.iterdir())
 
 
 def test_fragility_of_an_archetype_from_the_counts_of_all(runs):

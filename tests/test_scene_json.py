@@ -52,6 +52,7 @@ EXCITATIONS = {
     "cloud": wd.Cloud(MOTIONS, wd.SignificantDuration()),
     "motion": MOTIONS[2],
     "own motions": wd.OneMotionPerStructure(MOTIONS, motion=[3, 1, 2], scale=[1.0, 2.5, 0.3]),
+    "motions at sites": wd.MotionsAtSites(MOTIONS, [[[0], [3]], [[1], [2]]], 2.0, site=[[0, 1], [1, 1], [1, 0]]),
     "drawn motions": wd.OneMotionPerStructure(MOTIONS, measure=wd.PeakGroundVelocity()),
     "sequence": wd.EventSequence({"main": wd.Stripes(MOTIONS[:2], LEVELS, SA), "after": wd.Cloud(MOTIONS)}),
     "noise": wd.FilteredNoise(

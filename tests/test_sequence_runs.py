@@ -239,7 +239,7 @@ def test_bad_input_is_refused_by_name():
         wd.simulate(wd.Scene(make_building("elastic"), events), structures=2, method="exact")
     with pytest.raises(TypeError, match="an EventSequence needs a ShearBuilding"):
         wd.Scene(wd.LinearSystem(np.eye(2), np.eye(2), np.eye(2)), events)
-    with pytest.raises(TypeError, match="portfolio must be Stripes, Cloud or OneMotionPerStructure, got EventSequence"):
+    with pytest.raises(TypeError, match="OneMotionPerStructure or MotionsAtSites, got EventSequence"):
         wd.Scene(wd.Portfolio({"a": wd.Archetype(building)}), events)
     run = xr.Dataset({"status": ("sample", [0])})
     with pytest.raises(ValueError, match="the dataset has no events"):

@@ -18,7 +18,7 @@ from warpdyn.integration.settings import Execution, Integration
 from warpdyn.kernels import queues as devices
 from warpdyn.running import blocks, pipeline
 from warpdyn.running.journal import Journal
-from warpdyn.running.run_scene import Kept, fingerprint_of_run
+from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of
 
 pytestmark = pytest.mark.meant_as_given("storey_height")
 
@@ -188,8 +188,8 @@ def test_the_fingerprint_is_of_values_and_not_of_their_types():
     def digest(seed=0, structures=2, kept=0.5, **arguments):
         given = {"method": None, "dtype": None, "target_error": None, **arguments}
         integration = Integration.from_arguments(**given)
-        execution = Execution(device="cpu")
-        return fingerprint_of_run(make_scene(), structures, integration, execution, Kept(sample_error=kept), seed)
+        kept_of_it, machines = Kept(sample_error=kept), machines_of(Execution(device="cpu"))
+        return fingerprint_of_run(make_scene(), structures, integration, machines, kept_of_it, seed)
 
     plain = digest(step=0.01)
     for alike in (

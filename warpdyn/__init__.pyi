@@ -1,6 +1,13 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
-from . import kernels as kernels, laws as laws, plots as plots, truth as truth
+from . import (
+    inventories as inventories,
+    kernels as kernels,
+    laws as laws,
+    plots as plots,
+    sites as sites,
+    truth as truth,
+)
 from .accuracy.method_choice import MethodChoice as MethodChoice
 from .accuracy.pilot import plan as plan
 from .core.plausibility import meant_as_given as meant_as_given
@@ -47,6 +54,7 @@ from .ground_motions.intensity_measures import (
     intensity_measures as intensity_measures,
 )
 from .ground_motions.motions import GroundMotion as GroundMotion
+from .ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
 from .ground_motions.pair_measures import (
     GeometricMean as GeometricMean,
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
@@ -54,6 +62,12 @@ from .ground_motions.pair_measures import (
 from .ground_motions.response_spectra import response_spectra as response_spectra
 from .incremental.capacities import capacities as capacities
 from .reduction.damage_counts import DamageCounts as DamageCounts
+from .reduction.damage_loss import DamageLoss as DamageLoss
+from .reduction.demand_statistics import (
+    DemandHistogram as DemandHistogram,
+    DemandMoments as DemandMoments,
+    LargestDemand as LargestDemand,
+)
 from .risk.annual_rates import annual_rates as annual_rates
 from .risk.collapse_margin import (
     collapse_margin as collapse_margin,

@@ -92,14 +92,20 @@ class ErrorEstimate:
         share: Share of the samples that are checked.
         seed: Seed of their choice.
         together: Number of samples that are run again at a time.
+        chosen: The samples that another estimate of the same run has chosen, which takes a while of many.
+
+    Attributes:
+        reruns: What the checked samples had run again.
     """
 
-    def __init__(self, samples: int, share: float, seed: int, together: int) -> None:
-        count = min(samples, max(FEWEST_SAMPLES, int(np.ceil(share * samples))))
-        generator = np.random.default_rng([seed, Purpose.CHECKED_SAMPLES])
-        self.chosen = np.sort(generator.choice(samples, count, replace=False))
+    def __init__(self, samples: int, share: float, seed: int, together: int, chosen: np.ndarray | None = None) -> None:
+        if chosen is None:
+            count = min(samples, max(FEWEST_SAMPLES, int(np.ceil(share * samples))))
+            generator = np.random.default_rng([seed, Purpose.CHECKED_SAMPLES])
+            chosen = np.sort(generator.choice(samples, count, replace=False))
+        self.chosen = chosen
         self.together = together
-        self._reruns = Reruns()
+        self.reruns = Reruns()
         self._waiting: list[tuple[Ensemble, dict[str, np.ndarray]]] = []
         self._errors: list[dict[str, np.ndarray]] = []
 
@@ -125,7 +131,16 @@ class ErrorEstimate:
         self._waiting.clear()
         whole = {name: np.concatenate([part[name] for part in outputs], axis=-1) for name in outputs[0]}
         run = joined(blocks)
-        self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self._reruns))
+        self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self.reruns))
+
+    def found(self) -> list[dict[str, np.ndarray]]:
+        """Return the errors of the checked samples so far, by demand and part by part, for `include`."""
+        self._run_again()
+        return self._errors
+
+    def include(self, errors: list[dict[str, np.ndarray]]) -> None:
+        """Add errors that were found elsewhere, of the samples after those so far."""
+        self._errors += errors
 
     def result(self, demands: Sequence[str]) -> xr.Dataset:
         """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % and worst)."""

@@ -20,6 +20,8 @@ PACKAGE = str(Path(__file__).parent.parent) + os.sep
 
 # Warnings that were given within the present block, by their text without its numbers; None outside such a block.
 _given: ContextVar[set[str] | None] = ContextVar("given_warnings", default=None)
+# Digits of names, such as 'DS2', and of what is quoted are no numbers of a message.
+_NUMBER = re.compile(r"(?<![\w'])\d[\d.,]*(?:e[+-]?\d+)?")
 _is_silent: ContextVar[bool] = ContextVar("warnings_are_silent", default=False)
 
 
@@ -45,7 +47,7 @@ def no_warnings() -> Iterator[None]:
 
 def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
     """Warn, as of the line that called warpdyn, however deep within it this was found."""
-    given, text = _given.get(), re.sub(r"[0-9][0-9.,e+-]*", "", message)
+    given, text = _given.get(), _NUMBER.sub("", message)
     if _is_silent.get() or (given is not None and text in given):
         return
     if given is not None:

@@ -33,6 +33,10 @@ class Purpose(IntEnum):
     CHECKED_SAMPLES = 4  # once a run
     PILOT_SAMPLES = 5  # once a plan
     LADDERS = 6  # first steps of the ladders of capacities; the index is that of the pair
+    GRID_POINTS = 7  # that buildings draw, once a design
+    RECORDS_OF_EARTHQUAKES = 8  # once a grid
+    BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all of them
+    WITHIN_EARTHQUAKES = 10
 
 
 def key_of(seed: int) -> int:

@@ -30,6 +30,7 @@ CHUNK = 2**14
 ROWS_AT_A_TIME = 16 * CHUNK  # written before a signal is looked for: some tenths of a second, where they are compressed
 TRIED_BYTES = 2**15  # bytes of a variable that are compressed on trial, to see whether compression pays
 LEAST_SHRINKING = 10
+OF_ZARR = ("chunks", "preferred_chunks", "compressors", "filters", "shards")  # of a dataset that a Zarr store holds
 COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
 # What a dataset's encoding says of its values; the rest is of the file that it was read from.
 CODED = ("dtype", "scale_factor", "add_offset", "_FillValue", "missing_value", "units", "calendar")
@@ -213,7 +214,8 @@ def _to_netcdf(dataset: xr.Dataset, path: Path, chunked: Encoding | None = None,
         if variable.dtype.kind in "iuf":
             encoding[str(name)] = own | (COMPRESSED if variable.ndim and _shrinks(variable) else {})
         elif name in dataset.coords:
-            encoding[str(name)] = variable.encoding | own
+            held = {key: value for key, value in variable.encoding.items() if key not in OF_ZARR}
+            encoding[str(name)] = held | own
     how = {"unlimited_dims": ()} | how  # not those of the file that a dataset was read from, which would cut it small
     dataset.to_netcdf(path, encoding=encoding | (chunked or {}), format="NETCDF4", engine="netcdf4", **how)
 

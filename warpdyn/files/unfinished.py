@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 from collections.abc import Iterator
@@ -19,32 +20,35 @@ try:
 except ImportError:  # Windows, where files in use cannot be removed and two writers show by that
     fcntl = None  # type: ignore[assignment]
 
-SUFFIX = ".nc"
+SUFFIX, STORE_SUFFIX = ".nc", ".zarr"
 GIVEN_UP = (OSError, ValueError, TypeError)  # errors after which a run does not go on
 # What systems answer that cannot lock files, such as some network file systems.
 NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS)
 
 
-def check_writable(path: str | os.PathLike) -> Path:
-    """Check that a file may be written, and return its absolute path; call it before a long run.
+def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
+    """Check that a file or a Zarr store may be written, and return its absolute path; call it before a long run.
 
     Args:
-        path: Where a file is to be written.
+        path: Where it is to be written.
+        suffix: What its name must end in: ".nc" for a file, ".zarr" for a store, which is a folder.
 
     Raises:
-        OSError: If no file can be written there, or one stands there that warpdyn did not write.
-        ValueError: If its name does not end in ".nc".
+        OSError: If it cannot be written there, or something stands there that warpdyn did not write.
+        ValueError: If its name has another ending.
         TypeError: If it is no path.
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"path must name a file, got {path!r}")
     path = Path(path).resolve()  # a link stays, and its target is written
-    if path.is_dir():
+    is_store = suffix == STORE_SUFFIX
+    if path.is_dir() and not is_store:
         raise IsADirectoryError(f"cannot write {path}: it is a directory; name a file in it")
-    if path.exists() and not path.is_file():
-        raise OSError(f"cannot write {path}: what is there is no file")
-    if path.suffix != SUFFIX:
-        raise ValueError(f"cannot write {path}: datasets are written as netCDF, to a name that ends in {SUFFIX!r}")
+    if path.exists() and not (path.is_dir() if is_store else path.is_file()):
+        raise OSError(f"cannot write {path}: what is there is no {'folder' if is_store else 'file'}")
+    if path.suffix != suffix:
+        kind = "Zarr stores" if is_store else "netCDF"
+        raise ValueError(f"cannot write {path}: datasets are written as {kind}, to a name that ends in {suffix!r}")
     try:
         if not path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {path.parent}{_near(path.parent)}; make it first")
@@ -66,9 +70,12 @@ def attributes_of(path: Path) -> dict[str, object]:
         FileExistsError: If the file is something else, which is never replaced.
     """
     try:
-        with netCDF4.Dataset(path) as file:
-            found = {name: file.getncattr(name) for name in file.ncattrs()}
-    except OSError as error:
+        if path.suffix == STORE_SUFFIX:
+            found = json.loads((path / ".zattrs").read_text())
+        else:
+            with netCDF4.Dataset(path) as file:
+                found = {name: file.getncattr(name) for name in file.ncattrs()}
+    except (OSError, ValueError) as error:
         raise FileExistsError(f"cannot write {path}: what stands there is not warpdyn's; move it away") from error
     if not any("warpdyn" in str(found.get(name, "")) for name in ("source", "history")):
         raise FileExistsError(f"cannot write {path}: the dataset that stands there is not warpdyn's; move it away")
@@ -82,17 +89,20 @@ class Unfinished:
     `kept`, which belongs to the run that is to go on.
 
     Args:
-        path: The file.
+        path: The file, or the Zarr store.
+        suffix: What its name must end in.
 
     Raises:
         OSError: If another process is writing the file, or the folder cannot be made.
     """
 
-    def __init__(self, path: str | os.PathLike) -> None:
-        self.path = check_writable(path)
+    def __init__(self, path: str | os.PathLike, suffix: str = SUFFIX) -> None:
+        self.path = check_writable(path, suffix)
         self.folder = self.path.with_name(f".{self.path.name}.unfinished")
         self.part, self.kept = self.folder / "part.nc", self.folder / "kept"
         self.is_journaled = False  # whether `kept` holds what this run has done, and no other
+        # A store is of a long run on many machines, which goes on when its disk has room again, or its network is back.
+        self._given_up = GIVEN_UP[1:] if suffix == STORE_SUFFIX else GIVEN_UP
         self._lock: int | None = None
 
     def __enter__(self) -> Unfinished:
@@ -114,7 +124,7 @@ class Unfinished:
             keeps = self.kept.is_dir()
             if self.is_journaled:
                 # A run that was stopped goes on; one that asked for what cannot be, or found the disk full, does not.
-                keeps = error is not None and not isinstance(error, GIVEN_UP) and any(self.kept.rglob("*.n[pc]*"))
+                keeps = error is not None and not isinstance(error, self._given_up) and self._holds_results()
                 if keeps and error is not None:
                     error.add_note(
                         f"{self.path}: what is finished of the run is kept; the same call goes on from there"
@@ -125,11 +135,21 @@ class Unfinished:
         finally:
             self._leave()
 
+    def _holds_results(self) -> bool:
+        """Return whether `kept` holds blocks, regions, or files and stores of a portfolio's groups, that are done."""
+        return any(self.kept.rglob("*.n[pc]*")) or any(self.kept.glob(f"*{STORE_SUFFIX}/.zmetadata"))
+
     def move_in(self) -> None:
         """Put the finished file in its place."""
         with open(self.part, "rb") as file:
             os.fsync(file.fileno())
         os.replace(self.part, self.path)
+
+    def move_in_store(self, store: Path) -> None:
+        """Put a finished store in its place; a folder does not replace another, which is moved away before."""
+        if self.path.exists():
+            os.replace(self.path, self.folder / "replaced")
+        os.replace(store, self.path)
 
     @contextmanager
     def named_errors(self) -> Iterator[None]:

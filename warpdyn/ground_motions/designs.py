@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import real_numbers, whole_number
 from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.ground_motions.duplicates import warn_of_duplicates
 from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.ground_motions.plausibility import warn_of_duplicates
 
 if TYPE_CHECKING:
     from warpdyn.structures.structure import Structure

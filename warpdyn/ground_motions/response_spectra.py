@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers, whole_number
+from warpdyn.core.thread_pool import cores
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.ground_motions.plausibility import warn_of_implausible_motions
@@ -99,7 +100,6 @@ def spectral_displacements(
     """Return the spectral displacement [m], shape [motion, damping_ratio, period], without checks of the input."""
     # Imported here, because a scene, which holds intensity measures, must not import warp.
     from warpdyn.kernels.auxiliary.oscillator_peaks import largest_displacements
-    from warpdyn.kernels.build import cores
     from warpdyn.kernels.queues import checked_devices
 
     threads = cores() if threads is None else whole_number("threads", threads, 1)

@@ -138,7 +138,7 @@ class Search:
 
     Attributes:
         levels: The levels that were evaluated.
-        failed: Pairs of which a history failed, shape [pair].
+        failed: Pairs of which a history failed below the first passage of the last limit, shape [pair].
         rungs_at_a_time: Number of rungs that a pair climbs at a time, at least.
     """
 
@@ -168,7 +168,12 @@ class Search:
         """Evaluate some pairs, in order, at levels in one launch."""
         demand = self.pairs.demands(pair, level)
         self.levels.add(pair, level, demand, level > self.pairs.elastic_level[pair])
-        self.failed[pair[np.isnan(demand)]] = True
+        bad = np.isnan(demand)
+        if bad.any():
+            # How far a pair climbs beyond its last passage depends on the others of its launch; what fails there is no
+            # failure of the pair.
+            last = self.levels.brackets(pair[bad], self.limit[-1:])[1][:, 0]
+            self.failed[pair[bad][level[bad] < last]] = True
 
     def _rungs(self, pair: np.ndarray, number: np.ndarray) -> np.ndarray:
         """Return levels of pairs' ladders, by their number from the highest level, 0, downwards.

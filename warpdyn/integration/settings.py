@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 from warpdyn.core.checks import one_of, real_number, whole_number
-from warpdyn.kernels.build import cores
+from warpdyn.core.thread_pool import cores
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.methods.table import METHODS
 

@@ -194,14 +194,24 @@ def guard(
     return np.zeros_like(unstable)
 
 
+def affordable(taken: np.ndarray, dofs: int) -> np.ndarray:
+    """Return the steps that a rerun may have taken, where the samples until then have taken so many."""
+    return np.maximum(MOST_COST * taken, ALWAYS_AFFORDED / dofs)
+
+
 class Reruns:
     """Runs failed samples again, within a limit on the steps that it takes over all blocks of a run.
 
     The limit for a sample depends on the samples before it, and not on their division into blocks: if many samples of a
     run fail, a sample may stay failed that would have been run again by itself.
+
+    Attributes:
+        seen: For each call of `settle`, the steps of its samples and, for each rerun, which of them had failed and
+            which of these were run again; None where nobody asks.
     """
 
     def __init__(self) -> None:
+        self.seen: list[tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]] | None = None
         # Before each rerun, samples that have failed; first, all samples. And the steps that rows of them take.
         self._count, self._taken = [0] * (MOST_RERUNS + 1), [0.0] * (MOST_RERUNS + 1)
 
@@ -227,14 +237,18 @@ class Reruns:
             outputs: Their outputs, sample last, which are overwritten.
         """
         steps = run.schedule.run_intervals[samples] * run.schedule.substeps[samples].astype(np.float64)
-        charged, failed = self._charged(0, steps), np.flatnonzero(outputs["status"] >= DIVERGED)
+        charged, failed = self.charged(0, steps), np.flatnonzero(outputs["status"] >= DIVERGED)
+        decided: list[tuple[np.ndarray, np.ndarray]] = []
+        if self.seen is not None:
+            self.seen.append((steps, decided))
         if not failed.size:
             return
-        afforded = np.maximum(MOST_COST * charged, ALWAYS_AFFORDED / run.plan.dofs)
+        afforded = affordable(charged, run.plan.dofs)
         for rerun in range(1, MOST_RERUNS + 1):
             taken = 2**rerun * steps[failed]
-            cost = self._charged(rerun, taken)
-            failed = failed[(cost <= afforded[failed]) & (taken <= MOST_STEPS)]
+            granted = (self.charged(rerun, taken) <= afforded[failed]) & (taken <= MOST_STEPS)
+            decided.append((failed, granted))
+            failed = failed[granted]
             if not failed.size:
                 return
             again = samples[failed]
@@ -244,7 +258,7 @@ class Reruns:
                 outputs[name][..., failed] = values
             failed = failed[found["status"] >= DIVERGED]
 
-    def _charged(self, rerun: int, steps: np.ndarray) -> np.ndarray:
+    def charged(self, rerun: int, steps: np.ndarray) -> np.ndarray:
         """Add samples of so many steps to a rerun, and return what rows of them have taken up to each."""
         first = -self._count[rerun] % ROW  # sample that begins a row
         taken = self._taken[rerun] + np.cumsum(np.append(0.0, ROW * steps[first::ROW]))

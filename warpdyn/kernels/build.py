@@ -1,7 +1,6 @@
 """Build the kernel of a plan; choose the lanes, the unrolling and the threads of a sample that suit a device."""
 
 import functools
-import os
 import threading
 from dataclasses import replace
 
@@ -120,8 +119,3 @@ def history_plan(plan: Plan) -> Plan:
     # they run up to half as long again, some milliseconds, and compile up to two seconds sooner.
     unroll = GPU_UNROLL if plan.max_unroll == GPU_UNROLL and plan.sections == 1 else 1
     return replace(plan, recorders=("history",), lanes=1, sections=1, max_unroll=unroll)
-
-
-def cores() -> int:
-    """Return the number of processor cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warpdyn.core.interruption import stop_if_asked
 from warpdyn.files.netcdf import GrowingFile, trace
-from warpdyn.files.unfinished import Unfinished
+from warpdyn.files.unfinished import STORE_SUFFIX, Unfinished
+from warpdyn.files.zarr_stores import complete, lay_out, write_region
 from warpdyn.scene.portfolio import Portfolio
 
 SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file
@@ -72,6 +74,21 @@ class Joined:
                 file.append(self._named(rows, first), self._labelled)
             file.finish(self.estimate.assign_attrs(self.attributes))
         return xr.open_dataset(unfinished.path, engine="netcdf4")
+
+    def in_store(self, unfinished: Unfinished) -> xr.Dataset:
+        """Write the dataset to a Zarr store, some buildings at a time, and return the dataset of the store."""
+        together = max(1, SAMPLES_AT_A_TIME // self.samples_per_building)
+        store, buildings = unfinished.kept / f"joined{STORE_SUFFIX}", self.portfolio.buildings
+        none = self._labelled(self._named({name: self._rows(name, 0, 0) for name in self.columns}, 0))
+        with unfinished.named_errors():
+            lay_out(store, none, buildings * self.samples_per_building, together * self.samples_per_building)
+            for first in range(0, buildings, together):
+                stop_if_asked()
+                rows = {name: self._rows(name, first, min(first + together, buildings)) for name in self.columns}
+                write_region(store, first * self.samples_per_building, self._named(rows, first))
+            complete(store, self.estimate.assign_attrs(none.attrs | self.attributes))
+            unfinished.move_in_store(store)
+        return xr.open_zarr(unfinished.path)
 
     def _rows(self, name: str, first: int, last: int) -> np.ndarray:
         """Return a variable for all samples of some buildings, NaN at storeys that a building does not have."""

@@ -41,6 +41,13 @@ class Rows:
     cell_of_place: np.ndarray
     unit: np.ndarray
 
+    def units(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return a row's samples unit by unit, where each unit starts among them, and the cell of each unit."""
+        order = np.argsort(self.unit, kind="stable").astype(np.int32)
+        _, start = np.unique(self.unit[order], return_index=True)
+        cell = self.cell_of_place[order[start]].astype(np.int32)
+        return order, np.append(start, self.samples).astype(np.int32), cell
+
 
 class Cells:
     """The cells of a statistic.
@@ -131,8 +138,6 @@ class Cells:
         codes = codes if self.event_of_motion is None else self.event_of_motion
         if (motion == motion[:, :1]).all():
             return Rows(samples, 1, structures, row + stride * codes[motion[:, 0]], place, unit)
-        if self.event_of_motion is not None:
-            raise ValueError("events need a design in which every structure runs under all motions, or under one")
         of_sample = (row[:, None] + stride * codes[motion] + place).ravel()
         none = np.zeros(1, dtype=np.int64)
         return Rows(1, samples, np.repeat(structures, samples), of_sample, none, none)
@@ -155,9 +160,9 @@ class Cells:
         cell = np.zeros(samples, dtype=np.int64)
         if "stripe" in self.dims:
             cell += self._stride["stripe"] * np.searchsorted(self._levels, levels)[level]
-        if not population.motions_by_place:
+        motion = population.motion_of_place
+        if motion is None:
             return cell, place
-        motion = place // levels.size
         if self.event_of_motion is None:
             return cell + self._stride.get("motion", 0) * motion, place
         of_place = self.event_of_motion[motion]
@@ -207,7 +212,10 @@ class Cells:
             return None, np.array(self.population.scene.excitation.event_names)
         if events is None:
             return None, np.arange(0)
-        return numbered_events(events, len(self.population.scene.excitation.motions))
+        population = self.population
+        if not population.motions_by_place and population.samples(0) > population.levels_of(0).size:
+            raise ValueError("events= needs a design in which every structure runs under all motions, or under one")
+        return numbered_events(events, len(population.scene.excitation.motions))
 
     def _check_labels(self) -> None:
         """Raise an error unless each structure has a label, none is missing, and names are free."""

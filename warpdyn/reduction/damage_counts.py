@@ -127,7 +127,7 @@ def states_of(
 ) -> np.ndarray:
     """Return the damage state of each sample of a block that is ok, shape [place, sample], the worst place last."""
     places = block.demand(bounds.demands[0]).shape[1] if each_place else 0
-    states = np.zeros((places + 1, len(block.status)), dtype=np.uint8)
+    states = np.zeros((places + 1, len(block.status)), dtype=np.uint16)
     kind = population.archetype[block.structures]
     for name, rows in zip(bounds.demands, bounds.compared, strict=True):
         find_states(block, name, rows, kind, states, workers, each_place=each_place)

@@ -12,6 +12,7 @@ from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.ground_motions.event_sequences import EventSequence
 from warpdyn.ground_motions.excitation import Excitation
+from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
@@ -85,11 +86,24 @@ class Population:
         """Whether events follow one another."""
         return isinstance(self.scene.excitation, EventSequence)
 
+    @cached_property
+    def motion_of_place(self) -> np.ndarray | None:
+        """Motion of each of a structure's samples, where all structures have the same ones in the same order."""
+        (design, *more) = self.designs
+        if more:
+            return None
+        if isinstance(design, MotionsAtSites):
+            at_sites = np.asarray(design.motion)
+            is_shared = bool((at_sites == at_sites[:1]).all())
+            return at_sites[0, np.asarray(design.earthquake)].ravel() if is_shared else None
+        if isinstance(design, Stripes | Cloud) and design.structures_per_motion is None:
+            return np.repeat(np.arange(len(design.motions)), self.levels_of(0).size)
+        return None
+
     @property
     def motions_by_place(self) -> bool:
         """Whether the motion of a sample follows from its place among its structure's samples alone."""
-        (design, *more) = self.designs
-        return not more and isinstance(design, Stripes | Cloud) and design.structures_per_motion is None
+        return self.motion_of_place is not None
 
     @property
     def is_crossed(self) -> bool:

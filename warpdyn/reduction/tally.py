@@ -115,10 +115,7 @@ class Tally:
             workers: The threads.
         """
         rows = block.rows(self.cells)
-        order = np.argsort(rows.unit, kind="stable").astype(np.int32)
-        _, start = np.unique(rows.unit[order], return_index=True)
-        cell_of_unit = rows.cell_of_place[order[start]].astype(np.int32)
-        start = np.append(start, rows.samples).astype(np.int32)
+        order, start, cell_of_unit = rows.units()
         cell_of_row = rows.cell_of_row.astype(np.int32)
         kernel, each = reductions.counts_kernel(), rows.rows_per_structure
 
@@ -156,7 +153,9 @@ class Sums:
         self.totals = np.zeros((cells.count, reductions.SUMS))
         self.totals[:, -1] = -np.inf
 
-    def add(self, block: Block, demand: str, is_signed: bool, place: int, workers: Workers) -> None:
+    def add(
+        self, block: Block, demand: str, is_signed: bool, place: int, workers: Workers, rows: Rows | None = None
+    ) -> None:
         """Add the samples of a block that are ok.
 
         Args:
@@ -165,8 +164,10 @@ class Sums:
             is_signed: Whether values are taken as they are; else the largest absolute one of all places.
             place: The place; -1 for the worst.
             workers: The threads.
+            rows: How the samples go to cells; None for as the block's do.
         """
-        rows, values, bad = block.rows(self.cells), block.demand(demand), np.full(workers.threads, -1, np.int32)
+        rows = block.rows(self.cells) if rows is None else rows
+        values, bad = block.demand(demand), np.full(workers.threads, -1, np.int32)
         cell_of_unit, unit = np.unique(rows.cell_of_place, return_inverse=True)
         cell_of_unit, unit = cell_of_unit.astype(np.int32), unit.astype(np.int32)
         cell_of_row = rows.cell_of_row.astype(np.int32)
@@ -197,7 +198,8 @@ def find_states(
     states: np.ndarray,
     workers: Workers,
     *,
-    each_place: bool,
+    each_place: bool = False,
+    is_absolute: bool = False,
 ) -> None:
     """Raise the states of samples to the number of bounds that a demand, without its sign, is above.
 
@@ -209,6 +211,7 @@ def find_states(
         states: The states, shape [place, sample], the worst place last.
         workers: The threads.
         each_place: Whether states of every place are kept, besides the worst.
+        is_absolute: Whether absolute values are taken; else a negative value is an error.
 
     Raises:
         ValueError: If a sample is ok and a demand of it is not finite, or a peak that is negative.
@@ -217,9 +220,14 @@ def find_states(
     samples = len(values) // len(block.structures)
     kernel, kind = reductions.states_kernel(str(values.dtype)), kind.astype(np.int32)
 
+    half = 2 ** int(np.log2(bounds.shape[1]))  # the search is among 2^k - 1 bounds
+    padded = np.full((len(bounds), 2 * half - 1), np.inf)
+    padded[:, : bounds.shape[1]] = bounds
+    flat = np.ascontiguousarray(values).ravel(), half, padded.ravel(), kind, states, bad
+
     def find(first: int, last: int, thread: int) -> None:
-        arrays = block.status, values, bounds, kind, states, bad, thread
-        reductions.launch(kernel, first, last, samples, int(each_place), *arrays)
+        how = samples, values.shape[1], int(is_absolute), int(each_place), block.status
+        reductions.launch(kernel, first, last, *how, *flat, thread)
 
     workers.share(find, 0, len(block.structures), LEAST_SAMPLES // samples + 1)
     refuse_bad(block, demand, bad)

@@ -29,7 +29,8 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
             or a dataset of `fragility_median(damage_state)` and `fragility_dispersion(damage_state)`, for an interval
             with `replicate_median` and `replicate_dispersion(replicate, damage_state)`; or a table without an interval,
             `fragility_curve(damage_state, intensity)` or `exceedance_fraction(damage_state, stripe)`, linear between
-            its points, 0 below the first and level above the last.
+            its points, 0 below the first (of a table that begins at 0, below the first point of the hazard) and level
+            above the last; a warning tells where that decides more than 5 % of a rate.
         hazard: The hazard of the curves' intensity measure.
         years: The period [year], in which occurrences are a Poisson process.
         confidence: Probability that the intervals cover.

@@ -13,6 +13,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
 from warpdyn.risk.hazard.measures import UNNAMED, same_measure, warn_unless_compared
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
+from warpdyn.risk.integrals.linear import begin_of
 from warpdyn.statistics.estimators import FIT_MEANINGS
 
 ADVICE = "give what fragility(run, limits) returned"
@@ -204,10 +205,17 @@ def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, r
         return
     levels, probable = curves.table
     for name, whole, row in zip(curves.names, rate, probable, strict=True):
-        if levels[0] > 0 and row[0] * float(hazard.rate_of(levels[0])) > CUT_SHARE * whole > 0:
+        begins = [begin_of(each, levels) for each in hazard.curves]
+        at_begin = [
+            np.interp(x, levels, row) * float(each.rate_of(x)) for x, each in zip(begins, hazard.curves, strict=True)
+        ]
+        if hazard.weights @ at_begin > CUT_SHARE * whole > 0:
+            begin = max(begins)
+            advice = "begin where it is next to 0" if levels[0] > 0 else "give a hazard curve that begins lower"
             warn_caller(
-                f"{function}: the fragility curve of {name!r} begins at {levels[0]:g} {curves.units} with a "
-                f"probability of {row[0]:.3g}, and is taken to be 0 below: begin where it is next to 0"
+                f"{function}: the fragility curve of {name!r} begins at {begin:g} {curves.units} with a "
+                f"probability of {np.interp(begin, levels, row):.3g}, and is taken to be 0 below"
+                f"{'' if levels[0] > 0 else ', where the hazard curve has no point'}: {advice}"
             )
         if (1 - row[-1]) * float(hazard.rate_of(levels[-1])) > CUT_SHARE * whole:
             warn_caller(

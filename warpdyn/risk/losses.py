@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.plausibility import PlausibilityFindings
+from warpdyn.reduction.loss_ratios import Ratios, checked_ratios
 from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
 from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes, warn_of_crossing
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
-from warpdyn.risk.integrals.linear import loss_of_year, part_above
-from warpdyn.risk.vulnerability import Ratios, checked_ratios, rates_in_states
+from warpdyn.risk.integrals.linear import begin_of, loss_of_year, part_above
+from warpdyn.risk.vulnerability import rates_in_states
 from warpdyn.statistics.lognormal_fit import check_confidence
 
 RETURN_PERIODS = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
@@ -233,7 +234,9 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
 
 def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, units: str, whole: float) -> None:
     """Warn of a function that is cut off where it still matters, and of what the hazard's points do not reach."""
-    first = mean[0] * float(tree.rate_of(levels[0])) / whole if levels[0] > 0 else 0.0
+    begins = [begin_of(one, levels) for one in tree.curves]
+    at_begin = [np.interp(x, levels, mean) * float(one.rate_of(x)) for x, one in zip(begins, tree.curves, strict=True)]
+    begin, first = max(begins), float(tree.weights @ at_begin) / whole
     # What it would add to go on as steeply, in the logarithm of the intensity, as it ends.
     slope = (mean[-1] - mean[-2]) / np.log(levels[-1] / levels[-2]) if levels[-2] > 0 else mean[-1] - mean[-2]
     further = sum(
@@ -243,8 +246,9 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, u
     said = []
     if first > CUT_SHARE:
         said.append(
-            f"it begins at {levels[0]:g} {units} with a loss ratio of {mean[0]:.3g}, which makes {100 * first:.0f} % "
-            "of the expected loss, and intensities below cost nothing: begin where the loss is next to none"
+            f"it begins at {begin:g} {units} with a loss ratio of {np.interp(begin, levels, mean):.3g}, which makes "
+            f"{100 * first:.0f} % of the expected loss, and intensities below cost nothing: "
+            + ("begin where the loss is next to none" if levels[0] > 0 else "give a hazard curve that begins lower")
         )
     if last > CUT_SHARE:
         said.append(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import cast
 
 import numpy as np
 import xarray as xr
@@ -12,8 +11,8 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.reduction.limits import NO_DAMAGE
+from warpdyn.reduction.loss_ratios import Ratios, check_archetypes, ratios_of_archetypes
 from warpdyn.risk.losses import RETURN_PERIODS, checked_periods
-from warpdyn.risk.vulnerability import LossRatios, Ratios, checked_ratios
 
 _FUNCTION = "portfolio_losses"
 
@@ -60,7 +59,7 @@ def portfolio_losses(
     check_dataset(_FUNCTION, shares, *needed, advice="give what damage_shares(run, limits) returned")
     names = [str(name) for name in shares["archetype"].values]
     states = [str(state) for state in shares["damage_state"].values if str(state) != NO_DAMAGE]
-    ratios = _ratios_of_archetypes(names, states, loss_ratios)
+    ratios = ratios_of_archetypes(_FUNCTION, names, states, loss_ratios)
     values = _checked_values(names, replacement_values)
     share = shares["archetype_damage_share"].sel(damage_state=states)
     along = str(share.dims[1])  # event or motion
@@ -142,32 +141,8 @@ def portfolio_losses(
     ).assign_coords(return_period=("return_period", periods, {"units": "year", "long_name": "return period"}))
 
 
-def _ratios_of_archetypes(
-    names: Sequence[str], states: Sequence[str], given: Ratios | Mapping[str, Ratios]
-) -> list[LossRatios]:
-    """Return the loss ratios of each archetype: its own, or those of all."""
-    if not isinstance(given, Mapping):
-        raise TypeError(f"{_FUNCTION}: loss_ratios must map damage states, or archetypes, got {given!r}")
-    if not any(isinstance(each, Mapping) for each in given.values()):
-        return [checked_ratios(_FUNCTION, cast("Ratios", given), states)] * len(names)
-    _check_names(names, given, "loss_ratios")
-    own = cast("Mapping[str, Ratios]", given)
-    return [checked_ratios(_FUNCTION, own[name], states, f" of archetype {name!r}") for name in names]
-
-
 def _checked_values(names: Sequence[str], given: Mapping[str, float]) -> np.ndarray:
     if not isinstance(given, Mapping):
         raise TypeError(f"{_FUNCTION}: replacement_values must map each archetype to its value, got {given!r}")
-    _check_names(names, given, "replacement_values")
+    check_archetypes(_FUNCTION, names, given, "replacement_values")
     return np.array([real_number(f"replacement value of {name!r}", given[name], above=0) for name in names])
-
-
-def _check_names(names: Sequence[str], given: Mapping[str, object], what: str) -> None:
-    missing = [name for name in names if name not in given]
-    unknown = [str(name) for name in given if name not in names]
-    if missing or unknown:
-        raise ValueError(
-            f"{_FUNCTION}: {what} must name the archetypes {', '.join(names)}"
-            + (f"; {', '.join(missing)} missing" if missing else "")
-            + (f"; {', '.join(unknown)} unknown" if unknown else "")
-        )

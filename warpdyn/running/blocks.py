@@ -25,7 +25,13 @@ MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are sol
 
 
 def divide(
-    run: Run, columns: dict[str, Column], memory: int | None, *, first: int = 0, is_journaled: bool = False
+    run: Run,
+    columns: dict[str, Column],
+    memory: int | None,
+    *,
+    first: int = 0,
+    last: int | None = None,
+    is_journaled: bool = False,
 ) -> list[range]:
     """Return the blocks of a run, each as the range of its structures.
 
@@ -35,6 +41,7 @@ def divide(
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
             memory.
         first: The first structure that is left to be run.
+        last: The structure before which the blocks end; None for all.
         is_journaled: Whether blocks are kept as they finish, and should take half a minute at most.
 
     Raises:
@@ -43,7 +50,7 @@ def divide(
     is_gpu, devices = run.execution.is_gpu, run.execution.devices
     # Blocks on the devices, blocks that are being prepared, and one that is being collected.
     under_way = BLOCKS_ON_A_GPU * len(devices) + blocks_ahead(run) + 1 if is_gpu else 1
-    host, device = _bytes_per_structure(run, columns)
+    host, device = bytes_per_structure(run, columns)
     if memory is None:
         rooms = [SHARE_OF_FREE_MEMORY * free_memory("cpu") / (under_way * host)]
         if is_gpu:
@@ -55,7 +62,7 @@ def divide(
         if room < 1:
             needed = max(MEMORY_OF_CHUNKS + under_way * host, BLOCKS_ON_A_GPU * device)
             raise ValueError(f"memory must be at least {int(needed)} bytes for this scene, got {memory}")
-    structures = run.structures - first
+    structures = (run.structures if last is None else last) - first
     samples = structures * (run.samples // run.structures)
     if not structures:
         return []
@@ -72,17 +79,23 @@ def divide(
     return [range(a, b) for a, b in pairwise(edges)]
 
 
-def check_room(run: Run, columns: dict[str, Column]) -> None:
-    """Raise a MemoryError with advice if the dataset of a run is too large to be returned in memory."""
-    needed, free = run.samples * _bytes_per_row(run, columns), free_memory("cpu")
+def check_room(samples: int, bytes_per_sample: int, path: str = "run.nc") -> None:
+    """Raise a MemoryError with advice if the dataset of a run is too large to be returned in memory.
+
+    Args:
+        samples: Number of samples.
+        bytes_per_sample: What a sample takes in the dataset.
+        path: A name of what the samples are to be written to instead.
+    """
+    needed, free = samples * bytes_per_sample, free_memory("cpu")
     if needed > free:
         raise MemoryError(
-            f"the dataset of {run.samples:,} samples takes {needed / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory "
-            'are free: give path="run.nc", which writes the samples to a file block by block, or record less'
+            f"the dataset of {samples:,} samples takes {needed / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory "
+            f'are free: give path="{path}", which writes the samples to a file block by block, or record less'
         )
 
 
-def _bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
+def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
     """Return the bytes of a sample in the dataset."""
     return sum(column.dtype.itemsize * int(np.prod(lengths(run.model, column))) for column in columns.values())
 
@@ -97,11 +110,11 @@ def blocks_ahead(run: Run) -> int:
     return len(run.execution.devices) * min(BLOCKS_AHEAD, max(1, run.execution.cores // 2))
 
 
-def _bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
+def bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
     """Return the bytes of a structure with all its samples, on the host and on a device."""
     model = run.model
     width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
-    row = _bytes_per_row(run, columns)
+    row = bytes_per_row(run, columns)
     outputs = sum(real * width ** len(shape) for shape in model.shapes.values())
     drawn = run.first
     parameters = model.dynamics.parameters_of(drawn)

@@ -45,6 +45,12 @@ class Histories:
         object.__setattr__(self, "samples", whole)
         object.__setattr__(self, "every", whole_number("histories.every", self.every, 1))
 
+    def check(self, samples: int) -> None:
+        """Raise a ValueError if a sample is not in a run of so many samples."""
+        for sample in self.samples:
+            if sample >= samples:
+                raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {samples - 1}")
+
 
 class KeptHistories:
     """The samples of a run whose histories are kept: prepared before the run, integrated after it.
@@ -64,9 +70,7 @@ class KeptHistories:
             raise ValueError(
                 "histories of an EventSequence are not kept: leave them out, or run its first event by itself"
             )
-        for sample in histories.samples:
-            if sample >= run.samples:
-                raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {run.samples - 1}")
+        histories.check(run.samples)
         self.histories = histories
         asked = np.array(histories.samples)
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
@@ -79,10 +83,12 @@ class KeptHistories:
 
     def add(self, run: Ensemble, status: np.ndarray) -> None:
         """Take the final steps and the status of the samples that are in a block."""
-        own = np.flatnonzero((self.part.sample >= run.sample[0]) & (self.part.sample <= run.sample[-1]))
-        place = self.part.sample[own] - run.sample[0]
-        self.part.schedule = self.part.restepped(own, run.schedule.substeps[place])
-        self._status[own] = status[place]
+        self.take(*outcomes_of(self.histories, run, status))
+
+    def take(self, own: np.ndarray, substeps: np.ndarray, status: np.ndarray) -> None:
+        """Take the final steps and the status of some samples, given by their places in `Histories.samples`."""
+        self.part.schedule = self.part.restepped(own, substeps)
+        self._status[own] = status
 
     def result(self) -> xr.Dataset:
         """Return the histories; those of samples that failed are NaN."""
@@ -113,6 +119,14 @@ class KeptHistories:
         yield np.flatnonzero(divides), self.longest_step
         for step in np.unique(steps[~divides]):
             yield np.flatnonzero(~divides & (steps == step)), float(step)
+
+
+def outcomes_of(histories: Histories, run: Ensemble, status: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which samples of `histories` are in a block (by their places there), their substeps and their status."""
+    samples = np.array(histories.samples)
+    own = np.flatnonzero((samples >= run.sample[0]) & (samples <= run.sample[-1]))
+    place = samples[own] - run.sample[0]
+    return own, run.schedule.substeps[place], status[place]
 
 
 def _interpolated(values: np.ndarray, step: float, end: float, kept: float) -> np.ndarray:

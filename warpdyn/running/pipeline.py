@@ -8,6 +8,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -25,12 +26,18 @@ from warpdyn.integration.stability_guard import Reruns, StabilityFindings, blank
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.blocks import blocks_ahead
 from warpdyn.running.cost import tell_cost
-from warpdyn.running.histories import KeptHistories
 from warpdyn.running.journal import Journal
 from warpdyn.running.labels import fill_inputs, fill_outcomes
 from warpdyn.running.sinks import Table, blank_rows
 
 MOST_COPYING_THREADS = 8  # more threads do not copy faster
+
+
+class TakesOutcomes(Protocol):
+    """What takes the final steps and the status of the samples whose histories are kept."""
+
+    def add(self, run: Ensemble, status: np.ndarray) -> None:
+        """Take those of the samples that are in a block."""
 
 
 @dataclass
@@ -96,6 +103,7 @@ class Pipeline:
         journal: Where finished blocks are kept, if they are.
         divides_steps: Whether steps that are too long for a sample's own period are divided; otherwise they are told.
         sample_error: Relative error that is asked for of every sample, if it is.
+        tells_cost: Whether the cost of the run is told before its first block.
     """
 
     def __init__(
@@ -104,16 +112,17 @@ class Pipeline:
         on_unstable: str,
         findings: list[StabilityFindings],
         table: Table,
-        kept: KeptHistories | None,
+        kept: TakesOutcomes | None,
         estimates: list[ErrorEstimate],
         advance: Callable[[int], object],
         journal: Journal | None = None,
         *,
         divides_steps: bool = False,
         sample_error: float | None = None,
+        tells_cost: bool = True,
     ) -> None:
         self.divides_steps, self.sample_error = divides_steps, sample_error
-        self.journal, self._is_told = journal, False
+        self.journal, self._is_told = journal, not tells_cost
         self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
         self.kept, self.estimates, self.advance = kept, estimates, advance
         self.reruns = [Reruns() for _ in findings]

@@ -24,7 +24,8 @@ from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portf
 from warpdyn.portfolio.labels import Joined, common_attributes, largest_estimate
 from warpdyn.reduction.reduction import Reduction
 from warpdyn.running.journal import FINGERPRINT, Journal
-from warpdyn.running.run_scene import Kept, fingerprint_of_run, run_scene
+from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of, run_scene
+from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
 
 
@@ -47,23 +48,10 @@ def run_portfolio(
     made for each group.
     """
     started = time.perf_counter()
-    seed, portfolio, excitation = whole_number("seed", seed, 0), portfolio_of(scene), scene.excitation
-    if structures != 1:
-        raise ValueError("structures= does not apply to a portfolio: leave it out, and give each Archetype its `count`")
-    if kept.histories is not None:
-        raise ValueError("histories of a portfolio are not kept: keep them in a run of the archetype by itself")
-    samples_per_building = excitation.samples_per_structure
-    if portfolio.buildings * samples_per_building > MOST_SAMPLES:
-        raise ValueError(f"{portfolio!r} has more than {MOST_SAMPLES} samples: divide it into several")
-    excitation.check_structures(portfolio.buildings)
-    archetypes = checked_archetypes(scene, integration.method)
-    first = next(iter(portfolio.archetypes.values())).building
-    with warnings.catch_warnings():  # the runs give the warnings
-        warnings.simplefilter("ignore")
-        # Settings are checked before anything is drawn, since their errors concern no archetype.
-        build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
-    groups = groups_of(portfolio, archetypes, integration, seed)
-    digest = fingerprint_of_run(scene, structures, integration, execution, kept, seed)
+    seed = whole_number("seed", seed, 0)
+    portfolio, groups = divided(scene, structures, integration, execution, kept, seed)
+    samples_per_building = scene.excitation.samples_per_structure
+    digest = fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
     attributes = {"scene": scene.to_json(), "title": scene.title, "seed": seed, FINGERPRINT: digest}
     if unfinished is not None:
         Journal(unfinished, digest, kept.overwrite)
@@ -74,9 +62,8 @@ def run_portfolio(
             compile_side_by_side(_plans(groups, integration, execution, kept), execution.devices[0], execution.cores)
         runs = []
         for number, group in enumerate(groups):
-            how = integration if group.longest_step is None else replace(integration, longest_step=group.longest_step)
-            arguments = group.scene, group.buildings.size, how, execution, kept, seed
-            finished = _finished(unfinished, number, fingerprint_of_run(*arguments))
+            arguments = group.scene, group.buildings.size, how_of(group, integration), execution, kept, seed
+            finished = _finished(unfinished, number, _digest_of(*arguments))
             with group.named_in_messages(), _place(unfinished, number) as place:
                 own = None if reduced is None else (reduced[0], reduced[1][group.buildings])
                 run = run_scene(*arguments, place, own) if finished is None else finished
@@ -89,6 +76,39 @@ def run_portfolio(
             portfolio, [group.buildings for group in groups], runs, samples_per_building, attributes, seconds
         )
         return joined.in_memory() if unfinished is None else joined.in_file(unfinished)
+
+
+def divided(
+    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+) -> tuple[Portfolio, list[Group]]:
+    """Return a scene's portfolio and its groups, after all checks that concern no group; arguments as `run_scene`."""
+    portfolio, excitation = portfolio_of(scene), scene.excitation
+    if structures != 1:
+        raise ValueError("structures= does not apply to a portfolio: leave it out, and give each Archetype its `count`")
+    if kept.histories is not None:
+        raise ValueError("histories of a portfolio are not kept: keep them in a run of the archetype by itself")
+    if portfolio.buildings * excitation.samples_per_structure > MOST_SAMPLES:
+        raise ValueError(f"{portfolio!r} has more than {MOST_SAMPLES} samples: divide it into several")
+    excitation.check_structures(portfolio.buildings)
+    archetypes = checked_archetypes(scene, integration.method)
+    first = next(iter(portfolio.archetypes.values())).building
+    with warnings.catch_warnings():  # the runs give the warnings
+        warnings.simplefilter("ignore")
+        # Settings are checked before anything is drawn, since their errors concern no archetype.
+        build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
+    return portfolio, groups_of(portfolio, archetypes, integration, seed)
+
+
+def how_of(group: Group, integration: Integration) -> Integration:
+    """Return how a group is integrated."""
+    return integration if group.longest_step is None else replace(integration, longest_step=group.longest_step)
+
+
+def _digest_of(
+    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+) -> str:
+    """Return the fingerprint of a group's run; arguments as of `run_scene`."""
+    return fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
 
 
 def _finished(unfinished: Unfinished | None, number: int, digest: str) -> xr.Dataset | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,7 +28,7 @@ from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
 from warpdyn.reduction.reduction import Reduction
 from warpdyn.reduction.statistic import Statistic
-from warpdyn.running.blocks import check_room, divide
+from warpdyn.running.blocks import bytes_per_row, check_room, divide
 from warpdyn.running.histories import Histories, KeptHistories
 from warpdyn.running.journal import FINGERPRINT, Journal, fingerprint_of
 from warpdyn.running.labels import Column, columns_of
@@ -87,12 +87,12 @@ def run_scene(
             run is then returned.
     """
     started = time.perf_counter()
-    digest = fingerprint_of_run(scene, structures, integration, execution, kept, seed)
+    digest = fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
     journal = None
     if unfinished is not None:
         # What cannot run leaves what stands there.
         asked = build_run(scene, structures, integration, execution, seed)
-        divide(asked, columns_of(asked.model, kept.keep_inputs), execution.memory)
+        divide(asked, columns_kept(asked, kept), execution.memory)
         journal = Journal(unfinished, digest, kept.overwrite)
     if journal is not None and "longest_step" in journal.settled:
         integration = replace(integration, **journal.settled)
@@ -113,11 +113,7 @@ def run_scene(
         if journal is not None:
             journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
     run = build_run(scene, structures, integration, execution, seed)
-    columns = columns_of(run.model, kept.keep_inputs)
-    if kept.sample_error is not None:
-        columns[ERROR] = Column((), np.dtype("float64"), ATTRIBUTES[ERROR])
-        columns[SENSITIVE] = Column((), np.dtype("int8"), ATTRIBUTES[SENSITIVE])
-    table = _table(run, columns, unfinished, reduced)
+    table = _table(run, columns_kept(run, kept), unfinished, reduced)
     columns = table.columns
     blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
     first = blocks[-1].stop if blocks else 0
@@ -152,7 +148,7 @@ def run_scene(
         if estimates:
             errors = [estimate.result(list(run.model.demands)) for estimate in estimates]
             rest = rest.merge(errors[0] if len(errors) == 1 else xr.concat(errors, "event", combine_attrs="override"))
-        rest.attrs = _attributes(run, integration) | {
+        rest.attrs = attributes_of_run(run, integration) | {
             FINGERPRINT: digest,
             "seconds_sampling": pipeline.seconds_sampling,
             "seconds_integrating": pipeline.seconds_integrating,
@@ -162,13 +158,31 @@ def run_scene(
 
 
 def fingerprint_of_run(
-    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
+    scene: Scene, structures: int, integration: Integration, machines: Iterable[str], kept: Kept, seed: int
 ) -> str:
-    """Return the fingerprint of all that decides the bits of a run; arguments as of `run_scene`."""
-    machines = [wp.get_device(device).name for device in execution.devices]
+    """Return the fingerprint of all that decides the bits of a run.
+
+    Args:
+        scene, structures, integration, kept, seed: As of `run_scene`.
+        machines: What `machines_of` returns where it runs.
+    """
     what = kept.checked_share, kept.sample_error, kept.histories, kept.keep_inputs, *kept.statistics
     numbers = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
-    return fingerprint_of(scene, numbers[0], integration, sorted(set(machines)), what, numbers[1])
+    return fingerprint_of(scene, numbers[0], integration, list(machines), what, numbers[1])
+
+
+def machines_of(execution: Execution) -> list[str]:
+    """Return the makers' names of devices, each once."""
+    return sorted({wp.get_device(device).name for device in execution.devices})
+
+
+def columns_kept(run: Run, kept: Kept) -> dict[str, Column]:
+    """Return the variables of a run's dataset that have one value for each sample, by name."""
+    columns = columns_of(run.model, kept.keep_inputs)
+    if kept.sample_error is not None:
+        columns[ERROR] = Column((), np.dtype("float64"), ATTRIBUTES[ERROR])
+        columns[SENSITIVE] = Column((), np.dtype("int8"), ATTRIBUTES[SENSITIVE])
+    return columns
 
 
 def _table(
@@ -181,7 +195,7 @@ def _table(
     if reduced is not None:
         return Reduced(run.model, columns, *reduced)
     if unfinished is None:
-        check_room(run, columns)
+        check_room(run.samples, bytes_per_row(run, columns))
         return InMemory(run.model, columns, run.samples)
     return InFile(run.model, columns, GrowingFile(unfinished, run.samples))
 
@@ -218,7 +232,7 @@ def _estimates(run: Run, share: float, blocks: list[range]) -> list[ErrorEstimat
     ]
 
 
-def _attributes(run: Run, integration: Integration) -> dict[str, object]:
+def attributes_of_run(run: Run, integration: Integration) -> dict[str, object]:
     """Return the attributes of a dataset that say how it was integrated."""
     steps = np.unique(run.model.timeline.steps)
     attributes = {

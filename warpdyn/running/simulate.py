@@ -5,6 +5,7 @@ from __future__ import annotations
 import collections.abc
 import os
 from contextlib import nullcontext
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -13,19 +14,25 @@ from warpdyn.core.checks import check_kind, whole_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.files.netcdf import write_at_once
-from warpdyn.files.unfinished import Unfinished
+from warpdyn.files.unfinished import STORE_SUFFIX, Unfinished
 from warpdyn.ground_motions.designs import OneMotionPerStructure, Stripes
+from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.reduction import Reduction, checked_statistics
 from warpdyn.reduction.statistic import Statistic
 from warpdyn.running.histories import Histories
 from warpdyn.running.journal import Journal
+from warpdyn.running.regions.datasets import simulate_in_regions
+from warpdyn.running.regions.job import Where
 from warpdyn.running.run_portfolio import run_portfolio
-from warpdyn.running.run_scene import Kept, fingerprint_of_run, run_scene
+from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of, run_scene
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 
 def simulate(
@@ -51,6 +58,7 @@ def simulate(
     device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
     memory: int | None = None,
+    cluster: Client | None = None,
 ) -> xr.Dataset:
     """Integrate every sample of a scene and return what it records.
 
@@ -97,12 +105,12 @@ def simulate(
             scaled by 1.001, for the flag `sensitive`: whether its peaks then change by more than this error and .001,
             as it does near a bifurcation, where no step settles them. A warning counts both. It costs some three to
             six times the run; an EventSequence has none.
-        path: NetCDF file to write the samples to, block by block. It appears when the run has finished; a file of the
-            same run that stood there before stays until then. A run that was stopped or killed goes on from its
-            finished blocks when the same call is made again, and the results have the same bits; these blocks stand in
-            a hidden folder beside the file, and take as much room as the demands. During the run of a portfolio, files
-            of its groups stand there too. The returned dataset reads values from the file when they are asked for:
-            close it when done. None to return the dataset in memory.
+        path: NetCDF file (run.nc) or Zarr store (run.zarr) to write the samples to, block by block. It appears when the
+            run has finished; a file of the same run that stood there before stays until then. A run that was stopped or
+            killed goes on from its finished blocks when the same call is made again, and the results have the same
+            bits; these blocks stand in a hidden folder beside the file, and take as much room as the demands. During
+            the run of a portfolio, files of its groups stand there too. The returned dataset reads values from the file
+            when they are asked for: close it when done. None to return the dataset in memory.
         overwrite: Whether a run of another scene, seed or arguments that stands at `path` is replaced.
 
         device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
@@ -110,6 +118,11 @@ def simulate(
         threads: CPU threads; None for every core this process may use.
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
             memory. A dataset that is returned in memory is not counted.
+        cluster: Client of a `dask.distributed` cluster whose workers run the samples, region by region; None to run
+            them here. `path` is a Zarr store then, on a disk that all workers share, or None; `device`, `threads` and
+            `memory` are of each worker: its first GPU and its own number of threads by default. Results have the same
+            bits as here. A worker that dies costs the regions that it was running, and the same call goes on from the
+            regions that are in the store. Needs pip install "warpdyn[cluster]".
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,
@@ -123,6 +136,8 @@ def simulate(
         ValueError: If an argument is out of its range or a name is unknown, before anything has run; or if a drawn
             value is out of its parameter's bounds, which may come after some blocks have run.
         OSError: If the file cannot be written, or another run stands there.
+        RuntimeError: If workers of the cluster have other versions of warpdyn, Warp, NumPy or SciPy, or devices of
+            different kinds; or if a region was given up because several workers died that ran it.
     """
     check_kind("simulate", "a Scene", scene, Scene)
     integration = Integration.from_arguments(
@@ -135,11 +150,20 @@ def simulate(
         target_error=target_error,
         on_unstable=on_unstable,
     )
-    execution = Execution(device=device, threads=threads, memory=memory)
+    is_store = isinstance(path, str | os.PathLike) and os.fspath(path).endswith(STORE_SUFFIX)
+    if cluster is not None and path is not None and not is_store:
+        raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")
+    # Devices with a cluster are its workers'.
+    execution = Execution(device=device if cluster is None else "cpu", threads=threads, memory=memory)
     asked = () if statistics is None else tuple(checked_statistics(statistics))
     for name, value in (("histories", histories), ("sample_error", sample_error)):
         if asked and value is not None:
             raise ValueError(f"{name} is of single samples, of which `statistics` keeps none: leave out one of them")
+    if asked and (cluster is not None or is_store):
+        raise ValueError(
+            "statistics are not made region by region yet: leave out cluster=, and give a path that ends in '.nc', or "
+            "leave out statistics="
+        )
     kept = Kept(
         statistics=asked,
         checked_share=checked_share,
@@ -160,28 +184,35 @@ def simulate(
         structures = 1 if scene.structure.is_many else scene.structures_given or 1
     _warn_of_copies(scene, structures)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
-    run = run_portfolio if scene.structure.is_many else run_scene
-    with interruptible(), nullcontext() if path is None else Unfinished(path) as unfinished:
-        if not asked:
-            return run(scene, structures, integration, execution, kept, seed, unfinished)
-        portfolio = scene.structure
-        count = portfolio.buildings if isinstance(portfolio, Portfolio) else whole_number("structures", structures, 1)
-        if unfinished is not None:
-            digest = fingerprint_of_run(scene, structures, integration, execution, kept, seed)
-            Journal(unfinished, digest, overwrite)  # refuses to replace another run
-        with Reduction(asked, Population(scene, count), execution.cores) as reduction:
-            of_all = reduction, np.arange(count)
-            rest = run(scene, structures, integration, execution, kept, seed, None, of_all)
-            result = reduction.dataset(rest)
-        if unfinished is not None:
-            write_at_once(result, unfinished)
-        return result
+    with interruptible():
+        if cluster is not None or is_store:
+            where = Where(device=device, threads=threads, memory=memory)
+            arguments = scene, structures, integration, kept, seed
+            return simulate_in_regions(*arguments, where, execution, cluster, path)
+        run = run_portfolio if scene.structure.is_many else run_scene
+        with nullcontext() if path is None else Unfinished(path) as unfinished:
+            if not asked:
+                return run(scene, structures, integration, execution, kept, seed, unfinished)
+            portfolio = scene.structure
+            many = portfolio.buildings if isinstance(portfolio, Portfolio) else None
+            count = whole_number("structures", structures, 1) if many is None else many
+            if unfinished is not None:
+                machines = machines_of(execution)
+                digest = fingerprint_of_run(scene, structures, integration, machines, kept, seed)
+                Journal(unfinished, digest, overwrite)  # refuses to replace another run
+            with Reduction(asked, Population(scene, count), execution.cores) as reduction:
+                of_all = reduction, np.arange(count)
+                rest = run(scene, structures, integration, execution, kept, seed, None, of_all)
+                result = reduction.dataset(rest)
+            if unfinished is not None:
+                write_at_once(result, unfinished)
+            return result
 
 
 def _warn_of_copies(scene: Scene, structures: object) -> None:
     """Warn of structures that are all alike, and so are their histories, which statistics would take for more data."""
     is_drawn = scene.structure.is_many or scene.scatter or not scene.excitation.is_design
-    one_each = isinstance(scene.excitation, OneMotionPerStructure)
+    one_each = isinstance(scene.excitation, OneMotionPerStructure | MotionsAtSites)
     one_each |= isinstance(scene.excitation, Stripes) and scene.excitation.structures_per_motion == 1
     if is_drawn or one_each or not isinstance(structures, int | np.integer):
         return

@@ -48,7 +48,7 @@ class InMemory:
 
     def __init__(self, model: Model, columns: dict[str, Column], samples: int) -> None:
         self.model, self.columns = model, columns
-        self._rows, self._given = blank_rows(model, columns, samples), 0
+        self.rows, self._given = blank_rows(model, columns, samples), 0
 
     def __enter__(self) -> InMemory:
         return self
@@ -59,14 +59,14 @@ class InMemory:
     def rows_for(self, samples: int) -> Arrays:
         """Return memory for the next samples."""
         self._given += samples
-        return {name: values[self._given - samples : self._given] for name, values in self._rows.items()}
+        return {name: values[self._given - samples : self._given] for name, values in self.rows.items()}
 
     def add(self, rows: Arrays) -> None:
         """Add samples whose rows are complete; nothing is copied, as they are in place."""
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
         """Return the dataset, with the variables and attributes that are known at the end."""
-        dataset = labelled(self.model, self.columns, self._rows)
+        dataset = labelled(self.model, self.columns, self.rows)
         attributes = dataset.attrs | rest.attrs
         return (dataset.merge(rest) if rest.variables else dataset).assign_attrs(attributes)
 

@@ -19,6 +19,7 @@ from warpdyn.ground_motions.intensity_measures import (
     SpectralAcceleration,
 )
 from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.scene.building_plausibility import add_building, first_periods, sound_rows
 from warpdyn.scene.portfolio import Portfolio
@@ -178,9 +179,16 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
             _add_levels(findings, design, where)
             strongest.append(np.inf)  # scaled motions are as strong as their levels say
         else:
-            scale = np.asarray(design.scale) if isinstance(design, OneMotionPerStructure) else np.ones(1)
+            scale = (
+                np.asarray(design.scale) if isinstance(design, OneMotionPerStructure | MotionsAtSites) else np.ones(1)
+            )
             findings.add("scale_factor", np.median(scale), where)
-            strongest.append(scale.max() * max(motion.peak_ground_acceleration for motion in motions))
+            peak, of = (
+                np.array([motion.peak_ground_acceleration for motion in motions]),
+                getattr(design, "motion", None),
+            )
+            # A motion is as strong as its own factor makes it, where it is known which motion has which.
+            strongest.append(scale.max() * peak.max() if of is None else (scale * peak[np.asarray(of)]).max())
     # A weak aftershock is none too weak, and one strong motion suffices.
     if strongest and max(strongest) < np.inf:
         findings.add("strongest_motion", max(strongest))

@@ -14,6 +14,7 @@ from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
 from warpdyn.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.scene import distributions, scatter
 from warpdyn.scene.portfolio import Archetype, Portfolio
 from warpdyn.structures.shear_building import LinearSystem, ShearBuilding
@@ -24,7 +25,7 @@ OWN: dict[str, Any] = {
         *(designs.Stripes, designs.Cloud, designs.OneMotionPerStructure, event_sequences.EventSequence),
         *(filtered_noise.FilteredNoise, filtered_noise.WhiteNoise, filtered_noise.KanaiTajimi),
         *(filtered_noise.CloughPenzien, filtered_noise.JenningsEnvelope),
-        *(HarmonicForce, ForceHistory, FreeVibration),
+        *(HarmonicForce, ForceHistory, FreeVibration, MotionsAtSites),
         *(intensity_measures.PeakGroundAcceleration, intensity_measures.PeakGroundVelocity),
         *(intensity_measures.PeakGroundDisplacement, intensity_measures.AriasIntensity),
         *(intensity_measures.CumulativeAbsoluteVelocity, intensity_measures.SignificantDuration),

@@ -28,8 +28,8 @@ class Scene:
 
     Args:
         structure: A ShearBuilding or a LinearSystem; or a Portfolio of many buildings, each with a scatter of its own.
-        excitation: Stripes, Cloud or OneMotionPerStructure ground motions, or an EventSequence of them; FilteredNoise;
-            HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
+        excitation: Stripes, Cloud, OneMotionPerStructure or MotionsAtSites ground motions, or an EventSequence of them;
+            FilteredNoise; HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
         scatter: How structures differ: parameter name -> RandomFactor, RandomValue or GivenValues.
         correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
         sampling: "sobol" (scrambled; the default), whose medians vary least from seed to seed, "latin_hypercube" or
@@ -66,14 +66,16 @@ class Scene:
         excitation = excitation_of(self.excitation)
         if not isinstance(excitation, Excitation):
             raise TypeError(
-                "excitation must be Stripes, Cloud, OneMotionPerStructure, EventSequence, GroundMotion, FilteredNoise, "
-                f"HarmonicForce, ForceHistory or FreeVibration, got {type(self.excitation).__name__}"
+                "excitation must be Stripes, Cloud, OneMotionPerStructure, MotionsAtSites, EventSequence, "
+                "GroundMotion, FilteredNoise, HarmonicForce, ForceHistory or FreeVibration, "
+                f"got {type(self.excitation).__name__}"
             )
         object.__setattr__(self, "excitation", excitation)
         if self.structure.is_many and not excitation.is_design:
             kind = type(excitation).__name__
             raise TypeError(
-                f"the excitation of a portfolio must be Stripes, Cloud or OneMotionPerStructure, got {kind}"
+                "the excitation of a portfolio must be Stripes, Cloud, OneMotionPerStructure or MotionsAtSites, "
+                f"got {kind}"
             )
         excitation.check_fits(self.structure)
         if self.sampling is None:

@@ -24,13 +24,14 @@ from warpdyn.statistics.stripe_counts import decoded_status
 SAMPLES_AT_A_TIME = 2**18  # read from a file
 FAILED = -1
 Limits = Mapping[str, Mapping[str, float]]
+Events = Sequence[str] | Sequence[int] | xr.DataArray | None
 
 
 def damage_shares(
     run: xr.Dataset,
     limits: Limits | None = None,
     *,
-    events: Sequence[str] | Sequence[int] | None = None,
+    events: Events = None,
 ) -> xr.Dataset:
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
@@ -45,8 +46,9 @@ def damage_shares(
         limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
             states' names are the same for all. None for those that counts were made by.
         events: The event of each motion, shape [motion], as names or whole numbers: if several motions belong to one
-            event, such as both components of a record, the worst of them counts. None to count every motion by itself,
-            or as counts were made.
+            event, such as both components of a record, the worst of them counts. Or the event of each sample, as a
+            coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
+            itself, or as counts were made.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
@@ -149,7 +151,7 @@ class _Counted:
     levels: np.ndarray | None
 
 
-def _count(run: xr.Dataset, limits: Limits, events: Sequence[str] | Sequence[int] | None) -> _Counted:
+def _count(run: xr.Dataset, limits: Limits, events: Events) -> _Counted:
     """Count the samples of a run; arguments as of `damage_shares`."""
     if not run.sizes.get("sample", 0):
         raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
@@ -188,7 +190,7 @@ def _count(run: xr.Dataset, limits: Limits, events: Sequence[str] | Sequence[int
     return _Counted(names, states, table, counts, failures, failed_samples, along, event_names, of_stripes)
 
 
-def _read(run: xr.Dataset, limits: Limits | None, events: Sequence[str] | Sequence[int] | None) -> _Counted:
+def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
     """Return what was counted where the samples ran; arguments as of `damage_shares`."""
     if events is not None:
         raise ValueError("events= is told to DamageCounts, which counts the worst of an event's motions: leave it out")
@@ -245,13 +247,18 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
     )
 
 
-def _events_of(run: xr.Dataset, events: Sequence[str] | Sequence[int] | None) -> tuple[np.ndarray, np.ndarray]:
+def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]:
     """Return the event of each sample as an index, and the names of the events in the order of their first use."""
     if "motion_index" not in run.variables:
         raise ValueError("the dataset has no 'motion_index': it is not what simulate() returned of a portfolio")
     record, motions = run["motion_index"].values, run.sizes["motion"]
     if events is None:
         return record, np.arange(motions)
+    if isinstance(events, xr.DataArray) and "sample" in events.dims:
+        if events.shape != record.shape:
+            raise ValueError(f"events must lie along sample, {record.size:,} of them, got the shape {events.shape}")
+        names, place = np.unique(events.values, return_inverse=True)
+        return place, names
     of_motion, names = numbered_events(events, motions)
     return of_motion[record], names
 

@@ -87,6 +87,8 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
         raise ValueError(f"all samples are on the stripe of {levels[0]} {units}; a curve needs at least 2 stripes")
+    if status.size < 2 * levels.size:  # before the table of records, groups and levels, which would fill the memory
+        _check_pairs(np.unique(record_index * levels.size + stripe).size, levels.size, records.size)
     excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
     kept = status <= COLLAPSED
     if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
@@ -154,8 +156,9 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
     return StripeCounts(
         levels=levels[stripe],
         records=records[record],
-        exceeding=exceeding,
-        valid=valid,
+        # Sums of what follows depend on the order in memory, in their last bits.
+        exceeding=np.ascontiguousarray(exceeding),
+        valid=np.ascontiguousarray(valid),
         excluded=excluded,
         is_crossed=is_crossed,
         **parts,
@@ -237,8 +240,11 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
 def _check_stripes(valid: np.ndarray) -> None:
     """Raise a ValueError unless records share stripes, from the samples counted by record, group and stripe."""
     records, _, levels = valid.shape
-    # Motions that share no level are no stripes, although every sample has a level.
-    pairs = np.count_nonzero(valid.sum(axis=1))
+    _check_pairs(int(np.count_nonzero(valid.sum(axis=1))), levels, records)
+
+
+def _check_pairs(pairs: int, levels: int, records: int) -> None:
+    """Raise a ValueError where motions share no level, which are no stripes although every sample has a level."""
     if pairs < 2 * levels and records > 1:
         raise ValueError(f"'im_level' has {levels} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
 

@@ -51,7 +51,11 @@ _READ_AS = {
 
 _NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _COMPONENTS = re.compile(r"(geometric mean|RotD\d+)(?: of)? +", re.IGNORECASE)
-_AVERAGE = re.compile(rf"(?:AvgSA|Sa_avg)(?:\(.*?(?:, *(?P<damping>{_NUMBER}) *%)?\))?", re.IGNORECASE)
+_AVERAGE = re.compile(
+    rf"(?:AvgSA|Sa_avg)(?:\((?:(?P<low>{_NUMBER})(?: *s)? to (?P<high>{_NUMBER}) *s)?.*?"
+    rf"(?:, *(?P<damping>{_NUMBER}) *%)?\))?",
+    re.IGNORECASE,
+)
 _SPECTRAL = re.compile(rf"SA\((?P<period>{_NUMBER})\s*s?(?:,\s*(?P<damping>{_NUMBER})\s*%?)?\)", re.IGNORECASE)
 _USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
 _BY_LOWER_CASE = {name.casefold(): kind for name, kind in KINDS.items()}
@@ -66,12 +70,14 @@ class Measure:
         period: Period of a spectral acceleration [s]; 0 of others.
         damping: Its damping ratio [%]; 5 where the name says none, 0 of measures without damping.
         components: How two components are put together, "geometric mean" or such as "RotD50"; "" if it is not said.
+        span: Least and largest period of an average [s]; nothing of others, and where the name does not say them.
     """
 
     kind: str
     period: float = 0.0
     damping: float = 0.0
     components: str = ""
+    span: tuple[float, ...] = ()
 
 
 def measure_named(name: str) -> Measure | None:
@@ -88,7 +94,8 @@ def measure_named(name: str) -> Measure | None:
         return Measure(_BY_LOWER_CASE[text.casefold()], components=components)
     average, spectral = _AVERAGE.fullmatch(text), _SPECTRAL.fullmatch(text)
     if average:
-        return Measure("AvgSA", 0.0, float(average["damping"] or 5), components)
+        span = tuple(float(average[end]) for end in ("low", "high") if average[end])
+        return Measure("AvgSA", 0.0, float(average["damping"] or 5), components, span)
     if spectral and float(spectral["period"]) > 0:
         return Measure("SA", float(spectral["period"]), float(spectral["damping"] or 5), components)
     return None
@@ -145,7 +152,9 @@ def same_measure(one: str, other: str) -> bool | None:
         return None
     if first.kind != second.kind:
         return False
-    pairs = (first.period, second.period), (first.damping, second.damping)
+    pairs = [(first.period, second.period), (first.damping, second.damping)]
+    if first.span and second.span:
+        pairs += zip(first.span, second.span, strict=True)
     return all(abs(a - b) <= SAME_PERIOD * max(a, b) for a, b in pairs)
 
 

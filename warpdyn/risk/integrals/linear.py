@@ -7,6 +7,15 @@ import numpy as np
 from warpdyn.risk.hazard_curves import HazardCurve
 
 
+def begin_of(curve: HazardCurve, levels: np.ndarray) -> float:
+    """Return the intensity at which a function that is linear between levels begins to count.
+
+    A function that begins at 0 counts from the first point of the hazard curve, or from its own second level if that is
+    lower: below, the rate of the extrapolated hazard has no bound.
+    """
+    return float(levels[0] if levels[0] > 0 else min(curve.intensity[0], levels[1]))
+
+
 def part_above(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the part of a function above an intensity, which begins with its loss there."""
     if start <= levels[0]:
@@ -18,8 +27,8 @@ def part_above(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.n
 
 def loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> float:
     """Return the integral of a function that is linear between levels over a hazard curve, exact on each segment."""
-    if levels[0] == 0:  # at which the rate of an extrapolated curve has no bound
-        begin = min(curve.intensity[0], levels[1])
+    begin = begin_of(curve, levels)
+    if levels[0] == 0:
         mean = np.append(np.interp(begin, levels, mean), mean[levels > begin])
         levels = np.append(begin, levels[levels > begin])
     within = curve.intensity[(curve.intensity > levels[0]) & (curve.intensity < levels[-1])]

@@ -74,7 +74,7 @@ class Rounds:
             if count == 1 and self._narrow_brackets(curves):
                 continue
             met = ~(curves["half_width"].values > self.precision)  # nothing is asked of a state without a fit
-            if met.all() or self.begun == MOST_ROUNDS:
+            if met.all() or self.begun >= MOST_ROUNDS:
                 break
             if count == 1:
                 continue

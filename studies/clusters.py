@@ -1,0 +1,85 @@
+"""What a cluster of processes on this machine makes of the main job, beside one process: rates, bytes, the same bits.
+
+    python studies/clusters.py --out results [--structures 64] [--device cpu]
+
+The five-storey building of studies/p695_fragility.py runs into a Zarr store: in this process on one thread, and on
+clusters of one and of two workers of one thread each. Each is timed three times in turn, after a run that compiles, and
+the shortest time counts, since other work on the machine only adds to it. Where that never rests, the processor time of
+all workers tells more: two share the work without loss as far as both together take no more of it than one.
+Needs pip install "warpdyn[cluster,records]".
+"""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from distributed import Client, LocalCluster
+from p695_fragility import build_scene
+from parts.command_line import read_arguments
+
+import warpdyn as wd
+
+TIMES, WORKERS = 3, (0, 1, 2)  # workers; none for this process alone
+
+
+def bytes_of(folder: Path) -> int:
+    """Return what a folder takes on disk."""
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+
+
+def main() -> None:
+    """Run the study."""
+    arguments = read_arguments(__doc__, 64, meaning="structures under each record at each level", counted="structures")
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    path, scene = arguments.out / "cluster.zarr", build_scene()
+    settings = {"structures": arguments.structures, "seed": arguments.seed, "overwrite": True, "threads": 1}
+    found: dict[int, list[tuple[float, float]]] = {count: [] for count in WORKERS}
+    whole: xr.Dataset | None = None
+    for number in range(1 + TIMES):
+        for count in WORKERS:
+            if not count:
+                run, *taken = timed(scene, path, settings | {"device": arguments.device}, time.process_time)
+            else:
+                with (
+                    LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster,
+                    Client(cluster) as client,
+                ):
+                    client.wait_for_workers(count)
+                    # Processes import warpdyn and load their kernels in the first run.
+                    how = settings | {"device": arguments.device, "cluster": client}
+                    timed(scene, path, how | {"structures": 8}, time.process_time)
+                    run, *taken = timed(scene, path, how, lambda: sum(client.run(time.process_time).values()))
+            if number:
+                found[count].append(tuple(taken))
+            whole = run if whole is None else whole
+            for name in whole.data_vars:
+                if not np.array_equal(whole[name].values, run[name].values, equal_nan=whole[name].dtype.kind == "f"):
+                    raise SystemExit(f"{name} differs with {count} workers")
+    assert whole is not None
+    samples, size = whole.sizes["sample"], bytes_of(path)
+    print(f"{samples:,} histories, {size / samples:.0f} bytes each on disk; the same bits in all runs")
+    for count, taken_by in found.items():
+        least, processor = (min(each) for each in zip(*taken_by, strict=True))
+        name = f"{count} workers" if count else "this process"
+        print(
+            f"{name:<13} {least:6.2f} s, {samples / least:8,.0f} histories/s; "
+            f"{processor:6.2f} s of processors, {samples / processor:8,.0f} histories/s of each"
+        )
+
+
+def timed(scene: wd.Scene, path: Path, how: dict, processor: Callable[[], float]) -> tuple[xr.Dataset, float, float]:
+    """Return a run in memory, which was written to a store, the time that it took [s], and that of processors [s]."""
+    shutil.rmtree(path, ignore_errors=True)
+    began, processor_began = time.perf_counter(), processor()
+    run = wd.simulate(scene, path=path, **how)
+    taken = time.perf_counter() - began, processor() - processor_began
+    return run.load(), *taken
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,227 @@
+"""Runs on a Dask cluster of two processes: the bits of one process, whatever dies; refusals before anything runs."""
+
+import os
+import random
+import signal
+import threading
+import time
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_portfolio import SCATTER, STRIPES, chain
+from test_regions import check_same
+from test_sequence_runs import DRAWN, STRIPED
+from test_sequences import make_building as make_shaken_building
+from test_simulate import make_scene
+
+import warpdyn as wd
+from warpdyn.running.regions import drive
+
+distributed = pytest.importorskip("distributed")
+
+TWO_ARCHETYPES = {"low": wd.Archetype(chain(1), 40, SCATTER), "high": wd.Archetype(chain(3), 30, SCATTER)}
+PORTFOLIO = wd.Scene(wd.Portfolio(TWO_ARCHETYPES), STRIPES, tail=1.0, collapse_drift_ratio=0.05)
+SEQUENCE = wd.Scene(make_shaken_building(), STRIPED, DRAWN)
+# Some dozens of milliseconds a region, of which there are 15.
+LONG = {"structures": 240, "seed": 5, "step": 1e-4, "device": "cpu"}
+
+pytestmark = [
+    pytest.mark.as_shipped,  # as workers have them, which know nothing of the tests' rolled kernels
+    pytest.mark.filterwarnings("ignore:a tail of"),
+    pytest.mark.meant_as_given(
+        *("damping_ratio", "first_period", "first_period_over_height", "no_damping", "storey_height"),
+        *("yield_base_shear_coefficient", "yield_drift_ratio", "collapse_drift_ratio", "force_over_weight"),
+    ),
+]
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Two processes of one thread each."""
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as found:
+        yield found
+
+
+@pytest.fixture
+def client(cluster):
+    """Return a client of the cluster, whose regions have 96 samples."""
+    with distributed.Client(cluster) as found:
+        found.wait_for_workers(2)
+        found.run(make_regions_small)
+        yield found
+
+
+def make_regions_small(samples=96):
+    """Run by a worker before runs are laid out."""
+    from warpdyn.running.regions import job
+
+    job.LEAST_CPU_REGION, job.CPU_BLOCK = 1, samples
+
+
+@pytest.fixture(scope="module")
+def long_run():
+    return wd.simulate(make_scene(), **LONG)
+
+
+@pytest.mark.parametrize("kind", ["memory", "store"])
+def test_a_run_of_two_processes_has_the_bits_of_one(kind, client, long_run, tmp_path):
+    path = tmp_path / "run.zarr" if kind == "store" else None
+    run = wd.simulate(make_scene(), cluster=client, path=path, **LONG)
+    check_same(run, long_run)
+    if path is None:
+        assert run["status"]._in_memory
+    else:
+        with xr.open_zarr(path) as read:
+            assert len(read.chunksizes["sample"]) == 15
+            check_same(read, long_run)
+        assert os.listdir(tmp_path) == ["run.zarr"]
+
+
+def test_a_portfolio_runs_group_beside_group(client):
+    settings = {"seed": 2, "device": "cpu"}
+    check_same(wd.simulate(PORTFOLIO, cluster=client, **settings), wd.simulate(PORTFOLIO, **settings))
+
+
+@pytest.mark.thorough
+def test_a_sequence_is_run_with_its_histories_and_estimates(client, tmp_path):
+    settings = {"structures": 9, "seed": 2, "device": "cpu", "checked_share": 0.1}
+    held = wd.simulate(SEQUENCE, **settings)
+    check_same(wd.simulate(SEQUENCE, cluster=client, path=tmp_path / "run.zarr", **settings), held)
+    settings = {"structures": 30, "histories": wd.Histories((3, 177, 90)), "sample_error": 0.05, "device": "cpu"}
+    check_same(wd.simulate(make_scene(), cluster=client, **settings), wd.simulate(make_scene(), **settings))
+    settings = {"structures": 30, "target_error": 0.01, "method": "rk4", "device": "cpu"}
+    run = wd.simulate(make_scene(), cluster=client, **settings)
+    chosen = {name: run.attrs[name] for name in ("method", "dtype", "longest_step")}
+    again = wd.simulate(make_scene(), structures=30, device="cpu", **chosen)
+    np.testing.assert_array_equal(run["peak_storey_drift"], again["peak_storey_drift"])
+
+
+MOMENTS = [pytest.param(moment, marks=[] if moment < 2 else pytest.mark.thorough) for moment in range(20)]
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_worker_that_is_killed_costs_its_regions_alone(moment, cluster, client, long_run, tmp_path):
+    draw = random.Random(moment)
+    killed, taken, timers = [], [], []
+    # After so many regions; at the third case of four both workers die, one soon after the other.
+    places = [draw.randrange(12)] * (2 if moment % 4 == 2 else 1)
+
+    def kill():
+        pids = [worker.pid for worker in cluster.workers.values() if worker.pid not in (None, *killed)]
+        killed.append(draw.choice(pids))
+        os.kill(killed[-1], signal.SIGKILL)
+
+    def tell(place):
+        taken.append(place)
+        for _ in places if len(taken) == places[0] + 1 else ():
+            timers.append(threading.Timer(draw.uniform(0.0, 0.1), kill))
+            timers[-1].start()
+
+    kind = {} if moment % 2 else {"path": tmp_path / "run.zarr"}
+    with told_of_regions(tell):
+        run = wd.simulate(make_scene(), cluster=client, **kind, **LONG)
+    for timer in timers:
+        timer.join()
+    assert len(killed) == len(places)
+    assert sorted(taken) == list(range(15))  # none lost, none counted twice
+    check_same(run, long_run)
+
+
+@contextmanager
+def told_of_regions(tell):
+    """Call a function with the number of each region that comes in."""
+    take = drive.RegionRun.take
+
+    def telling(self, place, report):
+        tell(place)
+        take(self, place, report)
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(drive.RegionRun, "take", telling)
+        yield
+
+
+def test_a_run_that_ctrl_c_stopped_goes_on(client, long_run, tmp_path, caplog):
+    path, taken = tmp_path / "run.zarr", []
+    with told_of_regions(lambda place: os.kill(os.getpid(), signal.SIGINT)), pytest.raises(KeyboardInterrupt):
+        wd.simulate(make_scene(), cluster=client, path=path, **LONG)
+    assert not path.exists()
+    for _ in range(100):  # what was running ends; nothing else begins
+        if not any(client.processing().values()):
+            break
+        time.sleep(0.1)
+    assert not any(client.processing().values())
+    done = len(list(tmp_path.rglob("*.npz")))
+    assert 0 < done < 15
+    client.run(make_regions_small, 192)  # as another number of workers might divide it
+    with told_of_regions(taken.append):
+        run = wd.simulate(make_scene(), cluster=client, path=path, **LONG)
+    assert len(taken) == 15 - done
+    assert f"goes on from the {16 * done} of 240 structures" in caplog.text
+    check_same(run, long_run)
+    with pytest.raises(FileExistsError, match="another run stands there"):
+        wd.simulate(make_scene(), cluster=client, path=path, **(LONG | {"seed": 6}))
+    check_same(xr.open_zarr(path), long_run)
+
+
+def say_older(name=None):
+    """Have a worker believe that it has an older version of a package, or again what it has."""
+    import importlib.metadata as metadata
+
+    metadata.own = getattr(metadata, "own", metadata.version)
+    metadata.version = metadata.own if name is None else lambda each: "0.0.1" if each == name else metadata.own(each)
+
+
+@pytest.mark.parametrize("package", ["warpdyn", "warp-lang", "numpy", "scipy"])
+def test_workers_of_another_version_are_refused_by_name(package, client, tmp_path):
+    other = min(client.scheduler_info()["workers"])
+    client.run(say_older, package, workers=[other])
+    try:
+        with pytest.raises(RuntimeError, match=rf"{other}: .*{package} 0\.0\.1"):
+            wd.simulate(make_scene(), structures=3, cluster=client, path=tmp_path / "run.zarr")
+    finally:
+        client.run(say_older)
+    assert not os.listdir(tmp_path)
+
+
+def test_what_workers_cannot_do_is_said_before_anything_runs(client, tmp_path, monkeypatch):
+    scene, path = make_scene(), tmp_path / "run.zarr"
+    with pytest.raises(ValueError, match=r"2 workers \(tcp.*\): no device 'cuda:7' here"):
+        wd.simulate(scene, structures=3, cluster=client, device="cuda:7", path=path)
+    with pytest.raises(ValueError, match="device must be one device with cluster="):
+        wd.simulate(scene, structures=3, cluster=client, device=["cuda:0", "cuda:1"])
+    with pytest.raises(ValueError, match="sample 400, but the run has samples 0 to 17"):
+        wd.simulate(scene, structures=3, cluster=client, histories=wd.Histories([400]), path=path)
+    monkeypatch.setattr("warpdyn.running.blocks.free_memory", lambda device: 100)
+    with pytest.raises(MemoryError, match=r'give path="run\.zarr"'):
+        wd.simulate(scene, structures=3, cluster=client)
+    with pytest.raises(TypeError, match=r"as Client\(LocalCluster\(\)\), got LocalCluster"):
+        wd.simulate(scene, structures=3, cluster=client.cluster)
+    closed = distributed.Client(client.cluster)
+    closed.close()
+    with pytest.raises(ValueError, match="it is closed"):
+        wd.simulate(scene, structures=3, cluster=closed)
+    # A folder that workers do not see: they run as another user, or on another machine.
+    client.run(look_elsewhere)
+    try:
+        with pytest.raises(OSError, match="on a disk that all workers share"):
+            wd.simulate(scene, structures=3, cluster=client, path=path)
+    finally:
+        client.run(look_elsewhere, True)
+    assert not os.listdir(tmp_path)
+
+
+def look_elsewhere(again=False):
+    """Have a worker be denied every folder, or see them again."""
+    os.own = getattr(os, "own", os.access)
+    os.access = os.own if again else lambda path, mode: False
+
+
+def test_an_error_of_a_region_ends_the_run(client, tmp_path):
+    # Some structure is drawn out of its bounds.
+    scene = make_scene(scatter={"mass": wd.RandomValue(wd.Normal(2e3, 1000.0))})
+    with pytest.raises(ValueError, match="the drawn mass"):
+        wd.simulate(scene, structures=120, cluster=client, path=tmp_path / "run.zarr", device="cpu")
+    assert not (tmp_path / "run.zarr").exists()

@@ -1,0 +1,152 @@
+"""Statistics that do not fit a run are refused by name, before anything runs."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from reduced_runs import CITY, CITY_LIMITS, LIMITS, scene_of
+
+import warpdyn as wd
+
+pytestmark = [
+    pytest.mark.fast,
+    pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient", "intensity_level", "scale_factor"),
+]
+DRIFT = "peak_storey_drift_ratio"
+
+
+@pytest.fixture(autouse=True)
+def nothing_runs(monkeypatch):
+    def ran(*arguments, **settings):
+        raise AssertionError("it ran")
+
+    monkeypatch.setattr("warpdyn.running.run_scene.Pipeline", ran)
+    monkeypatch.setattr("warpdyn.running.run_scene.compile_side_by_side", ran)
+    monkeypatch.setattr("warpdyn.running.run_portfolio.compile_side_by_side", ran)
+
+
+CASES = [
+    ("crossed", lambda: wd.DamageCounts({"slight": 0.004}, demand="peak_base_shear"), "records no 'peak_base_shear'"),
+    ("crossed", lambda: wd.DemandMoments("peak_base_shear"), "records no 'peak_base_shear'.*peak_storey_drift"),
+    ("crossed", lambda: wd.LargestDemand("status"), "records no 'status'"),
+    ("crossed", lambda: wd.DamageCounts({"slight": 0.01, "moderate": 0.005}), "limits must increase"),
+    ("crossed", lambda: wd.DamageCounts({"none": 0.01}), "'none' is the state of a sample above no limit"),
+    ("crossed", lambda: wd.DamageCounts([0.01]), "limits must map"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over="building"), "unknown over 'building'.*'structure'"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over="motions"), "unknown over 'motions'.*did you mean 'motion'"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over="archetype"), "unknown over 'archetype'"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over="event"), "unknown over 'event'"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over=("motion", "motion")), "each at most once"),
+    ("cloud", lambda: wd.DamageCounts(LIMITS, over="stripe"), "unknown over 'stripe'"),
+    ("sequence", lambda: wd.DamageCounts(LIMITS, over="motion"), "over 'event'"),
+    ("sequence", lambda: wd.DamageCounts(LIMITS, over="event", events=["a"] * 3), "has events of its own"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over="event", events=["a"]), "each of the 3 motions, and holds 1"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over="event", events="abc"), "each of the 3 motions, and is 'abc'"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over=("motion", "event"), events=[1, 2, 2]), "unknown over 'motion'"),
+    (
+        "crossed",
+        lambda: wd.DamageCounts(LIMITS, over="cell", labels={"cell": np.zeros(20, int)}),
+        r"labels\['cell'\] must hold a label for each of the 21 structures, and has shape \(20,\)",
+    ),
+    (
+        "crossed",
+        lambda: wd.DamageCounts(LIMITS, over="cell", labels={"cell": np.zeros(21)}),
+        r"labels\['cell'\] must be names or whole numbers, got values of type float64",
+    ),
+    (
+        "crossed",
+        lambda: wd.DamageCounts(LIMITS, over="motion", labels={"motion": np.zeros(21, int)}),
+        "'motion' is no free name",
+    ),
+    ("crossed", lambda: wd.DemandMoments("input_energy", each_place=True), "each_place=True needs a demand"),
+    (
+        "crossed",
+        lambda: wd.DamageCounts({"a": {DRIFT: 0.01, "peak_floor_acceleration": 3.0}}, each_place=True),
+        "each_place=True needs limits of one demand",
+    ),
+    (
+        "crossed",
+        lambda: [wd.DamageCounts(LIMITS), wd.DamageCounts({"other": 0.01})],
+        "two statistics (fill|have different values along) 'dam",
+    ),
+    ("city crossed", lambda: wd.DamageCounts(LIMITS), "limits name 'slight', which is no archetype"),
+    (
+        "city crossed",
+        lambda: wd.DamageCounts({name: CITY_LIMITS[name] for name in list(CITY.archetypes)[1:]}),
+        "limits have none for archetype 'low'",
+    ),
+    (
+        "city at sites",
+        lambda: wd.DamageCounts(CITY_LIMITS, over="event", events=["a", "b", "a"]),
+        "events= needs a design in which every structure runs under all motions, or under one",
+    ),
+    ("city cloud", lambda: wd.DamageCounts(CITY_LIMITS | {"lower": LIMITS}), "limits name 'lower'"),
+]
+
+
+@pytest.mark.parametrize(("design", "made", "message"), CASES, ids=range(len(CASES)))
+def test_statistics_that_do_not_fit_are_refused(design, made, message):
+    with pytest.raises(ValueError, match=message):
+        wd.simulate(
+            scene_of(design), structures=1 if design.startswith("city") else 21, device="cpu", statistics=made()
+        )
+
+
+@pytest.mark.parametrize(
+    ("made", "error", "message"),
+    [
+        (lambda: wd.DemandHistogram(DRIFT, [0.01, 0.005]), ValueError, "edges must be a row .* that increase"),
+        (lambda: wd.DemandHistogram(DRIFT, [0.01, 0.01]), ValueError, "edges must be a row .* that increase"),
+        (lambda: wd.DemandHistogram(DRIFT, []), ValueError, "edges must be a row"),
+        (lambda: wd.DemandHistogram(DRIFT, [0.0, np.nan]), ValueError, r"edges\[1\] is nan"),
+        (lambda: wd.DemandHistogram(DRIFT, [0.1], quantiles=(0.5, 1.0)), ValueError, "probabilities between 0 and 1"),
+        (lambda: wd.DamageCounts(LIMITS, each_place="storey"), TypeError, "each_place must be True or False"),
+        (lambda: wd.DamageCounts(LIMITS, over=3), TypeError, "over must be a name or several"),
+        (lambda: wd.DamageCounts(LIMITS, over={"cell": [1]}), TypeError, "over must be a name or several"),
+        (lambda: wd.DamageCounts(LIMITS, labels={"cell": [1]}), ValueError, "labels has 'cell', which `over` does not"),
+        (lambda: wd.DamageCounts(LIMITS, labels=[1]), TypeError, "labels must map a name"),
+    ],
+)
+def test_statistics_are_checked_when_they_are_made(made, error, message):
+    with pytest.raises(error, match=message):
+        made()
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"histories": wd.Histories([0], 1)}, ValueError, "histories is of single samples"),
+        ({"sample_error": 0.05}, ValueError, "sample_error is of single samples"),
+        ({"statistics": []}, TypeError, "statistics must be"),
+        ({"statistics": {"slight": 0.01}}, TypeError, "statistics must be DamageCounts"),
+    ],
+)
+def test_arguments_that_do_not_go_together_are_refused(settings, error, message):
+    given = {"statistics": wd.DamageCounts(LIMITS)} | settings
+    with pytest.raises(error, match=message):
+        wd.simulate(scene_of("crossed"), structures=21, device="cpu", **given)
+
+
+def test_limits_in_percent_are_warned_of():
+    with pytest.warns(UserWarning, match="drift limit"), pytest.raises(AssertionError, match="it ran"):
+        wd.simulate(scene_of("crossed"), device="cpu", statistics=wd.DamageCounts({"slight": 0.4, "complete": 2.0}))
+    of_city = {name: {"slight": 0.4} for name in CITY.archetypes}
+    with pytest.warns(UserWarning, match="drift limit"), pytest.raises(AssertionError, match="it ran"):
+        wd.simulate(scene_of("city crossed"), device="cpu", statistics=wd.DamageCounts(of_city))
+
+
+def test_counts_over_too_much_are_refused(monkeypatch):
+    monkeypatch.setattr("warpdyn.reduction.tally.free_memory", lambda device: 1000)
+    statistic = wd.DamageCounts(LIMITS, over=("structure", "motion"))
+    with pytest.raises(MemoryError, match=r"over 21 structures x 3 motions takes .* take it over less"):
+        wd.simulate(scene_of("crossed"), structures=21, device="cpu", statistics=statistic)
+
+
+def test_counts_over_something_else_are_refused_by_the_functions_that_take_them():
+
+    counts = xr.Dataset({"damage_count_by_motion": (("motion", "damage_state"), np.ones((3, 2), int))})
+    with pytest.raises(ValueError, match=r"no damage counts over .'motion', 'structure_group', 'stripe'., only damage"):
+        wd.fragility(counts)
+    with pytest.raises(ValueError, match=r"no damage counts over .'archetype', 'event'. or .'archetype', 'motion'."):
+        wd.damage_shares(counts)
+    with pytest.raises(TypeError, match="only counts have limits of their own"):
+        wd.damage_shares(xr.Dataset({"status": ("sample", [0])}))

@@ -1,0 +1,146 @@
+"""Inventories as the OpenQuake engine takes them: exposure models of CSV files, with or without their XML."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from warpdyn.core.checks import one_of
+from warpdyn.inventories.table import checked_inventory, named_rows
+from warpdyn.inventories.text_tables import read_csv
+
+# OpenQuake's names of the columns (the engine's manual, "Exposure models").
+OPENQUAKE_NAMES = {
+    "id": "id",
+    "longitude": "lon",
+    "latitude": "lat",
+    "structure_type": "taxonomy",
+    "number": "number",
+}
+AREA = "area"  # of the floors, by which costs per area are taken times
+COST_KINDS = ("aggregated", "per_asset", "per_area")
+
+
+def read_openquake(
+    path: str | os.PathLike,
+    *,
+    costs: Sequence[str] = ("structural",),
+    columns: Mapping[str, str] | None = None,
+) -> pd.DataFrame:
+    """Read an exposure model of the OpenQuake engine.
+
+    Args:
+        path: The CSV file, with columns `id`, `lon`, `lat` and `taxonomy` and, if it has them, `number`, `area` and
+            costs; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of the costs in
+            `<conversions>` and the names of columns in `<exposureFields>`. Case does not matter. All other columns are
+            kept, with tags and occupants.
+        costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). Of an XML file
+            they are taken times the number or the area, as their kind says; of a CSV file alone they are of the whole
+            asset. Columns that the file does not have are no error if it has none of them: it then has no costs.
+        columns: Other names of columns by their meaning, as `from_table` takes them.
+
+    Returns:
+        The inventory, as `from_table` returns it: an asset a row, with the `number` of buildings that it stands for.
+        Storeys are those of a column that `columns` names, or else of the taxonomy (see `portfolio`).
+
+    Raises:
+        ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if the XML is no exposure model, or
+            holds its assets itself; or if there is no such file.
+
+    Example:
+        >>> inventory = wd.inventories.read_openquake("exposure_model.xml", costs=("structural", "nonstructural"))
+    """
+    path = Path(path)
+    kinds: dict[str, str] = {}
+    fields: dict[str, str] = {}
+    area_kind = "aggregated"
+    if path.suffix.lower() == ".xml":
+        model = _exposure_model(path)
+        kinds = {each.get("name", ""): each.get("type", "") for each in model.iter("costType")}
+        # Costs have the name "value" and their own as the type.
+        of_cost = [
+            (each.get("type") if each.get("oq") == "value" else each.get("oq"), each) for each in model.iter("field")
+        ]
+        fields = {str(name): each.get("input", "") for name, each in of_cost}
+        for name, kind in kinds.items():
+            one_of(f"type of the cost {name!r} in {path}", kind, COST_KINDS)
+        area = model.find("conversions/area")
+        if area is not None:
+            area_kind = area.get("type", "aggregated")
+            one_of(f"type of the area in {path}", area_kind, ("aggregated", "per_asset"))
+        files = [path.parent / name for name in (model.findtext("assets") or "").split()]
+        if not files:
+            raise ValueError(f"{path}: <assets> names no CSV files; assets in the XML itself are not read")
+        table = pd.concat([read_csv(file, identifier=fields.get("id", "id")) for file in files], ignore_index=True)
+    else:
+        table = read_csv(path)
+    names = {str(name).lower(): str(name) for name in table.columns}  # the engine's names are the same in capitals
+    places = {name: fields.get(name) or names.get(name, name) for name in (*OPENQUAKE_NAMES.values(), *costs, AREA)}
+    known = {meaning: places[name] for meaning, name in OPENQUAKE_NAMES.items()}
+    known = {m: n for m, n in known.items() if n in table.columns or m in ("id", "longitude", "latitude")}
+    inventory = checked_inventory(str(path), table, known | dict(columns or {}))
+    return _with_costs(str(path), inventory, costs, places, kinds, area_kind)
+
+
+def _with_costs(
+    what: str,
+    inventory: pd.DataFrame,
+    costs: Sequence[str],
+    places: Mapping[str, str],
+    kinds: Mapping[str, str],
+    area_kind: str,
+) -> pd.DataFrame:
+    """Return an inventory with the costs of each asset as a whole.
+
+    Args:
+        what: The file, in errors.
+        inventory: The inventory.
+        costs: Names of the costs that are summed.
+        places: The columns of these and of the area.
+        kinds: What each cost is of: the asset, a building or an area.
+        area_kind: Whether areas are of the asset or of one building.
+    """
+    if "replacement_cost" in inventory or not any(places[name] in inventory for name in costs):
+        return inventory
+    total: Any = 0.0
+    for name in costs:
+        cost, kind = _numbers(what, inventory, places[name]), kinds.get(name, "aggregated")
+        if kind == "per_area":
+            cost = cost * _numbers(what, inventory, places[AREA])
+        if kind == "per_asset" or (kind == "per_area" and area_kind == "per_asset"):
+            cost = cost * inventory["number"]
+        total = total + cost
+    inventory = inventory.assign(replacement_cost=total)
+    return checked_inventory(what, inventory, {})
+
+
+def _exposure_model(path: Path) -> ElementTree.Element:
+    """Return the exposure model of an NRML file, with bare names of elements."""
+    try:
+        # Python's expat takes no outside entities, and from 2.4.1 on none that grow without bounds.
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise ValueError(f"{path} is no XML: {error}") from None
+    for element in root.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.rpartition("}")[2]
+    model = root.find("exposureModel")
+    if model is None:
+        raise ValueError(f"{path} has no <exposureModel>: it is no exposure model of OpenQuake")
+    return model
+
+
+def _numbers(what: str, inventory: pd.DataFrame, column: str) -> pd.Series:
+    """Return a column as numbers, NaN where it is empty."""
+    if column not in inventory:
+        raise ValueError(f"{what}: there is no column {column!r}; the columns are {', '.join(inventory.columns)}")
+    values = pd.to_numeric(inventory[column], errors="coerce")
+    is_text = (values.isna() & inventory[column].notna()).to_numpy()
+    if is_text.any():
+        raise ValueError(f"{what}: {named_rows(inventory, is_text, column)} have a {column!r} that is no number")
+    return values

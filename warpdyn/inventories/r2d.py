@@ -1,0 +1,136 @@
+"""Inventories as SimCenter's R2D tool takes them: CSV and GeoJSON files."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.core.checks import one_of
+from warpdyn.inventories.table import FACTORS, checked_inventory
+from warpdyn.inventories.text_tables import read_csv
+
+# R2D's names of the columns (SimCenter, R2D user manual, "Asset Definition": buildings).
+R2D_NAMES = {
+    "id": "id",
+    "longitude": "Longitude",
+    "latitude": "Latitude",
+    "storeys": "NumberOfStories",
+    "year": "YearBuilt",
+    "occupancy": "OccupancyClass",
+    "structure_type": "StructureType",
+    "plan_area": "PlanArea",
+    "replacement_cost": "ReplacementCost",
+}
+
+
+def read_r2d(
+    path: str | os.PathLike, *, area_unit: str = "ft2", columns: Mapping[str, str] | None = None
+) -> pd.DataFrame:
+    """Read a CSV file of buildings as SimCenter's R2D tool takes it.
+
+    Args:
+        path: The file, with columns `id`, `Latitude`, `Longitude` and, if it has them, `NumberOfStories`, `YearBuilt`,
+            `OccupancyClass`, `StructureType`, `PlanArea` and `ReplacementCost`; case does not matter. All others are
+            kept under their names.
+        area_unit: Unit of `PlanArea`, which the file does not say: "ft2", as in SimCenter's examples, or "m2".
+        columns: Other names of columns by their meaning, as `from_table` takes them.
+
+    Returns:
+        The inventory, as `from_table` returns it, with `plan_area` in m2.
+
+    Raises:
+        ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if there is no such file.
+
+    Example:
+        >>> inventory = wd.inventories.read_r2d("SanFrancisco_buildings.csv")
+    """
+    one_of("area_unit", area_unit, tuple(FACTORS))
+    return _inventory(str(path), read_csv(path), area_unit, columns or {})
+
+
+def read_geojson(
+    path: str | os.PathLike, *, area_unit: str = "ft2", columns: Mapping[str, str] | None = None
+) -> pd.DataFrame:
+    """Read a GeoJSON file (RFC 7946) of buildings as SimCenter's R2D tool and its BRAILS write it.
+
+    A building lies where its properties `Latitude` and `Longitude` say, or else at its point, or at the mean of the
+    corners of its polygon's outer ring.
+
+    Args:
+        path: The file, a FeatureCollection of points or polygons whose properties are named as `read_r2d` says.
+        area_unit: Unit of `PlanArea`: "ft2" or "m2".
+        columns: Other names of properties by their meaning, as `from_table` takes them.
+
+    Returns:
+        The inventory, as `from_table` returns it, without the polygons.
+
+    Raises:
+        ValueError, FileNotFoundError: As of `read_r2d`; or if the file is no such JSON, or places are not in degrees.
+
+    Example:
+        >>> inventory = wd.inventories.read_geojson("AnchorageBuildings.geojson")
+    """
+    one_of("area_unit", area_unit, tuple(FACTORS))
+    with open(path, encoding="utf-8-sig") as file:
+        try:
+            told = json.load(file)
+        except (json.JSONDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path} is no JSON: {error}") from None
+    features = told.get("features") if isinstance(told, dict) else None
+    if not isinstance(features, list) or not all(isinstance(each, dict) for each in features):
+        raise ValueError(f"{path}: there is no list of features: a FeatureCollection is read")
+    _check_degrees(path, told)
+    table = pd.DataFrame.from_records([each.get("properties") or {} for each in features])
+    names = {str(name).lower(): str(name) for name in table.columns}
+    if "id" not in names:
+        table["id"] = [each.get("id") for each in features]
+    if "latitude" not in names or "longitude" not in names:
+        places = np.array([_place(path, number, each.get("geometry")) for number, each in enumerate(features)])
+        table["Longitude"], table["Latitude"] = places.reshape(-1, 2).T
+    return _inventory(str(path), table, area_unit, columns or {})
+
+
+def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[str, str]) -> pd.DataFrame:
+    """Return a table with R2D's names as an inventory."""
+    names = {str(name).lower(): name for name in table.columns}
+    known = {meaning: names[name.lower()] for meaning, name in R2D_NAMES.items() if name.lower() in names}
+    for meaning in ("id", "longitude", "latitude"):
+        known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error says R2D's name
+    inventory = checked_inventory(what, table, known | dict(columns))
+    if "plan_area" in inventory:
+        inventory["plan_area"] *= FACTORS[area_unit]
+    return inventory
+
+
+def _check_degrees(path: object, told: Mapping[str, Any]) -> None:
+    """Raise a ValueError unless places are longitudes and latitudes on WGS 84, as RFC 7946 has it."""
+    named = told.get("crs") or {}
+    name = str((named.get("properties") or {}).get("name", "")) if isinstance(named, dict) else ""
+    if name and not name.endswith(("CRS84", ":4326")):
+        raise ValueError(
+            f"{path}: its places are in {name!r}; longitudes and latitudes in degrees are read, of CRS84 or EPSG:4326"
+        )
+
+
+def _place(path: object, number: int, geometry: Any) -> tuple[float, float]:
+    """Return the longitude and latitude of a feature."""
+    kind = geometry.get("type") if isinstance(geometry, dict) else None
+    try:
+        if kind == "Point":
+            longitude, latitude = geometry["coordinates"][:2]
+            return float(longitude), float(latitude)
+        if kind in ("Polygon", "MultiPolygon"):
+            rings = geometry["coordinates"] if kind == "Polygon" else geometry["coordinates"][0]
+            corners = np.array([corner[:2] for corner in rings[0]], dtype=np.float64)[:-1]  # the last is the first
+            return float(corners[:, 0].mean()), float(corners[:, 1].mean())
+    except (LookupError, TypeError, ValueError):
+        kind = f"a {kind} that is not one"
+    raise ValueError(
+        f"{path}: feature {number} has neither Latitude and Longitude nor a point or polygon, but "
+        f"{kind or 'no geometry'}"
+    )

@@ -1,0 +1,156 @@
+"""From an inventory to a portfolio: its archetypes, their limits, and which building is which row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.core.checks import one_of
+from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import did_you_mean
+from warpdyn.inventories.rules import HazusRule, Rule, named_by
+from warpdyn.inventories.table import named_rows
+from warpdyn.scene.portfolio import Archetype, Portfolio
+from warpdyn.scene.scatter import Scatter
+from warpdyn.structures.hazus import DESIGN_LEVELS, building_types, hazus_drift_limits
+from warpdyn.structures.shear_building import ShearBuilding
+
+REFUSE, LEAVE_OUT = "refuse", "leave out"
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingStock:
+    """The portfolio of an inventory.
+
+    Args:
+        portfolio: One building for each row of the inventory that has an archetype.
+        limits: Storey drift ratio limits [1] of each archetype, as `damage_shares` takes them.
+        rows: Row of the inventory of each building of the portfolio, counted from 0, shape [building]:
+            `inventory.iloc[stock.rows]` is the table in the order of the portfolio.
+        left_out: Rows that have no archetype, counted from 0.
+    """
+
+    portfolio: Portfolio
+    limits: Mapping[str, Mapping[str, float]]
+    rows: np.ndarray
+    left_out: np.ndarray
+
+    def __repr__(self) -> str:
+        left = f", {self.left_out.size:,} buildings left out" if self.left_out.size else ""
+        return f"BuildingStock({self.portfolio!r}{left})"
+
+    @property
+    def archetype_index(self) -> np.ndarray:
+        """Index of the archetype of each building of the portfolio, shape [building]."""
+        return np.repeat(np.arange(len(self.portfolio.archetypes), dtype=np.int32), self.portfolio.counts)
+
+    def replacement_values(self, inventory: pd.DataFrame) -> dict[str, float]:
+        """Return the replacement cost of all buildings of each archetype, as `portfolio_losses` takes it.
+
+        Args:
+            inventory: The inventory that the stock was made of.
+
+        Raises:
+            ValueError: If there is no replacement cost, or some buildings have none; the message counts and names them.
+        """
+        if "replacement_cost" not in inventory:
+            raise ValueError("replacement_values: the inventory has no column replacement_cost")
+        cost = inventory["replacement_cost"].to_numpy(dtype=np.float64)[self.rows]
+        missing = np.isnan(cost)
+        if missing.any():
+            named = named_rows(inventory.iloc[self.rows], missing)
+            raise ValueError(f"replacement_values: {named} of {cost.size:,} buildings have no replacement cost")
+        sums = np.bincount(self.archetype_index, cost, minlength=len(self.portfolio.archetypes))
+        return dict(zip(self.portfolio.archetypes, sums.tolist(), strict=True))
+
+
+def portfolio(
+    inventory: pd.DataFrame,
+    archetype_of: Rule | None = None,
+    *,
+    archetypes: Mapping[str, Archetype] | None = None,
+    limits: Mapping[str, Mapping[str, float]] | None = None,
+    building: Callable[[str, str, int], ShearBuilding] = ShearBuilding.from_hazus,
+    scatter: Scatter | None = None,
+    correlation: Mapping[tuple[str, str], float] | None = None,
+    unknown: str = REFUSE,
+) -> BuildingStock:
+    """Return the portfolio of an inventory: an archetype for every kind of building in it.
+
+    A row is one building of the portfolio, whatever `number` of buildings it stands for: the number stays in the
+    inventory, as a weight for results, which `damage_shares` does not apply. Areas change no drift: masses, stiffnesses
+    and strengths of Hazus' buildings are all in proportion to them.
+
+    Args:
+        inventory: What a reader of `wd.inventories` returned, or some of its rows.
+        archetype_of: The rule from columns to archetypes. None for `HazusRule()`, by structure type, storeys and year;
+            or a mapping from structure types to names of archetypes; or a function that takes the inventory and returns
+            the name of each building, None where it knows none. A name is one of `archetypes`, or is a Hazus type with
+            its design level and storeys: "C1M high 5".
+        archetypes: Archetypes of the user's own by name; their `count` is replaced.
+        limits: Storey drift ratio limits [1] by damage state of each of these that has some.
+        building: What makes the building of a Hazus archetype of type, design level and storeys, such as
+            `lambda *of: wd.ShearBuilding.from_hazus(*of, law="hysteretic")`.
+        scatter: What differs among buildings of a Hazus archetype, as an Archetype takes it.
+        correlation: Correlation of pairs of scattered parameters, as an Archetype takes it.
+        unknown: What is done with buildings for which the rule finds no archetype: "refuse" (an error that counts and
+            names them) or "leave out" (a warning that does).
+
+    Returns:
+        The portfolio with its archetypes in the order of Hazus' table (or of the names), their limits, and which row
+        each building is.
+
+    Raises:
+        ValueError: If buildings have no archetype, such as those without a type, of a type that Hazus does not have, or
+            with storeys that disagree with it; or if a name is no archetype.
+        TypeError: If an argument is of the wrong kind.
+
+    Example:
+        >>> stock = wd.inventories.portfolio(wd.inventories.read_r2d("buildings.csv"))
+        >>> run = wd.simulate(wd.Scene(stock.portfolio, wd.Cloud(motions), recorders=("drift",)))
+        >>> shares = wd.damage_shares(run, stock.limits)
+    """
+    if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
+        raise TypeError("portfolio() takes an inventory, as the readers of wd.inventories return it")
+    one_of("unknown", unknown, (REFUSE, LEAVE_OUT))
+    named = named_by(HazusRule() if archetype_of is None else archetype_of, inventory)
+    is_known = named.code >= 0
+    if not is_known.all():
+        count = np.count_nonzero(~is_known)
+        told = f"{count:,} of {len(inventory):,} buildings have no archetype: {'; '.join(named.reasons)}"
+        if unknown == REFUSE or count == len(inventory):
+            raise ValueError(f"portfolio: {told}. Complete the inventory or the rule, or leave them out (unknown=)")
+        warn_caller(f"portfolio: left out are {told}")
+    own, own_limits = archetypes or {}, limits or {}
+    counts = np.bincount(named.code[is_known], minlength=len(named.names))
+    made: dict[str, Archetype] = {}
+    found_limits: dict[str, Mapping[str, float]] = {}
+    for name, count in zip(named.names, counts.tolist(), strict=True):
+        if name in own:
+            one = own[name]
+            made[name] = Archetype(one.building, count, one.scatter, one.correlation)
+        else:
+            kind, level, storeys = named.hazus.get(name) or _hazus_parts(name, own)
+            made[name] = Archetype(building(kind, level, storeys), count, scatter or {}, correlation or {})
+            found_limits[name] = hazus_drift_limits(kind, level)
+        if name in own_limits:
+            found_limits[name] = own_limits[name]
+    # Few archetypes fit into 16 bits, whose stable sort takes a time in proportion to the buildings.
+    small = np.int16 if len(made) < 2**15 else np.int32
+    order = np.argsort(np.where(is_known, named.code, len(made)).astype(small), kind="stable")
+    rows, left_out = np.split(order, [int(is_known.sum())])
+    return BuildingStock(Portfolio(made), found_limits, rows, left_out)
+
+
+def _hazus_parts(name: str, own: Mapping[str, object]) -> tuple[str, str, int]:
+    """Return building type, design level and storeys of a name such as "C1M high 5"."""
+    parts = name.split(" ")
+    if len(parts) == 3 and parts[0] in building_types() and parts[1] in DESIGN_LEVELS and parts[2].isdigit():
+        return parts[0], parts[1], int(parts[2])
+    raise ValueError(
+        f"portfolio: {name!r} is neither one of archetypes{did_you_mean(name, list(own))} nor a Hazus type with its "
+        "design level and storeys, such as 'C1M high 5'"
+    )

@@ -1,0 +1,124 @@
+"""Losses that follow from damage states, added up where the samples run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import finite_numbers
+from warpdyn.kernels.auxiliary import reductions
+from warpdyn.reduction.cells import Coordinates
+from warpdyn.reduction.damage_counts import Bounds, states_of
+from warpdyn.reduction.demand_statistics import moments
+from warpdyn.reduction.limits import DRIFT, Limit
+from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
+from warpdyn.reduction.population import Population
+from warpdyn.reduction.statistic import Statistic, Variables, failures
+from warpdyn.reduction.tally import LEAST_SAMPLES, Block, Sums, Tally, Workers
+
+
+@dataclass(frozen=True, eq=False)
+class DamageLoss(Statistic):
+    """The loss that follows from the damage state of each sample: its sum, mean and variance.
+
+    Undamaged structures cost nothing. The loss of a sample is that of the mean loss ratio of its damage state; what the
+    scatter of the ratios adds to the variance of a sum, independent from sample to sample, is given besides.
+
+    Args:
+        limits: Limits of the damage states, as of `DamageCounts`.
+        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation; of a portfolio
+            the same for all archetypes, or of each archetype such a mapping.
+        replacement_values: Replacement value of each structure (or of a portfolio's building), shape [structure], or of
+            all alike; 1 for loss ratios.
+        demand: Variable that plain limits are of.
+        events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts.
+        over: What losses are added up for each of, as "building" or ("archetype", "event"); see `Statistic`.
+        labels: Labels of structures that `over` names.
+
+    Example:
+        >>> asked = wd.DamageLoss(limits, wd.hazus_loss_ratios("RES3"), values, over="motion")
+        >>> wd.simulate(scene, statistics=asked)["loss_sum_by_motion"]  # of the whole portfolio
+    """
+
+    limits: Mapping[str, Limit] | Mapping[str, Mapping[str, float]]
+    loss_ratios: Ratios | Mapping[str, Ratios]
+    replacement_values: ArrayLike = 1.0
+    demand: str = DRIFT
+    events: Sequence[str] | Sequence[int] | None = None
+
+    def reducer(self, population: Population, threads: int) -> LossReducer:
+        """Return what adds up the losses of a run."""
+        return LossReducer(self, population, threads)
+
+
+class LossReducer:
+    """Add up the losses of the samples of a run.
+
+    Args:
+        statistic: What is asked for.
+        population: What the samples are of.
+        threads: Threads that add.
+    """
+
+    def __init__(self, statistic: DamageLoss, population: Population, threads: int) -> None:
+        self.population, self.bounds = population, Bounds.of(statistic.limits, statistic.demand, population)
+        self.cells = statistic.cells(population, statistic.events)
+        states = self.bounds.states[1:]
+        names = [""] if population.portfolio is None else list(population.portfolio.archetypes)
+        found = ratios_of_archetypes("DamageLoss", names, states, statistic.loss_ratios)
+        of_each = [np.stack([ratios.mean, ratios.deviation**2], axis=-1) for ratios in found]
+        self._ratios = np.concatenate([np.zeros((len(names), 1, 2)), np.stack(of_each)], axis=1)
+        values = finite_numbers("replacement_values", statistic.replacement_values)
+        if values.shape not in ((), (population.structures,)) or np.any(values < 0):
+            raise ValueError(
+                f"replacement_values must be one value, or one for each of the {population.structures} "
+                f"{population.structure_dim}s, none below 0; got shape {values.shape}"
+            )
+        self._values = np.ascontiguousarray(np.broadcast_to(values, population.structures))
+        motions = {"motion_index"} if self.cells.needs_motions else set()
+        self.needs = frozenset({*self.bounds.demands, *motions})
+        self.tally = Tally(self.cells, 1, len(self.bounds.states), threads)
+        self.losses, self.scatter = Sums(self.cells), Sums(self.cells)
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Add the losses of the samples of a block."""
+        states = states_of(block, self.bounds, self.population, workers, each_place=False)
+        self.tally.add(block, states, workers)
+        rows = block.rows(self.cells)
+        order, start, cell_of_unit = rows.units()
+        units, count = cell_of_unit.size, rows.structure.size
+        status, loss = np.empty(count * units, dtype=np.int8), np.zeros((count * units, 2))
+        kind, value = self.population.archetype[rows.structure], self._values[rows.structure]
+        given = block.status, states, order, start, self._ratios, kind.astype(np.int32), value, status, loss
+
+        def find(first: int, last: int, thread: int) -> None:
+            reductions.launch(reductions.losses_kernel(), first, last, rows.samples, *given)
+
+        workers.share(find, 0, count, LEAST_SAMPLES // rows.samples + 1)
+        of_units = replace(rows, samples=units, cell_of_place=cell_of_unit, unit=np.arange(units))
+        found = Block(block.structures, block.event, {"status": status, "loss": loss})
+        self.losses.add(found, "loss", True, 0, workers, of_units)
+        self.scatter.add(found, "loss", True, 1, workers, of_units)
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return sums, mean and variance of the losses, and the numbers of samples that they are of."""
+        cells, states = self.cells, len(self.bounds.states)
+        table = self.tally.counts[-1]
+        variables, coordinates = failures(cells, table[:, states:])
+        count = table[:, :states].sum(axis=1)
+        mean, variance = moments(count, self.losses.totals)
+        total, of_scatter = (each.totals[:, 0] + each.totals[:, 1] for each in (self.losses, self.scatter))
+        money = {"units": "1", "comment": "in the unit of replacement_values"}
+        for name, values, text in (
+            ("loss_sum", total, "sum of the losses of the samples"),
+            ("loss_mean", mean, "mean loss of a sample"),
+            ("loss_variance", variance, "variance of the loss of a sample, with mean loss ratios"),
+            ("loss_scatter_variance", of_scatter, "variance of the sum by the scatter of the loss ratios"),
+            ("counted_count", count, "samples with a loss, collapsed ones included"),
+        ):
+            said = money if name.startswith("loss") else {"units": "1"}
+            variables[f"{name}{cells.suffix}"] = (cells.dims, values.reshape(cells.shape), said | {"long_name": text})
+        return variables, coordinates | cells.coordinates

@@ -1,0 +1,293 @@
+"""Moments, largest values, histograms and quantiles of a demand, made where the samples run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.core.checks import finite_numbers
+from warpdyn.core.plausibility import warn_of_implausible_limits
+from warpdyn.reduction.cells import Coordinates
+from warpdyn.reduction.limits import DRIFT
+from warpdyn.reduction.population import Population
+from warpdyn.reduction.statistic import Statistic, Variables, failures
+from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, Workers, find_states
+
+MOST_EDGES = 10_000
+SPLITTER = 2.0**27 + 1.0  # splits a float64 into halves whose products are exact (Dekker 1971)
+
+
+@dataclass(frozen=True, eq=False)
+class DemandMoments(Statistic):
+    """Mean and variance of a demand among the samples that stand.
+
+    Args:
+        demand: Variable that the scene records, such as "peak_storey_drift_ratio". Where it is known at several storeys
+            or floors, the largest absolute value of them is the sample's.
+        each_place: Whether the moments at each storey (or floor) by itself are given, besides those of the largest.
+        over: What the moments are taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
+        labels: Labels of structures that `over` names.
+
+    Example:
+        >>> found = wd.simulate(scene, structures=1000, statistics=wd.DemandMoments("peak_base_shear", over="motion"))
+        >>> found["peak_base_shear_mean_by_motion"]
+    """
+
+    demand: str
+    each_place: bool = False
+
+    def reducer(self, population: Population, threads: int) -> SumsReducer:
+        """Return what adds up the samples of a run."""
+        return SumsReducer(self, population, threads)
+
+
+@dataclass(frozen=True, eq=False)
+class LargestDemand(Statistic):
+    """The largest value of a demand among the samples that stand.
+
+    Args:
+        demand: Variable that the scene records. Where it is known at several storeys or floors, the largest absolute
+            value of them is the sample's.
+        each_place: Whether the largest at each storey (or floor) by itself is given, besides that of all.
+        over: What it is taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
+        labels: Labels of structures that `over` names.
+
+    Example:
+        >>> found = wd.simulate(scene, structures=1000, statistics=wd.LargestDemand("peak_storey_drift_ratio"))
+        >>> float(found["peak_storey_drift_ratio_largest"])
+    """
+
+    demand: str
+    each_place: bool = False
+
+    def reducer(self, population: Population, threads: int) -> SumsReducer:
+        """Return what adds up the samples of a run."""
+        return SumsReducer(self, population, threads)
+
+
+class SumsReducer:
+    """Add up a demand of the samples of a run.
+
+    Args:
+        statistic: What is asked for.
+        population: What the samples are of.
+        threads: Threads that add.
+    """
+
+    def __init__(self, statistic: DemandMoments | LargestDemand, population: Population, threads: int) -> None:
+        self.population, self.demand = population, statistic.demand
+        self.is_largest = isinstance(statistic, LargestDemand)
+        self.cells = statistic.cells(population)
+        dims = population.demand(self.demand).dims
+        if statistic.each_place and not dims:
+            raise ValueError(f"each_place=True needs a demand that is known at each storey or floor, not {self.demand}")
+        self.dim, self._has_places = dims[0] if statistic.each_place else "", bool(dims)
+        places = population.scene.structure.dofs if self.dim else 0
+        motions = {"motion_index"} if self.cells.needs_motions else set()
+        self.needs = frozenset({self.demand, *motions})
+        self.tally = Tally(self.cells, places + 1, 2, threads)  # samples that stand, and collapsed ones
+        self.sums = [Sums(self.cells) for _ in range(places + 1)]  # of each place, and of the largest of all
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Add the samples of a block."""
+        places = block.demand(self.demand).shape[1] if self.dim else 0  # a building may be lower than others
+        none = np.zeros((places + 1, len(block.status)), dtype=np.uint16)
+        self.tally.add(block, none, workers)
+        for place in range(places):
+            self.sums[place].add(block, self.demand, True, place, workers)
+        self.sums[-1].add(block, self.demand, not self._has_places, -1, workers)
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return the statistics and the numbers of samples that they are of."""
+        cells, counts = self.cells, self.tally.counts
+        variables, coordinates = outcomes(self, counts[-1])
+        self._name(variables, "", cells.dims, [self.sums[-1]], counts[-1:])
+        if self.dim:
+            self._name(variables, f"{self.dim}_", (self.dim, *cells.dims), self.sums[:-1], counts[:-1])
+            numbered = self.population.scene.structure.numbered(self.population.scene.recorders)
+            coordinates |= {name: each for name, each in numbered.items() if name == self.dim}
+        return variables, coordinates
+
+    def _name(
+        self, variables: Variables, before: str, dims: tuple[str, ...], sums: Sequence[Sums], counts: np.ndarray
+    ) -> None:
+        """Add the variables of some places to others."""
+        units, long_name = self.population.demand(self.demand).units, self.population.demand(self.demand).long_name
+        shape, totals = self.cells.shape, np.stack([each.totals for each in sums])
+        number = counts[..., 0]
+
+        def put(what: str, values: np.ndarray, units: str) -> None:
+            table = values.reshape(len(sums), *shape) if before else values.reshape(shape)
+            said = {"long_name": f"{what} of {long_name}, of samples that stand", "units": units}
+            variables[f"{before}{self.demand}_{what}{self.cells.suffix}"] = (dims, table, said)
+
+        if self.is_largest:
+            put("largest", np.where(number > 0, totals[..., -1], np.nan), units)
+        else:
+            mean, variance = moments(number, totals)
+            put("mean", mean, units)
+            put("variance", variance, "1" if units == "1" else f"({units})2")
+
+
+def moments(count: np.ndarray, totals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and unbiased variance; NaN where there are too few samples for them.
+
+    The square of the sum, which is subtracted from the sum of squares, is computed in twice the digits.
+
+    Args:
+        count: Number of samples.
+        totals: Sums of `Sums`, with a last axis more.
+    """
+    number = count.astype(np.float64)
+    total, left_out, squares, left_out_of_squares = (totals[..., place] for place in range(4))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(count > 0, (total + left_out) / number, np.nan)
+        square, error = exact_product(total, total)
+        share = square / number
+        back, error_of_back = exact_product(share, number)
+        rest = (square - back) - error_of_back + error + 2.0 * total * left_out
+        spread = (squares - share) + (left_out_of_squares - rest / number)
+        variance = np.where(count > 1, np.maximum(spread, 0.0) / (number - 1.0), np.nan)
+    return mean, variance
+
+
+def exact_product(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a product and what rounding left out of it (Dekker 1971, Numerische Mathematik 18)."""
+    product = one * other
+    high, others_high = (SPLITTER * each - (SPLITTER * each - each) for each in (one, other))
+    low, others_low = one - high, other - others_high
+    return product, ((high * others_high - product) + high * others_low + low * others_high) + low * others_low
+
+
+@dataclass(frozen=True, eq=False)
+class DemandHistogram(Statistic):
+    """How many samples have a demand between edges, and quantiles of the demand from these numbers.
+
+    Bins reach from below the first edge to above the last; a value on an edge is in the bin below it, as exceeding is
+    strict, so that the sum over the bins above an edge is the number of samples that exceed it. Collapsed samples are
+    in the last bin: they exceed every edge.
+
+    Args:
+        demand: Variable that the scene records. Where it is known at several storeys or floors, the largest absolute
+            value of them is the sample's.
+        edges: Edges of the bins in the units of the demand, increasing, shape [edge].
+        quantiles: Probabilities of the quantiles that are wanted, between 0 and 1. A quantile is interpolated in its
+            bin, whose edges bound it; one in the last bin is not known, and its upper bound is infinite.
+        over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`.
+        labels: Labels of structures that `over` names.
+
+    Example:
+        >>> asked = wd.DemandHistogram("peak_storey_drift_ratio", np.geomspace(1e-4, 0.1, 61), quantiles=(0.5, 0.84))
+        >>> wd.simulate(scene, structures=1000, statistics=asked)["peak_storey_drift_ratio_quantile"]
+    """
+
+    demand: str
+    edges: ArrayLike
+    quantiles: Sequence[float] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        edges = np.atleast_1d(finite_numbers("edges", self.edges))
+        if edges.ndim > 1 or not 0 < edges.size <= MOST_EDGES or np.any(np.diff(edges) <= 0):
+            raise ValueError(f"edges must be a row of at most {MOST_EDGES} numbers that increase, got {self.edges!r}")
+        quantiles = np.atleast_1d(finite_numbers("quantiles", self.quantiles))
+        if quantiles.ndim > 1 or np.any((quantiles <= 0) | (quantiles >= 1)):
+            raise ValueError(f"quantiles must be a row of probabilities between 0 and 1, got {self.quantiles!r}")
+        object.__setattr__(self, "edges", edges)
+        object.__setattr__(self, "quantiles", tuple(quantiles.tolist()))
+
+    def reducer(self, population: Population, threads: int) -> HistogramReducer:
+        """Return what counts the samples of a run."""
+        return HistogramReducer(self, population, threads)
+
+
+class HistogramReducer:
+    """Count the samples of a run by bins of a demand.
+
+    Args:
+        statistic: What is asked for.
+        population: What the samples are of.
+        threads: Threads that count.
+    """
+
+    def __init__(self, statistic: DemandHistogram, population: Population, threads: int) -> None:
+        self.population, self.demand, self.cells = population, statistic.demand, statistic.cells(population)
+        self.edges, self.quantiles = np.asarray(statistic.edges), np.array(statistic.quantiles)
+        self._is_absolute = bool(population.demand(self.demand).dims)
+        if self.demand == DRIFT:
+            warn_of_implausible_limits({" of the last edge": float(self.edges[-1])})
+        motions = {"motion_index"} if self.cells.needs_motions else set()
+        self.needs = frozenset({self.demand, *motions})
+        self.tally = Tally(self.cells, 1, self.edges.size + 1, threads)
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Count the samples of a block."""
+        states = np.zeros((1, len(block.status)), dtype=np.uint16)
+        kind, edges = np.zeros(len(block.structures), dtype=np.int32), self.edges[None]
+        find_states(block, self.demand, edges, kind, states, workers, is_absolute=self._is_absolute)
+        self.tally.add(block, states, workers)
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return the counts and the quantiles."""
+        cells, demand, bins = self.cells, self.population.demand(self.demand), self.edges.size + 1
+        table = self.tally.counts[-1][:, :bins].reshape(*cells.shape, bins)
+        variables, coordinates = failures(cells, self.tally.counts[-1][:, bins:])
+        dim = f"{self.demand}_bin"
+        said: dict[str, object] = {"long_name": f"samples by {demand.long_name}, collapsed ones in the last bin"}
+        variables[f"{self.demand}_histogram{cells.suffix}"] = ((*cells.dims, dim), table, said | {"units": "1"})
+        lower, upper = np.append(-np.inf, self.edges), np.append(self.edges, np.inf)
+        if self._is_absolute:
+            lower[0] = min(0.0, self.edges[0])
+        for what, values in (("lower", lower), ("upper", upper)):
+            text = {"long_name": f"{what} edge of the bin", "units": demand.units}
+            coordinates[f"{dim}_{what}"] = (dim, values, text)
+        if self.quantiles.size:
+            for name, values, what in zip(
+                ("quantile", "quantile_lower", "quantile_upper"),
+                quantiles_of(table, lower, upper, self.quantiles),
+                ("quantile", "lower bound of the quantile", "upper bound of the quantile"),
+                strict=True,
+            ):
+                text = {"long_name": f"{what} of {demand.long_name}", "units": demand.units}
+                variables[f"{self.demand}_{name}{cells.suffix}"] = ((*cells.dims, "quantile"), values, text)
+            probability = {"long_name": "probability of not being exceeded", "units": "1"}
+            coordinates["quantile"] = ("quantile", self.quantiles, probability)
+        return variables, coordinates | cells.coordinates
+
+
+def quantiles_of(
+    counts: np.ndarray, lower: np.ndarray, upper: np.ndarray, probabilities: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return quantiles, interpolated in their bins, and the edges of these; NaN where nothing was counted.
+
+    A quantile is the least value that at least its share of the samples do not exceed.
+
+    Args:
+        counts: Samples by bin, shape [..., bin].
+        lower, upper: Edges of the bins.
+        probabilities: Probabilities of the quantiles.
+    """
+    cumulated = counts.cumsum(axis=-1)
+    total = cumulated[..., -1:]
+    # The rank of the sample, counted from 1, as exact as the product of a count and a probability is.
+    rank = np.maximum(np.ceil(probabilities * total * (1.0 - 1e-15)), 1.0)
+    place = np.minimum((cumulated[..., None, :] < rank[..., None]).sum(axis=-1), counts.shape[-1] - 1)
+    inside = np.take_along_axis(counts, place, axis=-1)
+    before = np.take_along_axis(cumulated, place, axis=-1) - inside
+    bounds = np.where(total > 0, lower[place], np.nan), np.where(total > 0, upper[place], np.nan)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = bounds[0] + (bounds[1] - bounds[0]) * (rank - before) / inside
+    return np.where(np.isfinite(found), found, np.nan), *bounds
+
+
+def outcomes(reducer: SumsReducer, counts: np.ndarray) -> tuple[Variables, Coordinates]:
+    """Return the samples that stand, collapsed and failed, from counts by cell and outcome."""
+    cells = reducer.cells
+    variables, coordinates = failures(cells, counts[:, -len(FAILURES) :])
+    for place, (name, text) in enumerate((("standing_count", "stand"), ("collapsed_count", "collapsed"))):
+        said = {"long_name": f"samples that {text}", "units": "1"}
+        variables[f"{name}{cells.suffix}"] = (cells.dims, counts[:, place].reshape(cells.shape), said)
+    return variables, coordinates | cells.coordinates

@@ -1,0 +1,124 @@
+"""What a region tells of its run besides its samples, in a file that says that the region is done."""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+import zipfile
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warpdyn.integration.dynamics import Arrays
+from warpdyn.integration.stability_guard import StabilityFindings
+from warpdyn.running.regions.rerun_budget import Decisions
+
+# How findings of several regions become those of the run; the first that says something stands for all in FIRST.
+SUMS = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping", "off", "sensitive")
+LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error"), ("first", "never")
+OF_THE_RUN = ("samples", "method", "event")
+
+
+@dataclass(kw_only=True)
+class Report:
+    """What a region tells.
+
+    Args:
+        structures: Its first structure, and the one after its last.
+        histories: Number of histories, over all events.
+        findings: What `state_of` returns of the findings of each event.
+        decisions: Which failed samples were run again, for each event, and then for the error estimates of each.
+        errors: What the error estimates of each event found, part by part, by demand.
+        outcomes: What `outcomes_of` returns of the samples whose histories are kept.
+        longest_period: The longest first period [s].
+        seconds: Time of sampling, integrating and in kernels [s].
+        messages: Warnings.
+        rows: Values of the samples by name, where they are not in a store.
+    """
+
+    structures: tuple[int, int]
+    histories: int
+    findings: list[dict[str, Any]]
+    decisions: list[list[Decisions]]
+    errors: list[list[Arrays]]
+    outcomes: tuple[np.ndarray, ...]
+    longest_period: float
+    seconds: dict[str, float]
+    messages: list[str]
+    rows: Arrays = field(default_factory=dict)
+
+    def save(self, path: Path) -> None:
+        """Write all but the rows to a file, which appears whole."""
+        plain = {name: getattr(self, name) for name in PLAIN}
+        counts = {"decisions": [len(each) for each in self.decisions], "errors": [len(each) for each in self.errors]}
+        arrays: Arrays = {f"outcomes/{place}": values for place, values in enumerate(self.outcomes)}
+        for slot, made in enumerate(self.decisions):
+            for place, one in enumerate(made):
+                arrays |= {f"decisions/{slot}/{place}/{name}": values for name, values in one.arrays.items()}
+        for slot, found in enumerate(self.errors):
+            for place, errors in enumerate(found):
+                arrays |= {f"errors/{slot}/{place}/{name}": values for name, values in errors.items()}
+        # Two workers may write it at a time, one of which the scheduler takes for dead: each to a file of its own.
+        part = path.with_name(f"{path.stem}.{uuid.uuid4().hex}.part")
+        try:
+            with open(part, "wb") as file:
+                header: dict[str, Any] = {"header": json.dumps(plain | counts)}
+                np.savez(file, **header, **arrays)  # type: ignore[arg-type]
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(part, path)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
+
+    @classmethod
+    def load(cls, path: Path) -> Report | None:
+        """Return the report of a file; None if it is missing or damaged, so that the region is run again."""
+        with suppress(OSError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as kept:
+            header = json.loads(str(kept["header"]))
+            parts: dict[str, list[list[Arrays]]] = {
+                kind: [[{} for _ in range(count)] for count in header[kind]] for kind in ("decisions", "errors")
+            }
+            outcomes = {}
+            for name in kept.files:
+                kind, *rest = name.split("/")
+                if kind == "outcomes":
+                    outcomes[int(rest[0])] = kept[name]
+                elif kind in parts:
+                    parts[kind][int(rest[0])][int(rest[1])][rest[2]] = kept[name]
+            plain = {name: header[name] for name in PLAIN}
+            plain["structures"] = tuple(plain["structures"])
+            decisions = [[Decisions.of_arrays(one) for one in made] for made in parts["decisions"]]
+            taken = tuple(outcomes[place] for place in range(len(outcomes)))
+            return cls(decisions=decisions, errors=parts["errors"], outcomes=taken, **plain)
+        return None
+
+
+PLAIN = ("structures", "histories", "findings", "longest_period", "seconds", "messages")
+
+
+def state_of(findings: StabilityFindings) -> dict[str, Any]:
+    """Return what findings hold of some samples, as JSON can."""
+    held = {name: value for name, value in vars(findings).items() if name not in OF_THE_RUN}
+    return held | {"failed": {str(code): count for code, count in findings.failed.items()}}
+
+
+def include(findings: StabilityFindings, states: Iterable[dict[str, Any]]) -> None:
+    """Add what regions found, in the order of their samples, to the findings of the run."""
+    for state in states:
+        for name in SUMS:
+            setattr(findings, name, getattr(findings, name) + state[name])
+        for name in LEAST:
+            setattr(findings, name, min(getattr(findings, name), state[name]))
+        for name in MOST:
+            setattr(findings, name, max(getattr(findings, name), state[name]))
+        for name in FIRST:
+            if getattr(findings, name) in ("", None):
+                setattr(findings, name, state[name])
+        for code in findings.failed:
+            findings.failed[code] += state["failed"][str(code)]

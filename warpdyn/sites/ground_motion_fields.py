@@ -1,0 +1,106 @@
+"""OpenQuake's ground motion fields: intensities at sites in each event of a calculation, as CSV files."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.core.messages import warn_caller
+from warpdyn.inventories.text_tables import read_csv
+from warpdyn.sites.intensity_fields import field_dataset
+
+# Names of columns, as the engine writes them now and wrote them before.
+EVENTS, SITES = ("event_id", "eid"), ("custom_site_id", "site_id", "sid")
+PREFIX = "gmv_"
+# What the engine gives intensities in, and what we make of them: accelerations stay in g.
+UNITS = {"PGA": ("g", 1.0), "SA": ("g", 1.0), "AvgSA": ("g", 1.0), "PGV": ("m s-1", 0.01), "PGD": ("m", 0.01)}
+MOST_SHOWN = 3
+
+
+def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike) -> xr.Dataset:
+    """Read ground motion fields of the OpenQuake engine.
+
+    The engine leaves out sites where an event is weaker than its `minimum_intensity`: the intensity there is taken as
+    0.
+
+    Args:
+        fields: The CSV file of the fields (gmf-data), with columns `event_id`, `gmv_PGA`, `gmv_SA(0.3)` and so on, and
+            `site_id` or `custom_site_id`.
+        sites: The CSV file of the sites (sitemesh), with the same column of sites, `lon` and `lat`.
+
+    Returns:
+        Dataset with the fields `PGA`, `SA(0.3)` and so on (earthquake, point): accelerations in g, velocities in m/s,
+        displacements in m, other measures as they are, without a unit; with the coordinates `longitude`, `latitude`
+        and `point_name`. `scale_records` takes one of them.
+
+    Raises:
+        ValueError: If a column is missing, a site of the fields is not among the sites, a site or a value stands twice,
+            or a value is below 0 or not finite.
+        FileNotFoundError: If there is no such file.
+
+    Example:
+        >>> shaking = wd.sites.read_ground_motion_field("gmf-data_1.csv", "sitemesh_1.csv")
+        >>> grid = wd.sites.scale_records(shaking["SA(1.0)"], motions, seed=1)
+    """
+    values, mesh = read_csv(fields, comment="#"), read_csv(sites, comment="#")
+    event = _column(fields, values, EVENTS)
+    site = _column(fields, values, [name for name in SITES if name in mesh] or SITES)
+    for name in (site, "lon", "lat"):
+        if name not in mesh:
+            raise ValueError(f"{sites}: there is no column {name!r}; the columns are {', '.join(mesh.columns)}")
+    names = mesh[site].astype(str)
+    if names.duplicated().any():
+        raise ValueError(f"{sites}: site {names[names.duplicated()].iloc[0]!r} stands twice")
+    measures = [name for name in values.columns if name.startswith(PREFIX)]
+    if not measures or not len(values):
+        raise ValueError(
+            f"{fields}: there are no columns {PREFIX}<measure>, or no rows; the columns are {list(values)}"
+        )
+    place = pd.Index(names).get_indexer(values[site].astype(str))
+    if np.any(place < 0):
+        unknown = values[site].astype(str)[place < 0].unique()
+        raise ValueError(f"{fields}: {unknown.size:,} sites ({', '.join(unknown[:MOST_SHOWN])}) are not in {sites}")
+    number, earthquakes = pd.factorize(values[event], sort=True)
+    cell = number.astype(np.int64) * len(names) + place
+    if pd.Series(cell).duplicated().any():
+        twice = int(np.flatnonzero(pd.Series(cell).duplicated())[0])
+        raise ValueError(f"{fields}: site {values[site].iloc[twice]} has event {values[event].iloc[twice]} twice")
+    silent = len(names) - np.unique(place).size
+    if silent:
+        first = names[np.setdiff1d(np.arange(len(names)), place)[0]]
+        warn_caller(f"{fields}: {silent:,} of {len(names):,} sites ({first}, ...) have no value: they are taken as 0")
+    made = {}
+    for column in measures:
+        given = pd.to_numeric(values[column], errors="coerce").to_numpy(dtype=np.float64)
+        bad = ~(np.isfinite(given) & (given >= 0))
+        if bad.any():
+            raise ValueError(
+                f"{fields}: {np.count_nonzero(bad):,} values of {column} are no intensities, the first is "
+                f"{values[column].iloc[int(np.argmax(bad))]} at site {values[site].iloc[int(np.argmax(bad))]}"
+            )
+        name = _measure_name(column.removeprefix(PREFIX))
+        unit, factor = UNITS.get(name.partition("(")[0], ("", 1.0))
+        field = np.zeros((len(earthquakes), len(names)))
+        field.ravel()[cell] = factor * given
+        made[name] = (field, unit)
+    lon, lat = (mesh[name].to_numpy(dtype=np.float64) for name in ("lon", "lat"))
+    return field_dataset(lon, lat, made, names.tolist(), [str(each) for each in earthquakes])
+
+
+def _measure_name(text: str) -> str:
+    """Return a measure's name, with the period of a spectral acceleration as a decimal number."""
+    name, _, period = text.partition("(")
+    try:
+        return f"SA({float(period.rstrip(')'))})" if name == "SA" else text
+    except ValueError:
+        return text
+
+
+def _column(path: object, table: pd.DataFrame, names: tuple[str, ...] | list[str]) -> str:
+    for name in names:
+        if name in table:
+            return name
+    raise ValueError(f"{path}: there is no column {' or '.join(names)}; the columns are {', '.join(table.columns)}")

@@ -1,0 +1,89 @@
+"""Places on Earth: distances, the grid points nearest to buildings, and whether buildings lie within a grid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from warpdyn.inventories.table import named_rows
+
+EARTH_RADIUS = 6_371_008.8  # m, the mean radius of WGS 84 (Moritz 2000, Journal of Geodesy 74, R1)
+BESIDE = 3  # of a grid's points, the neighbour whose distance is the spacing: that of the wider side of a cell
+
+
+def unit_vectors(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
+    """Return places [degree] as points of the unit sphere, shape [place, 3]: their chords know no date line."""
+    lon, lat = np.radians(longitude), np.radians(latitude)
+    return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
+
+
+def arc(chord: np.ndarray) -> np.ndarray:
+    """Return distances on the surface of the Earth [m] of chords of the unit sphere."""
+    return 2 * EARTH_RADIUS * np.arcsin(np.minimum(chord / 2, 1.0))
+
+
+def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
+    """Return the spacing of grid points [m], infinite of a single one: the median distance to the third neighbour.
+
+    On a rectangular grid it is the longer side of a cell, if that is at most twice the other.
+    """
+    if longitude.size == 1:
+        return np.inf
+    points = unit_vectors(longitude, latitude)
+    count = min(BESIDE + 1, longitude.size)  # with the point itself
+    chord, _ = cKDTree(points).query(points, k=count, workers=-1)
+    return float(np.median(arc(chord[:, -1])))
+
+
+def nearest_points(
+    what: str,
+    places: pd.DataFrame,
+    longitude: np.ndarray,
+    latitude: np.ndarray,
+    neighbours: int,
+    reach: float | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the grid points nearest to each building, and their distances.
+
+    Args:
+        what: The function, in errors.
+        places: The buildings, with columns `id`, `longitude` and `latitude` [degree].
+        longitude: Longitudes of the grid points [degree], shape [point].
+        latitude: Latitudes of these [degree].
+        neighbours: How many points; all of a smaller grid.
+        reach: How far a building may be from the nearest of them [m]; None for the grid's spacing.
+
+    Returns:
+        Indices of the points, the nearest first, and great-circle distances [m], both of shape [building, neighbour].
+
+    Raises:
+        ValueError: If buildings are farther from the nearest grid point; the message counts and names them, and says if
+            longitude and latitude seem to be exchanged.
+    """
+    tree = cKDTree(unit_vectors(longitude, latitude))
+    count = min(neighbours, longitude.size)
+    own = [places[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude")]
+    chord, index = tree.query(unit_vectors(*own), k=[*range(1, count + 1)], workers=-1)
+    distance = arc(chord)
+    most = grid_spacing(longitude, latitude) if reach is None else reach
+    outside = distance[:, 0] > most
+    if outside.any():
+        swapped, _ = tree.query(unit_vectors(*own[::-1])[outside], k=1, workers=-1)
+        hint = "; longitude and latitude seem to be exchanged" if np.all(arc(swapped) <= most) else ""
+        allowed = f"{'its spacing' if reach is None else 'reach'} is {most / 1000:.2f} km"
+        raise ValueError(
+            f"{what}: {named_rows(places, outside)} of {len(places):,} buildings lie outside the grid, up to "
+            f"{distance[:, 0].max() / 1000:.1f} km from its nearest point, and {allowed}; it spans longitudes "
+            f"{longitude.min():g} to {longitude.max():g} and latitudes {latitude.min():g} to {latitude.max():g}{hint}"
+        )
+    return index, distance
+
+
+def inverse_distance_weights(distance: np.ndarray) -> np.ndarray:
+    """Return the weight of each neighbour in proportion to one over its squared distance, shape [building, neighbour].
+
+    A building at a grid point has that point alone.
+    """
+    weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # a micrometre, against which all else weighs nothing
+    return weight / weight.sum(axis=1, keepdims=True)
