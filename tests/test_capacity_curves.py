@@ -1,5 +1,7 @@
 """Fragility curves from capacities against pyFragility, fits by hand and known truths, on capacities made by hand."""
 
+import warnings
+
 import numpy as np
 import pyFragility as pf
 import pytest
@@ -157,3 +159,48 @@ def test_bad_input():
         wd.fragility_from_capacities(dataset(capacity).rename(motion="record"))
     with pytest.raises(TypeError, match="fragility_from_capacities"):
         wd.fragility_from_capacities(capacity)
+
+
+@pytest.mark.parametrize("structures", [2, 4, 6, 16])
+@pytest.mark.filterwarnings("ignore:.*groups of structures tell little")
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_replicates_agree_with_the_stated_intervals_however_few_the_structures(structures):
+    draws, capacity = 1000, made(structures, 40, seed=3)
+    # The heavier state's capacities differ by structure alone, so that degrees of freedom differ from state to state.
+    capacity[..., 1] *= np.exp(np.random.default_rng(5).normal(0, 0.3, structures))[:, None]
+    curves = wd.fragility_from_capacities(dataset(capacity), replicates=draws)
+    # The share of 1000 draws beyond a bound of 2.5 % has a standard error of sqrt(.025 .975 / 1000) = .0049; 16 bounds
+    # lie within 4 of them but once in 1000 times. Draws on a bound are of those that were cut there.
+    margin = 4 * np.sqrt(0.025 * 0.975 / draws)
+    for name in ("median", "dispersion"):
+        drawn = curves[f"replicate_{name}"]
+        low, high = (curves[f"fragility_{name}_{side}"] for side in ("lower", "upper"))
+        assert np.isfinite(drawn).all()
+        assert (drawn > 0).all()
+        inside = 1 - 1e-12, 1 + 1e-12
+        for strictly, with_cut in (
+            (drawn < low * inside[0], drawn < low * inside[1]),
+            (drawn > high * inside[1], drawn > high * inside[0]),
+        ):
+            assert (strictly.mean("replicate") < 0.025 + margin).all()
+            assert (with_cut.mean("replicate") > 0.025 - margin).all()
+        # Four times the estimate, about a centre that is the estimate less its bias, or the interval where it is wider.
+        centre = np.sqrt(low * high)
+        assert (drawn <= np.maximum(4 * centre, high) * inside[1]).all()
+        assert (drawn >= np.minimum(centre / 4, low) * inside[0]).all()
+    rates = wd.annual_rates(curves, wd.HazardCurve([0.05, 0.2, 0.8, 3.0, 9.0], [2e-2, 2e-3, 1e-4, 2e-6, 5e-8]))
+    assert np.isfinite(rates["annual_rate_upper"]).all()
+
+
+def test_few_groups_of_structures_are_told_once():
+    capacity = made(3, 40, seed=3)
+    capacity *= np.array([0.5, 1.0, 2.0])[:, None, None]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        wd.fragility_from_capacities(dataset(capacity))
+    (warning,) = caught
+    assert "3 groups of structures tell little of the variance among them" in str(warning.message)
+    assert "take at least 8 groups" in str(warning.message)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.fragility_from_capacities(dataset(made(16, 40)))

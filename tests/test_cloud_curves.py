@@ -169,3 +169,17 @@ def test_collapses_apart_from_the_rest_are_penalised_and_one_motion_has_no_inter
         curves = wd.fragility_of_cloud(make_cloud(IM, EDP, record=[0] * 14), {"slight": 0.005})
     assert np.isfinite(curves["fragility_median"]).all()
     assert np.isnan(curves["fragility_median_lower"]).all()
+
+
+@pytest.mark.parametrize("estimator", ["censored", "collapse"])
+@pytest.mark.parametrize("collapses", [False, True])
+def test_extrapolation_beyond_every_demand_is_told_by_both_estimators(estimator, collapses):
+    im, edp, collapsed = with_collapses() if collapses else (np.array(IM), np.array(EDP), None)
+    standing = edp if collapsed is None else np.asarray(edp)[~np.asarray(collapsed)]
+    run, highest = make_cloud(im, edp, collapsed), float(np.max(standing))
+    with pytest.warns(UserWarning, match="'far' lies above every demand of a sample that stands") as caught:
+        wd.fragility_of_cloud(run, {"near": 0.5 * highest, "far": 1.5 * highest}, estimator=estimator)
+    (message,) = [str(each.message) for each in caught if "lies above" in str(each.message)]
+    assert "extrapolated; add motions of higher intensity" in message
+    # The other estimator differs only where something collapsed.
+    assert ("estimator='collapse'" in message) == (estimator == "censored" and collapses)

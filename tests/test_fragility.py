@@ -221,8 +221,7 @@ def test_draws_have_the_spread_of_the_intervals():
     for name in ("median", "dispersion"):
         bounds = [result[f"fragility_{name}_{side}"] for side in ("lower", "upper")]
         found = result[f"replicate_{name}"].quantile([0.025, 0.975], dim="replicate")
-        # Degrees of freedom differ among the estimates, which share one value in the draws: 2 %; quantiles of 20,000
-        # draws are known to another 2 % of the half width.
+        # Quantiles of 20,000 draws are known to 2 % of the half width (two standard errors).
         half = np.log(bounds[1] / bounds[0]).values / 2
         np.testing.assert_allclose(np.log(found), np.log(bounds), atol=0.04 * half.max())
     # The two medians rest on the same records.

@@ -254,6 +254,61 @@ def test_intensities_in_another_unit_are_told():
     wd.HazardCurve(gal, [2e-2, 1e-3, 1e-5], units="cm s-2")
 
 
+# PGV of a site as active as Los Angeles: 0.6 m/s in 475 years, and as quiet as northern Germany: 0.05 m/s.
+OF_VELOCITY = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0]
+ACTIVE_VELOCITY, QUIET_VELOCITY = ((np.array(OF_VELOCITY) / at) ** -1.8 / 475 for at in (0.6, 0.05))
+
+
+def test_curves_of_velocity_are_checked_as_those_of_accelerations_are():
+    of_pgv = {"measure": "PGV", "units": "m s-1"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for rate in (ACTIVE_VELOCITY, QUIET_VELOCITY):
+            wd.HazardCurve(OF_VELOCITY, np.minimum(rate, 0.9), **of_pgv)
+    in_cm = 100 * np.array(OF_VELOCITY)
+    for rate in (ACTIVE_VELOCITY, QUIET_VELOCITY):
+        with pytest.warns(UserWarning, match=r"velocity of a hazard curve at its (first|last) point .* given in cm/s"):
+            wd.HazardCurve(in_cm, np.minimum(rate, 0.9), **of_pgv)
+    with pytest.warns(UserWarning, match=r"over the highest of any site .* with intensities given in cm/s"):
+        wd.HazardCurve(in_cm[:3], np.minimum(ACTIVE_VELOCITY, 0.9)[:3], **of_pgv)
+    with pytest.warns(UserWarning, match="implausible input.*from_probabilities"):
+        wd.HazardCurve(OF_VELOCITY, -np.expm1(-50 * ACTIVE_VELOCITY), **of_pgv)
+    # The bound is that of the PGA, of 2.5 times the median ratio: at 1.45 g it allows 3.9 m/s once in 475 years.
+    assert float(highest_rate(np.array(2.5 * 1.092 * 1.5), "PGV")) == pytest.approx(1 / 475, rel=0.15)
+    for measure, units, levels, unit in (
+        ("PGD", "m", [2.0, 20.0, 60.0], "given in cm"),
+        ("CAV", "m s-1", [50.0, 500.0, 5000.0], "given in cm/s"),
+        ("Arias intensity", "m s-1", [10.0, 100.0, 500.0], "given in cm/s"),
+    ):
+        with pytest.warns(UserWarning, match=unit):
+            wd.HazardCurve(levels, [1e-2, 1e-3, 1e-5], measure=measure, units=units)
+
+
+def test_units_of_hazard_curves_are_read_and_fit_the_measure():
+    levels, rates = [3.0, 10.0, 100.0], [4e-2, 8e-3, 3e-5]
+    metres = np.array(levels) / 100
+    for units, values in (("m/s", metres), ("m s-1", metres), ("cm/s", levels), ("cm s-1", levels)):
+        curve = wd.HazardCurve(values, rates, measure="PGV", units=units)
+        assert curve.units == "m s-1"
+        np.testing.assert_allclose(curve.intensity, metres, rtol=1e-15)
+    assert wd.HazardCurve(levels, rates, measure="PGD", units="cm").units == "m"
+    in_50 = wd.HazardCurve.from_probabilities(levels, [0.8, 0.3, 0.001], 50, measure="PGV", units="cm/s")
+    np.testing.assert_allclose(in_50.intensity, metres, rtol=1e-15)
+    assert wd.HazardCurve(metres, rates, measure="SA(0.5)").units == "g"
+    with pytest.raises(ValueError, match=r"'PGV' is not in g, .*: give units='m s-1'"):
+        wd.HazardCurve(metres, rates, measure="PGV")
+    with pytest.raises(ValueError, match=r"units of a hazard curve of 'PGV' are 'm s-1', got 'g'; .*'cm/s'"):
+        wd.HazardCurve(metres, rates, measure="PGV", units="g")
+    with pytest.raises(ValueError, match=r"of 'SA\(0.5\)' are 'g' or 'm s-2', got 'm s-1'"):
+        wd.HazardCurve(metres, rates, measure="SA(0.5)", units="m s-1")
+    # Forgotten units and measure are the likely cause where curves are of a velocity.
+    given = curves({"complete": (0.2, 0.2)}, units="m s-1", measure="PGV")
+    with pytest.raises(
+        ValueError, match=r"without units is taken in g; .*HazardCurve\(..., measure='PGV', units='m s-1'\)"
+    ):
+        wd.annual_rates(given, wd.HazardCurve(metres, rates))
+
+
 def test_logic_trees():
     low, high = wd.HazardCurve(*POINTS), wd.HazardCurve([0.05, 0.5, 2.0], [2e-2, 1e-3, 1e-5])
     tree = wd.HazardLogicTree([low, high], [0.25, 0.75])

@@ -342,5 +342,7 @@ def test_a_building_without_losses_is_drawn():
 
 
 def test_return_periods_given_as_rates_are_told():
-    with pytest.warns(UserWarning, match="return period is .* given as an annual rate"):
+    with pytest.warns(
+        UserWarning, match=r"return period in return_periods \(as a rate, of 475 years\) is .* given as an annual rate"
+    ):
         wd.annual_losses(curves(STATES), HAZARD, RATIOS, return_periods=[1 / 475])

@@ -105,6 +105,8 @@ def test_a_collapse_below_the_limit_is_raised_to_it_in_its_storey(tmp_path):
         wd.write_pelicun_demands(run, path, level=0.8)
     with pytest.raises(ValueError, match=r"sample 18 did not collapse.* 0\.04, which is not below .* = 0\.03 \(2 of 5"):
         wd.write_pelicun_demands(run, path, level=0.8, collapse_drift_ratio=0.03)
+    with pytest.raises(UserWarning, match=r"collapse drift ratio is 10 .* given in percent, it would be 0.1"):
+        wd.write_pelicun_demands(run, path, level=0.8, collapse_drift_ratio=10)
     table, _ = pandas_table(wd.write_pelicun_demands(run, path, level=0.8, collapse_drift_ratio=0.1))
     assert table.iloc[9][["1-PID-1-1", "1-PID-2-1", "1-PID-3-1"]].tolist() == [0.001, 0.1, 0.001]
     assert (table.filter(like="PID").max(axis=1) >= 0.1).sum() == COLLAPSES[2]

@@ -354,3 +354,12 @@ def test_one_place_is_selected_as_a_row(name):
     getattr(plots, name)(
         make().isel({dim: [place[dim], place[dim] + 1]} if dim == "intensity" else {dim: [place[dim]]})
     )
+
+
+@pytest.mark.parametrize("name", ["ida_curves", "drift_against_intensity", "residual_drifts"])
+@pytest.mark.parametrize("is_kept", [False, True])
+def test_capacities_are_sent_to_their_own_figure(name, is_kept):
+    found = found_capacities()
+    found = found if is_kept else found.drop_dims("sample")
+    with pytest.raises(ValueError, match=rf"plots\.{name} draws a run, .* plots\.capacities\(found\)"):
+        getattr(wd.plots, name)(found)

@@ -117,7 +117,9 @@ def test_rates_and_return_periods_that_are_taken_for_each_other():
     with pytest.warns(UserWarning, match="rate of an event is 475 a year .* given as return periods"):
         wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=[475] * 4)
     rates = [0.02, 0.001, 0.0, 0.006]
-    with pytest.warns(UserWarning, match=r"return period is 0.0021\d* year .* given as an annual rate"):
+    with pytest.warns(
+        UserWarning, match=r"return period in return_periods .* is 0.0021\d* year .* given as an annual rate"
+    ):
         wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=rates, return_periods=[1 / 475])
     with warnings.catch_warnings():
         warnings.simplefilter("error")

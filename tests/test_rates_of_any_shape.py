@@ -260,3 +260,31 @@ def test_penalised_fits_are_told_once(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wd.annual_rates(given.sel(damage_state="slight"), BENT)
+
+
+def test_rates_of_curves_that_cross_are_told_of_as_losses_are():
+    with pytest.warns(UserWarning, match="cross: the heavier state is likelier by up to .* rate of its own curve"):
+        found = wd.annual_rates(curves(CROSSING), BENT)
+    alone = [wd.annual_rates(curves({name: CROSSING[name]}), BENT)["annual_rate"].item() for name in CROSSING]
+    np.testing.assert_allclose(found["annual_rate"], alone, rtol=1e-12)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.annual_rates(curves(STATES), BENT)
+
+
+@pytest.mark.parametrize(
+    ("name", "along", "noise"), [("fragility_curve", "intensity", 5e-4), ("exceedance_fraction", "stripe", 0.05)]
+)
+def test_a_table_that_falls_with_the_intensity_is_told(name, along, noise):
+    def table(row):
+        levels = np.geomspace(0.02, 4.0, len(row))
+        return xr.Dataset({name: (("damage_state", along), [row])}, {"damage_state": ["moderate"], along: levels})
+
+    # The probability of being in the state, which a heavier one takes over.
+    with pytest.warns(
+        UserWarning, match=rf"{name} of damage state 'moderate' falls from 0.7 .* to 0.2 .*reaching or exc"
+    ):
+        wd.annual_rates(table([0.0, 0.3, 0.7, 0.2, 0.0]), BENT)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*falls from")
+        wd.annual_rates(table([0.0, 0.3, 0.7, 0.7 - noise, 1.0]), BENT)

@@ -52,7 +52,7 @@ def test_seed_frame_command(tmp_path: Path) -> None:
 def test_program_for_ones_own_building(tmp_path: Path) -> None:
     # One program after the other: the second goes on from the first.
     program = "".join(re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL))
-    command = [sys.executable, "-W", "error::UserWarning", "-c", program]
+    command = [sys.executable, "-W", "error::UserWarning", "-W", "error::RuntimeWarning", "-c", program]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     with xr.open_dataset(tmp_path / "own_building.nc") as result:

@@ -188,6 +188,21 @@ def test_fragility_from_counts_of_several_demands():
     xr.testing.assert_identical(wd.fragility(counts), wd.fragility(run, limits))
 
 
+def test_counts_of_a_signed_demand_are_of_its_magnitude(runs):
+    run, name = runs("crossed"), "residual_drift_ratio"
+    residual, ok = run[name].values, run["status"].values == 0
+    assert (residual[ok] < 0).any()
+    worst = np.abs(residual).max(axis=1)
+    limits = {"slight": float(np.quantile(worst[ok], 0.3)), "complete": float(np.quantile(worst[ok], 0.8))}
+    over = ("motion", "stripe", "structure_group")
+    statistic = wd.DamageCounts(limits, demand=name, over=over, each_place=True)
+    counts = simulate(scene_of("crossed"), statistics=statistic)
+    expected = np.bincount(states_of(worst, run["status"].values, list(limits.values())), minlength=3)
+    found = counts["damage_count_by_motion_stripe_structure_group"].sum(["motion", "stripe", "structure_group"])
+    assert found.values.tolist() == expected.tolist()
+    xr.testing.assert_identical(wd.fragility(counts), wd.fragility(run, limits, demand=name))
+
+
 def test_a_posterior_from_counts_is_that_of_the_run(runs):
     pytest.importorskip("pyFragility")
     limits, over = {"slight": 0.006}, ("structure_group", "stripe", "motion")

@@ -213,3 +213,18 @@ def test_curves_in_place_of_medians_are_refused():
         wd.collapse_margin(given, 1.5, period=1.0, ductility=3.0)
     found = wd.collapse_margin(given["fragility_median"].sel(damage_state="collapse"), 1.5, period=1.0, ductility=3.0)
     assert float(found["collapse_margin_ratio"][0]) == pytest.approx(2.0 / 1.5)
+
+
+def test_intensities_and_dispersions_in_another_unit_are_told():
+    hazard = wd.HazardCurve([0.03, 0.1, 0.3, 1, 3], [4e-2, 8e-3, 8e-4, 3e-5, 4e-7], measure="PGV", units="m/s")
+    given = curves({"complete": (2.0, 0.35)}, units="m s-1", measure="PGV")
+    with pytest.warns(
+        UserWarning, match=r"design_intensity is 80 m s-1, .* from 0.03 to 3 m s-1; 80 cm/s would be 0.8"
+    ):
+        wd.check_risk_target(given, hazard, 80)
+    with pytest.warns(UserWarning, match="% of the rate comes from") as caught:
+        wd.check_risk_target(given, hazard, 0.8)
+    (said,) = caught
+    assert "the annual rate of 'complete'" in str(said.message)
+    with pytest.raises(UserWarning, match=r"dispersion is 60 .* given in percent, it would be 0.6"):
+        wd.risk_targeted_intensity(hazard, 60)

@@ -91,9 +91,9 @@ def test_failed_samples_are_left_out():
         ((None,), "needs drift_loss"),
         ((None, ACCELERATION), "no peak_floor_acceleration: record 'acceleration'"),
         ((([0.0, 0.0], [0.0, 0.1]),), "increasing"),
-        ((([0.0, 0.1], [0.1, 0.2]),), "begin at 0"),
-        ((([0.0, 0.1, 0.2], [0.0, 0.2, 0.1]),), "not fall"),
-        ((([0.0, 0.1], [0.0, 20.0]),), "at most 1"),
+        ((([0.0, 0.1], [0.1, 0.2]),), "begin at 0, got 0.1 at the first demand, 0:"),
+        ((([0.0, 0.1, 0.2], [0.0, 0.2, 0.1]),), "not fall, but go from 0.2 at a demand of 0.1 to 0.1 at 0.2"),
+        ((([0.0, 0.1], [0.0, 20.0]),), r"at most 1 \(2 % is 0.02\), got 20"),
         ((([0.0, 0.1], [[0.0, 0.2]] * 4),), r"\[3, 2\], a row for each storey"),
         (([0.0, 0.1, 0.2],), "must be a pair"),
     ],
@@ -137,3 +137,20 @@ def test_functions_of_accelerations_in_g_are_told():
         UserWarning, match=r"acceleration loss function is 2 m s-2 .* given in g, it would be 19.6 m s-2"
     ):
         wd.storey_losses(run_with_accelerations(), None, ([0.0, 0.5, 2.0], [0.0, 0.0, 0.1]))
+
+
+def test_a_portfolio_is_refused_by_all_that_take_one_archetype():
+    run = striped_run()
+    of_sample = ("sample", np.arange(run.sizes["sample"]) % 2)
+    several = run.assign_coords(archetype_index=of_sample, archetype=["low", "high"])
+    limits = {"slight": 0.01}
+    for name, call in {
+        "storey_losses": lambda: wd.storey_losses(several, DRIFT),
+        "plots.ida_curves": lambda: wd.plots.ida_curves(several),
+        "fragility_of_cloud": lambda: wd.fragility_of_cloud(several, limits),
+        "fragility": lambda: wd.fragility(several, limits),
+    }.items():
+        with pytest.raises(
+            ValueError, match=rf"several archetypes: {name}\(\) takes one .*select_archetype\(run, name\)"
+        ):
+            call()

@@ -90,14 +90,30 @@ _FACTOR: Mistakes = _with("motions", ACCELERATION, -1) | {
 _FACTOR |= {"with levels given in m/s2": 1 / STANDARD_GRAVITY}
 _LEVEL: Mistakes = {f"given in {unit}": ours / STANDARD_GRAVITY for unit, ours in ACCELERATION.items() if unit != "g"}
 _LEVEL |= {"given in m/s2": 1 / STANDARD_GRAVITY}
-_IN_VELOCITIES = _given({"cm/s": 1e-2, "mm/s": 1e-3})
+VELOCITY = {"cm/s": 1e-2, "mm/s": 1e-3}
+_IN_VELOCITIES = _given(VELOCITY)
 _RATIO = _given(IN_PERCENT) | {"given as a drift in mm of a storey of 3 m": 1 / 3000}
 _SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
 _AS_FREQUENCY: Mistakes = {"given as a frequency in Hz": None}
 _DAMPED: Mistakes = {"damping='none' is the default; 5 % of critical is damping='rayleigh', damping_ratio=0.05": None}
 _IN_MANY_YEARS: Mistakes = {"given as probabilities in many years: HazardCurve.from_probabilities takes these": None}
 _WITH_ONE: Mistakes = {"with one of them in another unit than the others": None}
+_IN_50_YEARS: Mistakes = {
+    "with probabilities in 50 years given as annual rates (see HazardCurve.from_probabilities)": 1 / 50
+}
 G = STANDARD_GRAVITY
+
+
+def _over_highest(units: Mapping[str, float], power: float = 1.0) -> Band:
+    """Return the band of a hazard over the highest one, of a measure that goes by a power of the acceleration."""
+    given = {f"with intensities given in {unit}": f ** (HIGHEST_HAZARD_SLOPE / power) for unit, f in units.items()}
+    words = "annual rate of the hazard curve over the highest of any site at the same intensity"
+    return Band(words, "1", 0.0, 1.0, given | _IN_50_YEARS)
+
+
+def _of_hazard(words: str, unit: str, high: float, units: Mapping[str, float]) -> Band:
+    return Band(f"{words} of a hazard curve", unit, 0.0, high, _given(units))
+
 
 # By name: words, unit, least and largest usual value, likely mistakes with the factor that undoes each. Inputs stand
 # first: what follows from them is told after them.
@@ -250,6 +266,7 @@ BANDS: Mapping[str, Band] = {
         1.0,
         {"given as return periods, of which it takes 1 / period": None},
     ),
+    "dispersion": Band("dispersion", "1", 0.05, 2.0, _given(IN_PERCENT)),
     "return_period": Band(
         "return period",
         "year",
@@ -257,18 +274,17 @@ BANDS: Mapping[str, Band] = {
         1e6,
         {"given as an annual rate, of which it takes 1 / rate": None, "given in days": 1 / 365},
     ),
-    "hazard_over_highest": Band(
-        "annual rate of the hazard curve over the highest of any site at the same intensity",
-        "1",
-        0.0,
-        1.0,
-        {
-            f"with intensities given in {unit}": (ours / STANDARD_GRAVITY) ** HIGHEST_HAZARD_SLOPE
-            for unit, ours in {"m/s2": 1.0, **ACCELERATION}.items()
-            if unit != "g"
-        }
-        | {"with probabilities in 50 years given as annual rates (see HazardCurve.from_probabilities)": 1 / 50},
+    "hazard_over_highest": _over_highest(
+        {u: ours / G for u, ours in {"m/s2": 1.0, **ACCELERATION}.items() if u != "g"}
     ),
+    "hazard_velocity": _of_hazard("peak ground velocity", "m/s", 10.0, VELOCITY),
+    "hazard_velocity_over_highest": _over_highest(VELOCITY),
+    "hazard_displacement": _of_hazard("peak ground displacement", "m", 20.0, LENGTH),
+    "hazard_displacement_over_highest": _over_highest(LENGTH),
+    "hazard_arias": _of_hazard("Arias intensity", "m/s", 200.0, VELOCITY),
+    "hazard_arias_over_highest": _over_highest(VELOCITY, 2.0),
+    "hazard_absolute_velocity": _of_hazard("cumulative absolute velocity", "m/s", 200.0, VELOCITY),
+    "hazard_absolute_velocity_over_highest": _over_highest(VELOCITY),
     "initial_drift_ratio": Band("initial drift ratio", "1", 0.0, 0.5, _with("displacement", LENGTH)),
     "initial_velocity": Band(
         "drift ratio that the initial velocity leads to", "1", 0.0, 0.5, _with("velocity", {"mm/s": 1e-3, "cm/s": 1e-2})
@@ -291,6 +307,7 @@ BANDS: Mapping[str, Band] = {
     "tail": Band("tail", "s", 0.0, 600.0, _given(TIME) | {"given in steps": None}),
     "collapse_drift_ratio": Band("collapse drift ratio", "1", 5e-3, 0.5, _RATIO),
     "drift_limit": Band("drift limit", "1", 2e-4, 0.2, _RATIO),
+    "drift_limit_in_metres": Band("limit of a storey drift", "m", 3e-4, 1.0, _given(LENGTH)),
     "last_acceleration_of_losses": Band(
         "last demand of an acceleration loss function", "m s-2", 5.0, 200.0, _given(ACCELERATION)
     ),

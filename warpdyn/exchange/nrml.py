@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable, Mapping
@@ -12,6 +13,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_kind
 from warpdyn.exchange.text_files import write_text
+from warpdyn.files.text import existing_file
 
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 LOSS_TYPES = (
@@ -81,16 +83,17 @@ def row(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-def read_model(function: str, path: str | Path, tag: str) -> ElementTree.Element:
+def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.Element:
     """Return the model of a NRML 0.5 file, its elements without their namespace.
 
     Raises:
         ValueError: If it is no NRML 0.5 file or holds another model.
         FileNotFoundError: If there is no such file.
     """
+    path = existing_file(function, path)
     try:
         root = ElementTree.parse(path).getroot()
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # of an encoding that is not known too
         raise ValueError(f"{function}: {path} is no XML: {error}") from None
     if root.tag != f"{{{NAMESPACE}}}nrml":
         raise ValueError(f"{function}: {path} is no NRML 0.5: its root is {root.tag!r}, not 'nrml' of {NAMESPACE}")

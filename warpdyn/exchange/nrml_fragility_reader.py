@@ -35,7 +35,7 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     Example:
         >>> curves = wd.read_nrml_fragility("fragility.xml")["CR/LFM/HEX:5"]
     """
-    model = nrml.read_model(READER, os.fspath(path), "fragilityModel")
+    model = nrml.read_model(READER, path, "fragilityModel")
     states = (nrml.child(path, model, "limitStates").text or "").replace(",", " ").split()
     described = (nrml.child(path, model, "description").text or "").strip()
     if not states:

@@ -11,6 +11,7 @@ from pathlib import Path
 from warpdyn.core.checks import check_kind, one_of, real_number
 from warpdyn.exchange import nrml
 from warpdyn.exchange.text_files import checked_path, write_text
+from warpdyn.files.text import read_csv_text
 
 TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
 # Kinds of consequences whose values are shares, and those that count people, per occupant.
@@ -75,7 +76,7 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
         {'W1': 1.0}
     """
     found: dict[str, dict[str, float]] = {}
-    for row in _csv_rows(path, ("taxonomy",)):
+    for row in _csv_rows("read_taxonomy_mapping", path, ("taxonomy",)):
         risk_id = row.get("risk_id") or row.get("conversion")
         if not risk_id:
             raise ValueError(f"{path}: taxonomy {row['taxonomy']!r} has no risk_id")
@@ -187,7 +188,7 @@ def read_consequences(
     """
     found: dict[str, dict[str, float]] = {}
     named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
-    for row in _csv_rows(path, ("consequence",)):
+    for row in _csv_rows("read_consequences", path, ("consequence",)):
         of_shaking = (row.get("peril") or "groundshaking") == "groundshaking"
         if row["consequence"] != consequence or (row.get("loss_type") or "structural") != loss_type or not of_shaking:
             continue
@@ -209,16 +210,19 @@ def _csv_text(rows: Sequence[Sequence[object]]) -> str:
     return text.getvalue()
 
 
-def _csv_rows(path: str | os.PathLike, needed: Sequence[str]) -> list[dict[str, str]]:
+def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> list[dict[str, str]]:
     """Return the rows of a CSV file by the names of its columns."""
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        reader = csv.DictReader(file, skipinitialspace=True, restval="", strict=True)
+    text = io.StringIO(read_csv_text(function, path), newline="")
+    reader = csv.DictReader(text, skipinitialspace=True, restval="", strict=True)
+    try:
         for name in needed:
             if name not in (reader.fieldnames or ()):
                 raise ValueError(
                     f"{path} has no column {name!r}; it has {', '.join(reader.fieldnames or ()) or 'none'}"
                 )
         rows = list(reader)
+    except csv.Error as error:
+        raise ValueError(f"{function}: {path} is no CSV: line {reader.line_num}: {error}") from None
     for place, row in enumerate(rows, 2):
         if None in row:
             raise ValueError(f"{path}, line {place}: more values than columns")

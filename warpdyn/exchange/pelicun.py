@@ -14,6 +14,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, real_number, real_numbers
 from warpdyn.core.messages import tell
 from warpdyn.core.output_variables import COLLAPSED, OK, STRIPED, measure_of_levels
+from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.exchange.measures import openquake_measure
 from warpdyn.exchange.text_files import checked_path, write_text
 from warpdyn.statistics.stripe_counts import decoded_status
@@ -133,6 +134,7 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
     """Return drift ratios, shape [sample, storey], in which a limit tells the collapsed samples from the others."""
     if limit is not None:
         limit = real_number(f"{FUNCTION}: collapse_drift_ratio", limit, above=0)
+        warn_of_implausible_limits({"": limit}, "collapse_drift_ratio")
     collapsed, standing = np.flatnonzero(status == COLLAPSED), np.flatnonzero(status == OK)
     largest = drift[standing].max(axis=1, initial=0.0)
     highest = largest.max(initial=0.0)

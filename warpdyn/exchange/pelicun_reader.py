@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 
@@ -13,6 +14,7 @@ from warpdyn.core.checks import whole_number
 from warpdyn.core.output_variables import label_of_levels
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.exchange.measures import own_name
+from warpdyn.files.text import read_csv_text
 
 FUNCTION = "read_pelicun_demands"
 # Factors from pelicun's units to SI. An unknown unit is taken as 1 by pelicun, and refused here.
@@ -48,7 +50,11 @@ def read_pelicun_demands(path: str | os.PathLike, *, direction: int = 1) -> xr.D
         >>> demands.peak_storey_drift_ratio.median("sample")
     """
     direction = whole_number("direction", direction, 0)
-    table = pd.read_csv(path, index_col=0, dtype=str, keep_default_na=False)
+    text = read_csv_text(FUNCTION, path)
+    try:
+        table = pd.read_csv(io.StringIO(text), index_col=0, dtype=str, keep_default_na=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise ValueError(f"{FUNCTION}: {path} is no CSV: {' '.join(str(error).split())}") from None
     rows = [row for row in table.index if str(row).strip().lower() == "units"]
     if len(rows) != 1:
         raise ValueError(

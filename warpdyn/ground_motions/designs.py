@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+import inspect
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from warpdyn.structures.structure import Structure
 
 MOST_TOLD = 10  # motions in a table
+
+Kind = TypeVar("Kind", bound=type)
 
 
 def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
@@ -74,6 +78,29 @@ class Design(Excitation):
         return rows
 
 
+def _named_in_errors(kind: Kind) -> Kind:
+    """Return a class whose errors of missing and unknown arguments name what it takes, and where levels come from."""
+    make: Callable[..., None] = kind.__init__  # type: ignore[misc] # it is that of this very class
+    signature = inspect.signature(make)
+
+    @functools.wraps(make)
+    def checked(self: object, *given: Any, **named: Any) -> None:
+        try:
+            signature.bind(self, *given, **named)
+        except TypeError as error:
+            told = [name for name in named if name not in signature.parameters]
+            renamed = f"; {told[0]!r} is called 'levels' now" if told and told[0].startswith("levels") else ""
+            raise TypeError(
+                f"Stripes(motions, levels, measure): {error}{renamed}; levels are intensities of the measure, such as "
+                "[0.1, 0.2, 0.4], and levels_for(scene, limits) finds some that tell of the limits"
+            ) from None
+        make(self, *given, **named)
+
+    kind.__init__ = checked  # type: ignore[misc] # as above
+    return kind
+
+
+@_named_in_errors
 @dataclass(frozen=True, eq=False, repr=False)
 class Stripes(Design):
     """Structures under motions that are scaled to every level of an intensity measure.

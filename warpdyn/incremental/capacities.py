@@ -23,6 +23,7 @@ from warpdyn.integration.settings import Execution, Integration
 from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.queues import open_queues, seconds_in_kernels
+from warpdyn.reduction.limits import LIMIT_BANDS, state_names
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
@@ -129,9 +130,10 @@ def capacities(
         on_unstable=on_unstable,
     )
     execution = Execution(device=device, threads=threads).on_first()
+    finite = {f" of {name!r}": float(value) for name, value in zip(names, limit, strict=True) if value < np.inf}
+    if demand in LIMIT_BANDS:
+        warn_of_implausible_limits(finite, LIMIT_BANDS[demand])
     if demand == DRIFT_RATIO:
-        finite = {f" of {name!r}": float(value) for name, value in zip(names, limit, strict=True) if value < np.inf}
-        warn_of_implausible_limits(finite)
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     if not scene.scatter and structures not in (None, 1):
@@ -197,13 +199,18 @@ def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
     """Return names and limits, or raise an error unless they are positive and increase."""
     if not isinstance(limits, Mapping) or not limits:
         raise ValueError(f"limits must map at least one damage state to a limit of the demand, got {limits!r}")
-    names, values = [str(name) for name in limits], np.array([])
+    names = list(state_names(limits))
+    for name, value in limits.items():
+        if isinstance(value, Mapping):
+            raise ValueError(
+                f"the limit of damage state {name!r} is {dict(value)}; capacities() and levels_for() take limits of "
+                "one demand, such as {'slight': 0.005}, with demand= for its variable"
+            )
     try:
         values = np.array([float(value) for value in limits.values()])
     except (TypeError, ValueError):
-        raise ValueError(f"limits must be numbers, got {list(limits.values())}") from None
-    if len(set(names)) < len(names):
-        raise ValueError(f"two damage states have one name: {names}")
+        hint = " (0.5 % is 0.005)" if any("%" in str(value) for value in limits.values()) else ""
+        raise ValueError(f"limits must be numbers, got {dict(limits)}{hint}") from None
     for name, value in zip(names, values, strict=True):
         if not value > 0:
             raise ValueError(f"the limit of damage state {name!r} is {value}; it must be above 0")

@@ -25,6 +25,7 @@ from warpdyn.plots.style import (
     plain_numbers,
     title,
 )
+from warpdyn.statistics.demands import refuse_portfolio
 
 MOST_CURVES = 200  # drawn; fractiles are of all
 APART = 0.04  # of the axis, between the names of two limits
@@ -54,10 +55,13 @@ def ida_curves(
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the run is not on at least two stripes, or has no drifts, or the scale is unknown.
+        ValueError: If the run is of several archetypes, is not on at least two stripes or has no drifts, or the scale
+            is unknown.
         TypeError: If `dataset` is no Dataset.
     """
     one_of("scale", scale, SCALES)
+    if isinstance(dataset, xr.Dataset):
+        refuse_portfolio("plots.ida_curves", dataset)
     drawn = demands_of("ida_curves", dataset, "peak_storey_drift_ratio", OF_STRIPES)
     if not drawn.is_striped or drawn.levels.size < 2:
         raise ValueError("plots.ida_curves: the run is not on two stripes or more, which make a curve for each motion")

@@ -103,6 +103,11 @@ def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_s
         ValueError: If the run lacks something, or no sample of it has a result.
         TypeError: If it is no Dataset.
     """
+    if isinstance(run, xr.Dataset) and "capacity" in run:
+        raise ValueError(
+            f"plots.{function} draws a run, and these are capacities: plots.capacities(found) draws them, with the "
+            "curves they were found on where capacities(..., keep_curves=True) kept these"
+        )
     check_run(function, run, demand, "status", "im_level", advice=advice)
     if "sample" not in run["status"].dims:
         raise ValueError(f"plots.{function}: the run has no dimension sample: select one by isel(sample=[number])")

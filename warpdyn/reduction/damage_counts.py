@@ -34,7 +34,8 @@ class DamageCounts(Statistic):
 
     Args:
         limits: Limits as `fragility` takes them, or of each archetype of a portfolio as `damage_shares` does.
-        demand: Variable that plain limits are of.
+        demand: Variable that plain limits are of; of one with a sign, as the residual drift ratio, the absolute value
+            is compared.
         events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
             `damage_shares`. None where every motion counts by itself.
         each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.

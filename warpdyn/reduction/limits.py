@@ -5,17 +5,37 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from numbers import Real
 
 import numpy as np
 
-from warpdyn.core.checks import real_number, real_numbers
+from warpdyn.core.checks import real_number
 from warpdyn.core.plausibility import warn_of_implausible_limits
 
 NO_DAMAGE = "none"
 # Variables of what is counted where the histories run, which statistics read.
 DAMAGE_COUNT, LEAST_DRIFT = "damage_count", "least_drift_ratio_of_collapse"
 DRIFT = "peak_storey_drift_ratio"
+# Bands that limits are compared with, by the demand that they are of.
+LIMIT_BANDS = {
+    DRIFT: "drift_limit",
+    "residual_drift_ratio": "drift_limit",
+    "peak_storey_drift": "drift_limit_in_metres",
+    "peak_floor_acceleration": "acceleration_limit",
+}
 Limit = float | Mapping[str, float]
+
+
+def magnitudes(demand: str, values: np.ndarray) -> np.ndarray:
+    """Return what limits are compared with: the values of a peak, the absolute values of a demand that has a sign.
+
+    A peak is positive as it is recorded; a negative one is of no run, and stays as it is to be refused.
+
+    Args:
+        demand: Name of the variable.
+        values: Its values, any shape.
+    """
+    return values if demand.startswith("peak_") else np.abs(values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +73,7 @@ class DamageLimits:
             )
         if not isinstance(demand, str):
             raise TypeError(f"demand must be the name of a variable of the run, such as {DRIFT!r}, got {demand!r}")
-        states = tuple(str(state) for state in limits)
-        if len(set(states)) < len(states):
-            raise ValueError(f"two damage states have one name: {list(states)}")
+        states = state_names(limits)
         rows = [dict(limit) if isinstance(limit, Mapping) else {demand: limit} for limit in limits.values()]
         demands = tuple(dict.fromkeys(str(name) for row in rows for name in row))
         values = np.full((len(demands), len(states)), np.nan)
@@ -63,15 +81,11 @@ class DamageLimits:
             if not row:
                 raise ValueError(f"limits of damage state {state!r} are empty; give at least one demand its limit")
             for name, limit in row.items():
-                value = real_numbers(f"limit of damage state {state!r}", limit)
-                if value.ndim or not (np.isfinite(value) and value > 0):
-                    raise ValueError(
-                        f"the limit of damage state {state!r} is {limit}; it must be one number, finite and above 0"
-                    )
+                value = limit_of_state(state, limit)
                 values[demands.index(str(name)), place] = value
         for name, row_of_demand in zip(demands, values, strict=True):
             _check_increase(name, states, row_of_demand)
-        for name, of in ((DRIFT, "drift_limit"), ("peak_floor_acceleration", "acceleration_limit")):
+        for name, of in LIMIT_BANDS.items():
             if name in demands:
                 row = values[demands.index(name)]
                 finite = {f" of {state!r}": float(row[i]) for i, state in enumerate(states) if np.isfinite(row[i])}
@@ -82,6 +96,29 @@ class DamageLimits:
     def single(self) -> str | None:
         """The demand that all limits are of; None if they are of several."""
         return self.demands[0] if len(self.demands) == 1 else None
+
+
+def state_names(limits: Mapping) -> tuple[str, ...]:
+    """Return the names of damage states, or raise an error unless they are text and differ."""
+    for state in limits:
+        if not isinstance(state, str):
+            raise TypeError(
+                f"damage states are named by text, as in {{{str(state)!r}: ...}}, got {state!r}, which is of type "
+                f"{type(state).__name__}"
+            )
+    return tuple(str(state) for state in limits)
+
+
+def limit_of_state(state: str, limit: object) -> float:
+    """Return the limit of a damage state, or raise a ValueError unless it is one number, finite and above 0."""
+    value = limit.item() if isinstance(limit, np.ndarray) and limit.size == 1 else limit
+    if not isinstance(value, Real) or isinstance(value, bool) or not 0 < float(value) < np.inf:
+        hint = " (0.5 % is 0.005)" if isinstance(limit, str) and "%" in limit else ""
+        hint = "; leave the state out if it has none" if limit is None else hint
+        raise ValueError(
+            f"the limit of damage state {state!r} is {limit!r}; it must be one number, finite and above 0{hint}"
+        )
+    return float(value)
 
 
 def _check_increase(demand: str, states: tuple[str, ...], values: np.ndarray) -> None:
@@ -117,6 +154,7 @@ def limits_by_archetype(
             raise ValueError(
                 f"archetype {str(name)!r}: limits must hold a drift ratio for each damage state, got {own!r}"
             )
+        state_names(own)
         if states and list(own) != states:
             raise ValueError(
                 f"archetype {str(name)!r}: its damage states are {', '.join(own)}, those of {str(names[0])!r} "

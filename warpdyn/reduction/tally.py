@@ -13,6 +13,7 @@ from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS
 from warpdyn.kernels.auxiliary import reductions
 from warpdyn.kernels.queues import free_memory
 from warpdyn.reduction.cells import Cells, Rows
+from warpdyn.reduction.limits import magnitudes
 
 FAILURES = STATUS_MEANINGS[DIVERGED:]
 LEAST_SAMPLES = (
@@ -202,7 +203,7 @@ def find_states(
     each_place: bool = False,
     is_absolute: bool = False,
 ) -> None:
-    """Raise the states of samples to the number of bounds that a demand is above.
+    """Raise the states of samples to the number of bounds that a demand, without its sign, is above.
 
     Args:
         block: The samples.
@@ -215,9 +216,9 @@ def find_states(
         is_absolute: Whether absolute values are taken; else a negative value is an error.
 
     Raises:
-        ValueError: If a sample is ok and a demand of it is negative or not finite.
+        ValueError: If a sample is ok and a demand of it is not finite, or a peak that is negative.
     """
-    values, bad = block.demand(demand), np.full(workers.threads, -1, np.int32)
+    values, bad = magnitudes(demand, block.demand(demand)), np.full(workers.threads, -1, np.int32)
     samples = len(values) // len(block.structures)
     kernel, kind = reductions.states_kernel(str(values.dtype)), kind.astype(np.int32)
 
@@ -242,7 +243,7 @@ def refuse_bad(block: Block, demand: str, bad: np.ndarray) -> None:
     structure = int(block.structures[place // (len(block.status) // len(block.structures))])
     raise ValueError(
         f"a sample of structure {structure} is 'ok' but its {demand} is {block.demand(demand)[place].tolist()}; it "
-        "must be finite and not negative"
+        "must be finite, and a peak not negative"
     )
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 
 from warpdyn.core.checks import real_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.risk.curves import Curves, curves_of, interval_attributes, warn_of_table_ends
+from warpdyn.risk.curves import Curves, curves_of, interval_attributes, warn_of_crossing, warn_of_table_ends
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree, branches_of
 from warpdyn.statistics.lognormal_fit import check_confidence
 
@@ -54,6 +54,9 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
     found = curves_of("annual_rates", curves, tree)
     years = real_number("years", years, above=0)
     check_confidence(confidence)
+    warn_of_crossing(
+        found, "has the rate of its own curve: annual_losses and estimator='ordinal' have curves that do not cross"
+    )
     rate = found.rates(tree)
     mean = tree.weights @ rate
     shares = warned_shares(found, tree, mean)
@@ -152,7 +155,14 @@ def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float)
 def warn_of_extrapolation(
     names: tuple[str, ...], shares: np.ndarray, curves: tuple[HazardCurve, ...], what: str
 ) -> None:
-    """Warn of the shares of an answer that come from beyond the points of the hazard, shape [2, name]."""
+    """Warn of the shares of an answer that come from beyond the points of the hazard.
+
+    Args:
+        names: Damage states, or what else the answer is of in words that begin with "the".
+        shares: Their shares from below and from above, shape [2, name].
+        curves: The branches of the hazard.
+        what: The answer.
+    """
     units = curves[0].units
     ends = (
         f"below the first point of the hazard curve ({min(each.intensity[0] for each in curves):.3g} {units})",
@@ -160,7 +170,7 @@ def warn_of_extrapolation(
     )
     for side, row in zip(ends, shares, strict=True):
         told = [
-            f"{float(f'{100 * share:.2g}'):g} % of {name!r}"
+            f"{float(f'{100 * share:.2g}'):g} % of {name if name.startswith('the ') else repr(name)}"
             for name, share in zip(names, row, strict=True)
             if share > EXTRAPOLATED_SHARE
         ]

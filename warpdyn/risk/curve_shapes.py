@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import finite_numbers
+from warpdyn.core.messages import warn_caller
 from warpdyn.risk.integrals.lognormal import LognormalShape
 from warpdyn.risk.integrals.quadrature import NumericalShape
 from warpdyn.statistics.estimators import LOGLOGISTIC, LOGNORMAL
@@ -17,6 +18,8 @@ from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits
 Shape: TypeAlias = LognormalShape | NumericalShape
 Table: TypeAlias = tuple[np.ndarray, np.ndarray]
 
+# By how much a table may fall from a point to the next without a warning: a fraction of samples does by chance.
+MOST_FALL = {"fragility_curve": 1e-3, "exceedance_fraction": 0.1}
 TABLES = {"fragility_curve": "intensity", "exceedance_fraction": "stripe"}
 # Dispersions from the median beyond which 0 or 1 is left to rounding, of a normal and of a logistic distribution.
 _NORMAL_REACH, _LOGISTIC_REACH, _DRAWN = 9.0, 22.0, 3.0
@@ -66,6 +69,13 @@ def table_of(function: str, curves: xr.Dataset, names: tuple[str, ...]) -> Table
             )
         if levels[0] == 0 and row[0] > 0:
             raise ValueError(f"{function}: {name} of damage state {state!r} is {row[0]:g} at intensity 0; it must be 0")
+        place = int(np.argmin(np.diff(row)))
+        if row[place] - row[place + 1] > MOST_FALL[name]:
+            warn_caller(
+                f"{function}: {name} of damage state {state!r} falls from {row[place]:.3g} at {levels[place]:g} to "
+                f"{row[place + 1]:.3g} at {levels[place + 1]:g}, as the probability of being in a state does: give "
+                "that of reaching or exceeding it, which grows with the intensity"
+            )
     return levels, probable
 
 

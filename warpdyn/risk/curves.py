@@ -11,7 +11,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.core.messages import warn_caller
 from warpdyn.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
-from warpdyn.risk.hazard.measures import same_measure, warn_unless_compared
+from warpdyn.risk.hazard.measures import UNNAMED, same_measure, warn_unless_compared
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
 from warpdyn.risk.integrals.linear import begin_of
 from warpdyn.statistics.estimators import FIT_MEANINGS
@@ -19,6 +19,8 @@ from warpdyn.statistics.estimators import FIT_MEANINGS
 ADVICE = "give what fragility(run, limits) returned"
 # Of a rate, from beyond the ends of a table: with more a warning is given.
 CUT_SHARE = 0.05
+CROSSING = 0.01  # probability by which a heavier state may be likelier than a lighter one, without a warning
+AS_LIKELY = "is taken to be as likely as the lighter one there"  # of losses, in which each state comes after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +182,23 @@ def warn_of_penalised(curves: xr.Dataset, names: tuple[str, ...]) -> None:
         )
 
 
+def warn_of_crossing(found: Curves, taken: str = AS_LIKELY) -> None:
+    """Warn of states whose fitted curves cross where it matters.
+
+    Args:
+        found: The curves.
+        taken: What the caller makes of the heavier state there.
+    """
+    ends = found.shape.usual(found.median, found.dispersion)
+    levels = np.unique(np.geomspace(*ends, 61))
+    excess = np.diff(found.probability(levels), axis=0).max(axis=1, initial=0.0)
+    for i in np.flatnonzero(excess > CROSSING):
+        warn_caller(
+            f"the fragility curves of {found.names[i]!r} and {found.names[i + 1]!r} cross: the heavier state is "
+            f"likelier by up to {100 * excess[i]:.2g} %, and {taken}"
+        )
+
+
 def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, rate: np.ndarray) -> None:
     """Warn of tables whose first or last probability decides the annual rates, as nothing is known beyond."""
     if curves.table is None:
@@ -208,10 +227,15 @@ def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, r
 def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> None:
     """Raise a ValueError unless a hazard is of these units and this intensity measure."""
     if hazard.units != units:
-        raise ValueError(
-            f"{function}: the hazard is in {hazard.units!r} and the medians in {units!r}: convert the hazard's "
-            "intensities"
-        )
+        advice = f"convert the hazard's intensities to {units!r}"
+        if hazard.units == "g" and hazard.measure in UNNAMED:
+            # As of a curve that was made without units, which is what users forget.
+            of_measure = f"measure={measure!r}, " if measure not in UNNAMED else ""
+            advice = (
+                f"a HazardCurve without units is taken in g; if its intensities are in {units!r}, say so by "
+                f"HazardCurve(..., {of_measure}units={units!r}), else {advice}"
+            )
+        raise ValueError(f"{function}: the hazard is in {hazard.units!r} and the medians in {units!r}: {advice}")
     warn_unless_compared(f"{function}: the hazard and the curves", hazard.measure, measure)
     if same_measure(hazard.measure, measure) is False:
         raise ValueError(

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import check_kind, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.risk.hazard import files
-from warpdyn.risk.hazard.measures import same_measure, warn_unless_compared
+from warpdyn.risk.hazard.measures import same_measure, units_of_hazard, warn_unless_compared
 from warpdyn.risk.hazard.plausible import warn_of_implausible_hazard
 
 WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
@@ -26,23 +26,26 @@ class HazardCurve:
     last point it goes on with the slope of the segment there. What is computed from a curve says how much of it comes
     from beyond.
 
-    A warning tells of a curve that lies above the highest hazard of any site, as curves in m/s2 for g and probabilities
-    in 50 years for annual rates do at active sites. At quiet sites either mistake makes the curve of an active one,
-    which nothing in it tells.
+    A warning tells of a curve that lies above the highest hazard of any site, as curves in m/s2 for g or cm/s for m/s
+    and probabilities in 50 years for annual rates do at active sites. At quiet sites either mistake makes the curve of
+    an active one, which nothing in it tells.
 
     Args:
         intensity: Intensity measure [units], shape [point], positive and increasing.
         annual_rate: Mean annual rate of exceedance [1/year], shape [point], positive; it never rises.
         measure: Name of the intensity measure, such as "PGA", "SA(0.75)" or "Sa(0.75 s, 5 %)"; curves of another
             measure are refused then, and a name that is not understood is warned of. Empty if it is not to be checked.
-        units: Units of the intensity, "g" or SI as in "m s-1"; those of the fragility curves must be the same.
+        units: Units of the intensity, "g" or SI as in "m s-1" ("m/s" is read too, and "cm/s" is converted); those of
+            the fragility curves must be the same. None is "g", of accelerations alone.
 
     Raises:
         ValueError: If there are fewer than two points, values are not positive and finite, intensities do not increase,
-            rates rise, or the last two rates are equal, so that the curve has no end.
+            rates rise, or the last two rates are equal, so that the curve has no end; if the measure is never in the
+            units.
 
     Example:
         >>> hazard = wd.HazardCurve([0.1, 0.3, 1.0], [1e-2, 1e-3, 5e-5], measure="SA(0.75)")
+        >>> of_velocity = wd.HazardCurve([0.03, 0.1, 1.0], [4e-2, 8e-3, 3e-5], measure="PGV", units="m s-1")
         >>> hazard.intensity_of(1 / 475)
     """
 
@@ -51,9 +54,13 @@ class HazardCurve:
     measure: str = ""
     units: str = "g"
 
-    def __init__(self, intensity: ArrayLike, annual_rate: ArrayLike, *, measure: str = "", units: str = "g") -> None:
+    def __init__(
+        self, intensity: ArrayLike, annual_rate: ArrayLike, *, measure: str = "", units: str | None = None
+    ) -> None:
         intensity = _positive_points("intensity", intensity)
         rate = _positive_points("annual_rate", annual_rate)
+        units, factor = units_of_hazard(str(measure), units)
+        intensity *= factor
         if intensity.size != rate.size:
             raise ValueError(f"the hazard curve has {intensity.size} intensities and {rate.size} annual rates")
         if intensity.size < 2:
@@ -70,16 +77,16 @@ class HazardCurve:
                 f"the last two annual rates are equal ({rate[-1]:g}), so that every larger intensity would be exceeded "
                 "as often: leave out the last point"
             )
-        warn_of_implausible_hazard(intensity, rate, str(measure), str(units))
+        warn_of_implausible_hazard(intensity, rate, str(measure), units)
         for name, values in (("intensity", intensity), ("annual_rate", rate)):
             values.setflags(write=False)
             object.__setattr__(self, name, values)
         object.__setattr__(self, "measure", str(measure))
-        object.__setattr__(self, "units", str(units))
+        object.__setattr__(self, "units", units)
 
     @classmethod
     def from_probabilities(
-        cls, intensity: ArrayLike, probability: ArrayLike, years: float, *, measure: str = "", units: str = "g"
+        cls, intensity: ArrayLike, probability: ArrayLike, years: float, *, measure: str = "", units: str | None = None
     ) -> HazardCurve:
         """Make a curve from probabilities of exceedance in a number of years, by a Poisson process.
 

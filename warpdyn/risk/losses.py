@@ -14,10 +14,10 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.reduction.loss_ratios import Ratios, checked_ratios
 from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
-from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes
+from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes, warn_of_crossing
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.risk.integrals.linear import begin_of, loss_of_year, part_above
-from warpdyn.risk.vulnerability import rates_in_states, warn_of_crossing
+from warpdyn.risk.vulnerability import rates_in_states
 from warpdyn.statistics.lognormal_fit import check_confidence
 
 RETURN_PERIODS = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
@@ -160,7 +160,9 @@ def checked_periods(return_periods: ArrayLike) -> np.ndarray:
     if periods.ndim != 1 or np.any(periods <= 0):
         raise ValueError("return_periods must be a row of years above 0")
     findings = PlausibilityFindings()
-    findings.add("return_period", periods)
+    shortest = float(periods.min())
+    meant = f" (as a rate, of {1 / shortest:.4g} years)" if shortest < 1 else ""
+    findings.add("return_period", periods, f" in return_periods{meant}")
     findings.warn()
     return periods
 

@@ -8,6 +8,9 @@ from scipy.optimize import brentq
 from scipy.special import ndtri
 
 from warpdyn.core.checks import real_number
+from warpdyn.core.messages import warn_caller
+from warpdyn.core.plausibility import PlausibilityFindings
+from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.risk.annual_rates import warn_of_extrapolation
 from warpdyn.risk.curves import Curves, curves_of, place_of_state
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
@@ -17,6 +20,12 @@ SOURCE = (
     "Luco and others (2007), SEAOC Convention: risk-targeted versus current seismic design maps; ASCE 7-22, 21.2.1.2"
 )
 UNIFORM_HAZARD = 0.02  # probability in 50 years that the risk coefficient of ASCE 7 refers to
+# Units that intensities are often given in, by the one that they are taken in, with the factor to it.
+OFTEN_GIVEN = {
+    "g": {"m/s2": 1 / STANDARD_GRAVITY, "% g": 0.01, "cm/s2": 0.01 / STANDARD_GRAVITY},
+    "m s-1": {"cm/s": 0.01, "mm/s": 0.001},
+    "m": {"cm": 0.01, "mm": 0.001},
+}
 SEARCHED = 12.0  # in ln of the median, each way from the hazard's intensities: far beyond any capacity
 
 
@@ -57,6 +66,9 @@ def risk_targeted_intensity(
     """
     tree = branches_of("risk_targeted_intensity", hazard)
     dispersion = real_number("dispersion", dispersion, above=0)
+    findings = PlausibilityFindings()
+    findings.add("dispersion", dispersion)
+    findings.warn()
     years = real_number("years", years, above=0)
     target = -np.log1p(-_share("probability_of_collapse", probability_of_collapse)) / years
     score = ndtri(_share("conditional_probability", conditional_probability))
@@ -156,6 +168,7 @@ def check_risk_target(
         )
         design_intensity = float(targeted["risk_targeted_intensity"])
     design_intensity = real_number("design_intensity", design_intensity, above=0)
+    _warn_of_far_intensity(function, design_intensity, tree)
     rate, shares = float(tree.weights @ found.rates(tree)[:, place]), found.shares_beyond(tree)[:, [place]]
     warn_of_extrapolation(("the rate",), shares, tree.curves, f"the annual rate of {found.names[place]!r}")
     in_period = -np.expm1(-years * rate)
@@ -178,6 +191,22 @@ def check_risk_target(
             ),
         },
         attrs={"intensity_measure": tree.measure or found.measure, "damage_state": found.names[place], "years": years},
+    )
+
+
+def _warn_of_far_intensity(function: str, intensity: float, tree: HazardLogicTree) -> None:
+    """Warn of a design intensity beyond all points of the hazard, which is most often in another unit."""
+    first, last = min(c.intensity[0] for c in tree.curves), max(c.intensity[-1] for c in tree.curves)
+    if first <= intensity <= last:
+        return
+    factors = OFTEN_GIVEN.get(tree.units, {})
+    meant = [
+        f"{intensity:g} {u} would be {f * intensity:.3g}" for u, f in factors.items() if first <= f * intensity <= last
+    ]
+    hint = f"; {', '.join(meant)} {tree.units}" if meant else ""
+    warn_caller(
+        f"{function}: design_intensity is {intensity:g} {tree.units}, and the points of the hazard curve go from "
+        f"{first:.3g} to {last:.3g} {tree.units}{hint}"
     )
 
 

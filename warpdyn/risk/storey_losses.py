@@ -12,6 +12,7 @@ from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_levels
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
+from warpdyn.statistics.demands import refuse_portfolio
 from warpdyn.statistics.stripe_counts import decoded_status
 
 LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
@@ -58,13 +59,14 @@ def storey_losses(
         TypeError: If `run` is no Dataset.
         ValueError: If no function is given, a demand is not recorded or in units that cannot be converted, points do
             not increase, losses fall, do not begin at 0 or are above 1, `collapse_loss` is above 1, the run has several
-            events or no samples, or more than 1 % of the samples failed.
+            archetypes or events or no samples, or more than 1 % of the samples failed.
 
     Example:
         >>> drift = [0.0, 0.004, 0.01, 0.03], [0.0, 0.005, 0.05, 0.12]  # of five equal storeys
         >>> losses = wd.storey_losses(run, drift, ([0.0, 3.0, 12.0], [0.0, 0.0, 0.06]))
     """
     check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned")
+    refuse_portfolio(_FUNCTION, run)
     if "event" in run.dims:
         raise ValueError(f"{_FUNCTION}: the run has several events; take one by select_event(run, name)")
     if not run.sizes.get("sample", 0):
@@ -182,7 +184,21 @@ def _losses_at(what: str, function: LossFunction, demand: np.ndarray) -> np.ndar
             f"for each storey or floor, got {list(losses.shape)}"
         )
     table = np.broadcast_to(losses, (places, points.size))
-    if np.any(table[:, 0] != 0) or np.any(np.diff(table, axis=1) < 0) or np.any(table > 1):
-        raise ValueError(f"{what}: losses must begin at 0, not fall, and be shares of the replacement value, at most 1")
+    if np.any(table[:, 0] != 0):
+        raise ValueError(
+            f"{what}: losses must begin at 0, got {table[:, 0].max():g} at the first demand, {points[0]:g}: begin with "
+            "a demand that costs nothing"
+        )
+    if np.any(np.diff(table, axis=1) < 0):
+        place, point = (int(i) for i in np.argwhere(np.diff(table, axis=1) < 0)[0])
+        raise ValueError(
+            f"{what}: losses must not fall, but go from {table[place, point]:g} at a demand of {points[point]:g} to "
+            f"{table[place, point + 1]:g} at {points[point + 1]:g}: give the loss of all that is damaged by then"
+        )
+    if np.any(table > 1):
+        raise ValueError(
+            f"{what}: losses must be shares of the replacement value of the building, at most 1 (2 % is 0.02), got "
+            f"{table.max():g}"
+        )
     each = [np.interp(np.nan_to_num(demand[:, i]), points, table[i]) for i in range(places)]
     return np.stack(each, axis=1)

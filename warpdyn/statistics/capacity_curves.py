@@ -12,6 +12,7 @@ from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.fragility_curves import OVER
+from warpdyn.statistics.intervals.jackknife import few_groups, trusted
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import (
     ALL_EXCEEDING,
@@ -96,8 +97,8 @@ def fragility_from_capacities(
         influences[:, :, state], independent[:, state] = each / scale, np.diag(alone) / scale**2
         logarithms[:, 0, state], logarithms[:, 1, state] = centre[:, 0], np.log(deviation)
     names = tuple(str(name) for name in capacities["damage_state"].values)
-    _warn(names, outcome, observed.records, high)
     left = observed.left_out(logarithms, influences, independent)
+    _warn(names, outcome, observed.records, high, few_groups(left, trusted(left, outcome), names))
     medians, dispersions = np.exp(logarithms)[:, 0, :, None], np.exp(logarithms)[:, 1, :, None]
     finite = upper[np.isfinite(upper)]
     attributes = capacities["capacity"].attrs
@@ -180,15 +181,15 @@ def _outcome(low: np.ndarray, high: np.ndarray) -> int:
     return SEPARATED if low.max() <= high.min() else FITTED
 
 
-def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.ndarray) -> None:
-    """Warn of curves without a fit or an interval, and of those that lie beyond the levels that were run."""
+def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.ndarray, few: list[str]) -> None:
+    """Warn of curves without a fit or an interval, of those beyond the levels that were run, and of `few`."""
     advice = {
         NO_EXCEEDANCE: "no capacity was reached: raise the highest level",
         ALL_EXCEEDING: "every capacity lies below the lowest level: lower it",
         SEPARATED: "all brackets have a level in common: take a smaller tolerance, or more motions",
     }
     share = np.isposinf(high).mean(axis=0)
-    said = []
+    said = [*few]
     for name, each, part in zip(names, outcome, share, strict=True):
         what = advice.get(each, "see its capacities")
         if each == SEPARATED and part > 0.5:

@@ -18,11 +18,12 @@ from warpdyn.core.output_variables import (
 )
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_dataset import dataset_of_curves
-from warpdyn.statistics.demands import checked_demand
+from warpdyn.statistics.demands import checked_demand, refuse_portfolio
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits, fit_censored, fit_with_collapse
 from warpdyn.statistics.fragility_curves import OVER
+from warpdyn.statistics.intervals.jackknife import few_groups, trusted
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import FITTED, NO_EXCEEDANCE, NO_FINITE_MEDIAN, NOT_INCREASING, check_confidence
 from warpdyn.statistics.stripe_counts import decoded_status, structure_label
@@ -63,7 +64,7 @@ def fragility_of_cloud(
             cloud too): a demand, the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
         limits: Limit of each damage state, from the lightest on, in the units of the demand.
         estimator: "censored" or "collapse".
-        demand: Variable of the run that limits are of.
+        demand: Variable of the run that limits are of; of one with a sign, its absolute value.
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
         confidence: Probability that the intervals cover.
@@ -85,6 +86,7 @@ def fragility_of_cloud(
         >>> curves = wd.fragility_of_cloud(run, {"slight": 0.005, "complete": 0.05})
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
+    refuse_portfolio("fragility_of_cloud", dataset)
     replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("estimator of a cloud", estimator, tuple(METHODS))
@@ -112,7 +114,16 @@ def fragility_of_cloud(
     logarithms[:, :, outcome != FITTED] = np.nan
     influences, independent = _influences(observed, regression, fits, logarithms[0])
     left = observed.left_out(logarithms, influences, independent)
-    _warn(checked, outcome, of_collapse, collapsed, values, observed.records, estimator)
+    _warn(
+        checked,
+        outcome,
+        of_collapse,
+        collapsed,
+        values,
+        observed.records,
+        estimator,
+        few_groups(left, trusted(left, outcome), checked.states),
+    )
     result = dataset_of_curves(
         observed,
         checked.states,
@@ -226,9 +237,10 @@ def _warn(
     demand: np.ndarray,
     records: int,
     estimator: str,
+    few: list[str],
 ) -> None:
-    """Warn of what the curves do not rest on."""
-    said = []
+    """Warn of what the curves do not rest on, and of what else is told (`few`)."""
+    said = [*few]
     if (outcome != FITTED).any():
         said.append(
             f"no curve has a fit ({FIT_MEANINGS[outcome[outcome != FITTED][0]]}): the demand does not grow with the "
@@ -243,10 +255,14 @@ def _warn(
         said.append("there is one motion: records are what intervals are over, so that none is given")
     standing = demand[~collapsed].max()
     above = [repr(state) for state, limit in zip(limits.states, limits.values[0], strict=True) if limit > standing]
-    if above and estimator == "censored":
+    if above:
+        advice = "add motions of higher intensity"
+        if estimator == "censored" and collapsed.any():
+            advice += ", or take estimator='collapse', which counts every collapse as exceeding it"
+        of_standing = " (of the samples that stand)" if estimator == "collapse" and collapsed.any() else ""
         said.append(
             f"the limit of {' and '.join(above)} lies above every demand of a sample that stands ({standing:.3g}), so "
-            "that its curve is extrapolated; estimator='collapse' counts every collapse as exceeding it"
+            f"that its curve{of_standing} is extrapolated; {advice}"
         )
     if said:
         warn_caller("\n- ".join(["fragility_of_cloud:", *said]) if len(said) > 1 else f"fragility_of_cloud: {said[0]}")

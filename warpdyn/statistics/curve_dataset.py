@@ -70,7 +70,7 @@ def dataset_of_curves(
         for suffix, part, text in with_bounds(values, bounds[:, number], words, confidence):
             variables[f"fragility_{name}{suffix}"] = variable(of_state, part, text, **said)
     variables |= variances(left, known)
-    variables |= draws(left, known, replicates, seed, units)
+    variables |= draws(left, known, replicates, seed, units, confidence)
     variables["fit_status"] = variable(of_state, outcome.astype(np.int8), "outcome of the fit", **fit_flags())
     intensity = intensities_along(highest)
     curve, between = _curves(observed, left, curves, intensity, confidence)

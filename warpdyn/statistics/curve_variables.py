@@ -172,9 +172,11 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
     }
 
 
-def draws(left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str) -> dict[str, tuple]:
+def draws(
+    left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str, confidence: float
+) -> dict[str, tuple]:
     """Return draws from the joint sampling distribution of the medians and dispersions at one place, the worst."""
-    drawn = np.exp(np.where(has_interval, left.spread.draw(count, seed), np.nan))
+    drawn = np.exp(np.where(has_interval, left.spread.draw(count, seed, confidence), np.nan))
     said = "draw from the sampling distribution of the"
     of_replicates = ("replicate", "damage_state")
     return {

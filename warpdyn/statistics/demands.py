@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from warpdyn.core.near_misses import did_you_mean
 from warpdyn.core.output_variables import COLLAPSED, OK
-from warpdyn.reduction.limits import DamageLimits
+from warpdyn.reduction.limits import DRIFT, DamageLimits, magnitudes
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +28,21 @@ class Damage:
     places: np.ndarray
 
 
+def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> None:
+    """Raise a ValueError of a run of several archetypes.
+
+    Args:
+        function: The public function, which takes one archetype.
+        dataset: The run.
+        others: What else is told, of functions that take all.
+    """
+    if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
+        raise ValueError(
+            f"this is a run of a portfolio of several archetypes: {function}() takes one archetype, "
+            f"select_archetype(run, name){others}: {', '.join(map(repr, dataset['archetype'].values.tolist()))}"
+        )
+
+
 def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
     """Return which damage states the samples of a run have reached; collapsed ones have reached all.
 
@@ -36,15 +52,12 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
         status: Outcome of each sample, as an index into `STATUS_MEANINGS`.
 
     Raises:
-        ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is negative
-            or not finite in a sample that is ok.
+        ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is not
+            finite, or a negative peak, in a sample that is ok.
     """
-    if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
-        raise ValueError(
-            "this is a run of a portfolio of several archetypes: fragility() takes one archetype, "
-            "select_archetype(run, name), and damage_shares(run, limits) counts all, with limits for each of "
-            f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
-        )
+    refuse_portfolio(
+        "fragility", dataset, ", and damage_shares(run, limits) counts all, with limits for each of the archetypes"
+    )
     single, dim, places = limits.single, "", np.arange(0)
     worst = np.zeros(status.size, dtype=np.uint8)
     columns: list[np.ndarray] = []
@@ -76,11 +89,14 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
 
 
 def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return a demand by place, shape [place, sample]."""
+    """Return a demand by place without its sign, shape [place, sample]."""
     if name not in dataset:
         known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]
         advice = "leave its recorder in the scene's" + (f"; the run has {', '.join(known)}" if known else "")
-        raise ValueError(f"the dataset has no {name!r}: {advice}")
+        # A recorder's name, as "drift", is a word of the variable that it fills.
+        named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
+        hint = f" (did you mean {named[0]!r}?)" if named else did_you_mean(name, known)
+        raise ValueError(f"the dataset has no {name!r}{hint}: {advice}")
     variable = dataset[name]
     if "sample" not in variable.dims or variable.ndim > 2:
         of_one = "; take one event by `select_event`" if "event" in variable.dims else ""
@@ -93,7 +109,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
     if variable.size == 0:
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     values = variable.transpose("sample", ...).values
-    values = np.ascontiguousarray(values.reshape(len(values), -1).T)
+    values = magnitudes(name, np.ascontiguousarray(values.reshape(len(values), -1).T))
     # What a sample that failed or collapsed holds is not read.
     is_good = np.ones(status.size, dtype=bool)
     for row in values:
@@ -105,7 +121,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
             f"{key} {dataset[key].values[first]}" for key in ("motion_index", "im_level") if key in dataset
         )
         raise ValueError(
-            f"sample {first} ({where}) is 'ok' but its {name} is {values[:, first].tolist()}; it must be finite and "
-            f"not negative ({bad.size} of {status.size} samples)"
+            f"sample {first} ({where}) is 'ok' but its {name} is {values[:, first].tolist()}; it must be finite, "
+            f"and a peak not negative ({bad.size} of {status.size} samples)"
         )
     return values

@@ -26,7 +26,7 @@ from warpdyn.statistics.curve_variables import (
 )
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
-from warpdyn.statistics.intervals.jackknife import SOURCES, leave_out, trusted
+from warpdyn.statistics.intervals.jackknife import SOURCES, few_groups, leave_out, trusted
 from warpdyn.statistics.lognormal_fit import FITTED, SEPARATED, check_confidence, levels_to_add
 from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
@@ -69,7 +69,8 @@ def fragility(
             `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
             a state has reached those before it. A warning names drift limits that seem to be in percent or mm. None
             for the limits that counts were made by.
-        demand: Variable of the run that plain limits are of.
+        demand: Variable of the run that plain limits are of; of one with a sign, such as the residual drift ratio, the
+            absolute value is compared.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
             cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so:
             the interval of the median is then that of the levels where the fractions are surely below and above one
@@ -107,14 +108,14 @@ def fragility(
     over_structures = intervals_over == OVER[0]
     left, outcome = leave_out(counts, chosen, over_structures=over_structures)
     has_interval = trusted(left, outcome)
-    _warn(checked, counts, outcome, has_interval)
+    _warn(checked, counts, outcome, has_interval, few_groups(left.worst, has_interval[-1], checked.states))
     variables = estimates(counts, left, outcome, has_interval, confidence, over_structures)
     curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
     variables |= curve
     of_discretisation = discretisation_variance(dataset, checked.single, len(checked.states))
     variables |= variances(left.worst, has_interval[-1], of_discretisation)
     variables |= sandwich(left.worst, outcome[-1])
-    variables |= draws(left.worst, has_interval[-1], replicates, seed, counts.units)
+    variables |= draws(left.worst, has_interval[-1], replicates, seed, counts.units, confidence)
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
     variables |= {
         "valid_samples": variable("stripe", counts.trials, "samples counted, collapsed ones included"),
@@ -160,9 +161,11 @@ def fragility(
     )
 
 
-def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_interval: np.ndarray) -> None:
-    """Warn once of curves without a fit or an interval."""
-    said, states = [], limits.states
+def _warn(
+    limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_interval: np.ndarray, few: list[str]
+) -> None:
+    """Warn once of curves without a fit or an interval, and of what else is told (`few`)."""
+    said, states = [*few], limits.states
     if np.isfinite(counts.least_drift):
         drifts = zip(states, limits.values[limits.demands.index(DRIFT)], strict=True)
         beyond = [f"{value:g} of {name!r}" for name, value in drifts if value > counts.least_drift]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warpdyn.core.checks import real_number
+from warpdyn.files.text import read_csv_text
 from warpdyn.risk.hazard.measures import spectral_name
 
 SAME_PLACE = 1e-3  # degrees, some 100 m
@@ -25,7 +26,7 @@ Site = tuple[float, float]
 
 def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray, np.ndarray, str, str]:
     """Return intensities, annual rates, measure and units of a hazard curve of the OpenQuake engine."""
-    lines = _text(path).splitlines()
+    lines = read_csv_text("HazardCurve.from_openquake_csv", path).splitlines()
     header = lines[0] if lines[0].startswith("#") else ""
     years = re.search(r"investigation_time=([\d.eE+-]+)", header)
     named = re.search(r"imt='([^']+)'|imt=\"+([^\",]+)\"+", header)
@@ -39,6 +40,8 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     if units == "g" and not _IN_G.fullmatch(measure):
         raise ValueError(f"{path}: the units of {measure!r} are not known; PGA, SA(period), PGV, PGD and IA are read")
     rows = list(csv.reader(lines[1:]))
+    if not rows:
+        raise ValueError(f"{path}: the file ends after its first line; columns and a site must follow")
     columns = [(i, name[4:]) for i, name in enumerate(rows[0]) if name.startswith("poe-")]
     if not columns or not {"lon", "lat"} <= set(rows[0]):
         raise ValueError(f"{path}, line 2: the columns must be lon, lat, ... and poe-<intensity>, got {rows[0][:5]}")
@@ -57,7 +60,7 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
 
 def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) -> tuple[np.ndarray, np.ndarray, str]:
     """Return intensities [g], annual rates and measure of a hazard curve of the USGS, from JSON or CSV."""
-    text = _text(path)
+    text = read_csv_text("HazardCurve.from_usgs", path, "JSON or CSV")
     if text.lstrip().startswith("{"):
         return _usgs_json(path, text, measure)
     rows = list(csv.reader(text.splitlines()))
@@ -146,15 +149,6 @@ def _checked(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Point
     if rate.size < 2:
         raise ValueError(f"{path}: fewer than 2 points of the curve have a rate above 0")
     return intensity, rate
-
-
-def _text(path: str | Path) -> str:
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    text = Path(path).read_text(encoding="utf-8-sig")
-    if not text.strip():
-        raise ValueError(f"{path}: the file is empty")
-    return text
 
 
 def _number(token: str, where: str) -> float:

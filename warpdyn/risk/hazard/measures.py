@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.units import STANDARD_GRAVITY
 
 SAME_PERIOD = 0.01  # relative; periods of spectral accelerations are written with two or three digits
 # OpenQuake's names (openquake.hazardlib.imt) of the measures without a period, by the names that are read.
@@ -28,6 +29,25 @@ UNDERSTOOD = (
     "AvgSA, each also as 'geometric mean of ...' or 'RotD50 ...'"
 )
 UNNAMED = ("", "intensity measure")  # what datasets and hazards say that name none
+
+# Units that a hazard curve of a measure may be in, by OpenQuake's name; the first one is advised.
+UNITS = {
+    **dict.fromkeys(("PGA", "SA", "AvgSA"), ("g", "m s-2")),
+    **dict.fromkeys(("PGV", "IA", "CAV"), ("m s-1",)),
+    "PGD": ("m",),
+    **dict.fromkeys(("RSD595", "RSD575", "RSD2080"), ("s",)),
+}
+# What units are read as, with the factor to the one that intensities are kept in.
+_READ_AS = {
+    **dict.fromkeys(("m s-1", "m s^-1", "m/s", "m/sec"), ("m s-1", 1.0)),
+    **dict.fromkeys(("cm s-1", "cm s^-1", "cm/s", "cm/sec"), ("m s-1", 0.01)),
+    **dict.fromkeys(("mm s-1", "mm/s"), ("m s-1", 0.001)),
+    **dict.fromkeys(("m s-2", "m s^-2", "m/s2", "m/s^2", "m/s**2"), ("m s-2", 1.0)),
+    **dict.fromkeys(("cm s-2", "cm s^-2", "cm/s2", "cm/s^2", "gal", "Gal"), ("m s-2", 0.01)),
+    "cm": ("m", 0.01),
+    "mm": ("m", 0.001),
+    **dict.fromkeys(("g s", "g.s", "g*s"), ("m s-1", STANDARD_GRAVITY)),
+}
 
 _NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _COMPONENTS = re.compile(r"(geometric mean|RotD\d+)(?: of)? +", re.IGNORECASE)
@@ -79,6 +99,35 @@ def measure_named(name: str) -> Measure | None:
     if spectral and float(spectral["period"]) > 0:
         return Measure("SA", float(spectral["period"]), float(spectral["damping"] or 5), components)
     return None
+
+
+def units_of_hazard(measure: str, units: str | None) -> tuple[str, float]:
+    """Return the units that intensities of a hazard curve are kept in, and the factor to them.
+
+    Args:
+        measure: Name of the intensity measure.
+        units: Units that they are given in; None for g, which only accelerations may be left without.
+
+    Raises:
+        ValueError: If the measure is never in these units, or none are given and it is no acceleration.
+    """
+    found = measure_named(measure)
+    allowed = UNITS[found.kind] if found else ()
+    if units is None:
+        if allowed and "g" not in allowed:
+            raise ValueError(
+                f"a hazard curve of {measure!r} is not in g, which intensities without units are taken in: give "
+                f"units={allowed[0]!r}"
+            )
+        return "g", 1.0
+    kept, factor = _READ_AS.get(" ".join(str(units).split()), (str(units), 1.0))
+    if allowed and kept not in allowed:
+        read = [name for name, (unit, _) in _READ_AS.items() if unit in allowed and name not in allowed]
+        raise ValueError(
+            f"the units of a hazard curve of {measure!r} are {' or '.join(map(repr, allowed))}, got {units!r}"
+            + (f"; {', '.join(map(repr, read))} are converted" if read else "")
+        )
+    return kept, factor
 
 
 def spectral_name(name: str) -> str:

@@ -149,4 +149,5 @@ def _rates_of_pieces(
     larger, smaller = log_ndtr(high), log_ndtr(low)
     with np.errstate(divide="ignore", invalid="ignore"):
         mass = np.where(smaller == -np.inf, larger, larger + np.log1p(-np.exp(smaller - larger)))
-    return np.exp(scale + mass)
+    with np.errstate(over="ignore"):  # a rate without a bound, of a very wide curve, is infinite
+        return np.exp(scale + mass)

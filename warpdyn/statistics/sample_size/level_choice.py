@@ -75,7 +75,8 @@ def levels_for(
     count, seed = whole_number("count", count, 2), whole_number("seed", seed, 0)
     design = scene.excitation
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
-        raise TypeError("levels_for() takes a scene of one structure under a Cloud or Stripes of motions")
+        given = "a Portfolio" if scene.structure.is_many else f"a {type(design).__name__}"
+        raise TypeError(f"levels_for() takes a scene of one structure under a Cloud or Stripes of motions, got {given}")
     # Structures that are given belong to the run: in the pilot nominal values stand for them.
     scatter = {name: spread for name, spread in scene.scatter.items() if not isinstance(spread, GivenValues)}
     structures = math.ceil(PILOT_PAIRS / len(design.motions)) if scatter else 1
