@@ -35,6 +35,7 @@ def test_every_command_is_known_here() -> None:
         "decision",
         "benchmark",
         "portfolio",
+        "metropolis",
         "isolation",
         "laws",
     )

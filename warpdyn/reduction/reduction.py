@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Self
 
 import numpy as np
@@ -47,13 +48,14 @@ class Reduction:
         self._reducers = [statistic.reducer(population, threads) for statistic in statistics]
         self.needs = frozenset({"status"}).union(*(reducer.needs for reducer in self._reducers))
         self._failed, self._samples = np.zeros(len(FAILURES), dtype=np.int64), 0
-        self._workers = Workers(threads)
+        self._workers, self._side_by_side = Workers(threads), ThreadPoolExecutor(len(self._reducers))
         self.variables()  # names that collide are refused before anything runs
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
+        self._side_by_side.shutdown()
         self._workers.close()
 
     def add(self, structures: np.ndarray, rows: Arrays) -> None:
@@ -73,8 +75,10 @@ class Reduction:
             self._samples += block.status.size
             for place in range(len(FAILURES)):
                 self._failed[place] += np.count_nonzero(block.status == DIVERGED + place)
-            for reducer in self._reducers:
-                reducer.add(block, self._workers)
+            # Side by side, as each of them waits for its own threads.
+            adding = [self._side_by_side.submit(reducer.add, block, self._workers) for reducer in self._reducers]
+            for each in adding:
+                each.result()
 
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return all variables and coordinates."""
