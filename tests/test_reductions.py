@@ -157,7 +157,7 @@ def test_failed_samples_are_counted_by_their_status(design, monkeypatch):
 
 
 @pytest.mark.parametrize("design", ["crossed", "nested"])
-@pytest.mark.parametrize("share", [0.0, 0.008])
+@pytest.mark.parametrize("share", [pytest.param(0.0, marks=pytest.mark.thorough), 0.008])  # with failures shows both
 def test_fragility_from_counts_is_that_of_the_run(design, share, monkeypatch):
     if share:
         with_failures(monkeypatch, share)
@@ -243,7 +243,7 @@ def test_fragility_of_an_archetype_from_the_counts_of_all(runs):
 
 @pytest.mark.parametrize("design", ["crossed", "cloud", "one motion"])
 @pytest.mark.parametrize("events", [None, ["b", "a", "b"]])
-@pytest.mark.parametrize("share", [0.0, 0.006])
+@pytest.mark.parametrize("share", [pytest.param(0.0, marks=pytest.mark.thorough), 0.006])  # with failures shows both
 def test_damage_shares_from_counts_are_those_of_the_run(design, events, share, monkeypatch):
     if share:
         with_failures(monkeypatch, share)
