@@ -18,6 +18,7 @@ import numpy as np
 from parts.command_line import file_in, read_arguments, save_figures
 from parts.metropolis.figure import draw
 from parts.metropolis.region import build_inventory, shaking
+from portfolio import CORRELATION, SCATTER
 
 import warpdyn as wd
 from warpdyn.files import netcdf
@@ -26,14 +27,6 @@ PAIRS = 25
 OCCUPANCY = "RES1"  # of all buildings, whose repair costs Hazus gives by damage state
 COLLAPSE_DRIFT_RATIO = 0.10
 CELL = 0.02  # degree, of the map
-# As for the building of studies/p695_fragility.py: what buildings of one class differ by.
-SCATTER = {
-    "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
-    "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),
-    "yield_force": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.25), per="storey", storey_correlation=0.8),
-    "damping_ratio": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.30)),
-}
-CORRELATION = {("stiffness", "yield_force"): 0.6}
 
 
 def main() -> None:

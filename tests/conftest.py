@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import resource
+import signal
 import subprocess
 import sys
 import time
@@ -21,6 +22,8 @@ import warpdyn as wd
 from warpdyn.kernels import build, compilation
 
 ROOT = Path(__file__).parents[1]
+# A shell's background jobs, and what they start, ignore Ctrl-C, which tests send.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 PATIENCE = 300  # seconds that the main job of `.ci/run` may still take
 # Hypothesis times its examples and fails a test whose examples come slowly: what a busy machine or a slow one does.
 settings.register_profile("warpdyn", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -35,13 +38,17 @@ def readme_commands() -> list[str]:
     return [line for block in blocks for line in block.splitlines() if line.strip()] + inline
 
 
-def run_study(command: str, out: Path) -> subprocess.CompletedProcess[str]:
-    """Run the `python studies/...` part of a command on the CPU with this interpreter; results are written to `out`."""
+def run_study(command: str, out: Path, *, is_limited: bool = True) -> subprocess.CompletedProcess[str]:
+    """Run the `python studies/...` part of a command on the CPU with this interpreter; results are written to `out`.
+
+    With `is_limited` it has the private memory that a small machine has; pyarrow alone reserves a gigabyte of it.
+    """
     script = re.search(r"python (studies/\S+\.py) --out (\S+)(.*)$", command)
     arguments = [sys.executable, script[1], "--out", str(out), "--device", "cpu", *script[3].split()]
     environment = os.environ | {"MPLBACKEND": "agg", "PYTHONWARNINGS": "error:implausible input"}
+    limit = _limit_memory if is_limited else None
     return subprocess.run(
-        arguments, cwd=ROOT, capture_output=True, text=True, env=environment, check=False, preexec_fn=_limit_memory
+        arguments, cwd=ROOT, capture_output=True, text=True, env=environment, check=False, preexec_fn=limit
     )
 
 

@@ -19,7 +19,7 @@ BUILDINGS, EVENTS = 60, 25
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("metropolis")
     (command,) = (c for c in readme_commands() if "studies/metropolis.py" in c)
-    done = run_study(f"{command} --buildings {BUILDINGS}", out)
+    done = run_study(f"{command} --buildings {BUILDINGS}", out, is_limited=False)
     assert done.returncode == 0, done.stderr
     return out
 
