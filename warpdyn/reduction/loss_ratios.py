@@ -50,14 +50,7 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
     """
     if not isinstance(ratios, Mapping):
         raise TypeError(f"{function}: loss_ratios{where} must map each damage state to its loss ratio, got {ratios!r}")
-    missing = [state for state in states if state not in ratios]
-    unknown = [str(state) for state in ratios if state not in states]
-    if missing or unknown:
-        raise ValueError(
-            f"{function}: loss_ratios{where} must name the damage states {', '.join(states)}"
-            + (f"; {', '.join(missing)} missing" if missing else "")
-            + (f"; {', '.join(unknown)} unknown" if unknown else "")
-        )
+    _check_named(function, f"loss_ratios{where}", "damage states", states, ratios)
     means: list[float] = []
     deviations: list[float] = []
     for state in states:
@@ -99,11 +92,16 @@ def ratios_of_archetypes(
 
 def check_archetypes(function: str, names: Sequence[str], given: Mapping[str, object], what: str) -> None:
     """Raise a ValueError unless a mapping has each archetype, and no other."""
+    _check_named(function, what, "archetypes", names, given)
+
+
+def _check_named(function: str, what: str, kind: str, names: Sequence[str], given: Mapping[str, object]) -> None:
+    """Raise a ValueError that says what is missing and what is unknown, unless a mapping has just these names."""
     missing = [name for name in names if name not in given]
     unknown = [str(name) for name in given if name not in names]
     if missing or unknown:
         raise ValueError(
-            f"{function}: {what} must name the archetypes {', '.join(names)}"
+            f"{function}: {what} must name the {kind} {', '.join(names)}"
             + (f"; {', '.join(missing)} missing" if missing else "")
             + (f"; {', '.join(unknown)} unknown" if unknown else "")
         )
