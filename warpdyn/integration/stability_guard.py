@@ -18,6 +18,9 @@ from warpdyn.integration.ensemble import Ensemble
 # A processor steps a row of so many samples at a time, and one of them takes as long as all.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
+# How findings of several blocks or regions become those of all; of FIRST the first that says something stands for all.
+SUMS = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping", "off", "sensitive")
+LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error"), ("first", "never")
 
 
 class StabilityFindings:
@@ -58,13 +61,25 @@ class StabilityFindings:
         self.beyond += int(np.count_nonzero(unstable))
         return unstable
 
-    def add_block(self, block: StabilityFindings) -> None:
-        """Add what was found before a block was run; blocks are added in the order of their samples."""
-        self.least, self.most = min(self.least, block.least), max(self.most, block.most)
-        self.first = self.first or block.first
-        self.never = block.never if self.never is None else self.never
-        self.beyond, self.too_long = self.beyond + block.beyond, self.too_long + block.too_long
-        self.longest_accurate = min(self.longest_accurate, block.longest_accurate)
+    def of_no_samples(self) -> StabilityFindings:
+        """Return findings of the same run and event in which nothing is found yet."""
+        findings = StabilityFindings(self.samples, self.method)
+        findings.event = self.event
+        return findings
+
+    def include(self, other: StabilityFindings) -> None:
+        """Add what was found of the samples after those so far, such as those of the next block."""
+        for name in SUMS:
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        for name in LEAST:
+            setattr(self, name, min(getattr(self, name), getattr(other, name)))
+        for name in MOST:
+            setattr(self, name, max(getattr(self, name), getattr(other, name)))
+        for name in FIRST:
+            if getattr(self, name) in ("", None):
+                setattr(self, name, getattr(other, name))
+        for code in self.failed:
+            self.failed[code] += other.failed[code]
 
     def add_sample_errors(self, error: float, off: int, sensitive: int) -> None:
         """Count samples whose estimated error is larger than that asked for, and sensitive ones."""

@@ -167,9 +167,8 @@ class Pipeline:
         """
         structures, queue = item
         parts = self.run.events(np.asarray(structures), queue)
-        unstable, findings = [], [StabilityFindings(each.samples, each.method) for each in self.findings]
-        for part, found, of_run in zip(parts, findings, self.findings, strict=True):
-            found.event = of_run.event
+        unstable, findings = [], [each.of_no_samples() for each in self.findings]
+        for part, found in zip(parts, findings, strict=True):
             shorten_steps(*part, found, divides=self.divides_steps)
             unstable.append(guard(*part, self.on_unstable, found))
         parts[0][0].pack()
@@ -182,7 +181,7 @@ class Pipeline:
         began = time.perf_counter()
         block = next(upcoming)
         for findings, found in zip(self.findings, block.findings, strict=True):
-            findings.add_block(found)
+            findings.include(found)
         self.longest_period = max(self.longest_period, block.longest_period)
         block.rows = self.table.rows_for(block.samples)
         self.seconds_sampling += time.perf_counter() - began

@@ -18,9 +18,6 @@ from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.running.regions.rerun_budget import Decisions
 
-# How findings of several regions become those of the run; the first that says something stands for all in FIRST.
-SUMS = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping", "off", "sensitive")
-LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error"), ("first", "never")
 OF_THE_RUN = ("samples", "method", "event")
 
 
@@ -111,14 +108,6 @@ def state_of(findings: StabilityFindings) -> dict[str, Any]:
 def include(findings: StabilityFindings, states: Iterable[dict[str, Any]]) -> None:
     """Add what regions found, in the order of their samples, to the findings of the run."""
     for state in states:
-        for name in SUMS:
-            setattr(findings, name, getattr(findings, name) + state[name])
-        for name in LEAST:
-            setattr(findings, name, min(getattr(findings, name), state[name]))
-        for name in MOST:
-            setattr(findings, name, max(getattr(findings, name), state[name]))
-        for name in FIRST:
-            if getattr(findings, name) in ("", None):
-                setattr(findings, name, state[name])
-        for code in findings.failed:
-            findings.failed[code] += state["failed"][str(code)]
+        region = findings.of_no_samples()
+        vars(region).update(state | {"failed": {int(code): count for code, count in state["failed"].items()}})
+        findings.include(region)
