@@ -96,12 +96,13 @@ class LossReducer:
         order, start, ratios, kind, value = (
             workers.array(values) for values in (order, start, self._ratios, kind, self._values[rows.structure])
         )
-        given = rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
+        each = workers.units_of_part(units)
+        given = each, rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
 
         def arguments(thread: int) -> tuple:
             return given
 
-        workers.run(reductions().losses, 0, count, arguments, LEAST_SAMPLES // rows.samples + 1)
+        workers.run(reductions().losses, 0, count * -(-units // each), arguments, LEAST_SAMPLES // rows.samples + 1)
         of_units = replace(rows, samples=units, cell_of_place=cell_of_unit, unit=np.arange(units))
         found = Block(block.structures, block.event, {"status": status, "loss": loss})
         self.losses.add(found, "loss", True, 0, workers, of_units)

@@ -102,14 +102,15 @@ class Tally:
         rows = block.rows(self.cells)
         order, start, cell_of_unit = rows.units()
         given = [workers.array(values) for values in (rows.cell_of_row.astype(np.int32), cell_of_unit, order, start)]
-        tables = self._tables_of(workers)
+        tables, each = self._tables_of(workers), workers.units_of_part(cell_of_unit.size)
 
         def arguments(thread: int) -> tuple:
-            return rows.samples, block.status, states, *given, tables[thread % len(tables)]
+            return each, rows.samples, block.status, states, *given, tables[thread % len(tables)]
 
         # Threads take different structures, whose cells are different ones where a cell is of one structure.
         most, least = 0 if self._is_own else len(tables), LEAST_SAMPLES // rows.samples + 1
-        workers.run(reductions().counts, 0, rows.structure.size, arguments, least, most, rows.rows_per_structure)
+        parts = rows.structure.size * -(-cell_of_unit.size // each)
+        workers.run(reductions().counts, 0, parts, arguments, least, most, rows.rows_per_structure)
 
     def _tables_of(self, workers: Workers) -> list[Any]:
         """Return the counts that threads add to: the same ones, if their cells differ, or each its own."""
@@ -165,31 +166,34 @@ class Sums:
         totals, bad = self._totals[workers], workers.bad(demand)
         cell_of_unit, unit = np.unique(rows.cell_of_place, return_inverse=True)
         units, cell_of_row = cell_of_unit.size, rows.cell_of_row.astype(np.int32)
-        cell_of_unit, unit, structure = (
-            workers.array(values.astype(np.int32)) for values in (cell_of_unit, unit, rows.structure)
+        order = np.argsort(unit, kind="stable")
+        start = np.searchsorted(unit[order], np.arange(units + 1))
+        cell_of_unit, order, start, structure = (
+            workers.array(values.astype(np.int32)) for values in (cell_of_unit, order, start, rows.structure)
         )
-        how = rows.samples, int(is_signed), place, structure, block.status, block.demand(demand), unit
+        how = rows.samples, int(is_signed), place, structure, block.status, block.demand(demand), order, start
+        each = workers.units_of_part(units)
+        parts_of_row = -(-units // each)
         together = min(cell_of_row.size, max(1, workers.memory_of_sums // (8 * SUMS * units)))
         sums = workers.empty((together, units, SUMS), np.float64)
         for begin in range(0, cell_of_row.size, together):
             end = min(begin + together, cell_of_row.size)
             cells = cell_of_row[begin:end]
-            order, start, units_of_part = workers.groups(cells, units)
-            parts = (start.size - 1) * -(-units // units_of_part)
-            given = [workers.array(values) for values in (order, start)]
+            rows_of_cells, first_of_cell, units_of_part = workers.groups(cells, units)
+            given = [workers.array(values) for values in (rows_of_cells, first_of_cell)]
             into = units_of_part, *given, sums, workers.array(cells), cell_of_unit, totals
+            parts = (first_of_cell.size - 1) * -(-units // units_of_part)
 
             def of_samples(thread: int, begin: int = begin) -> tuple:
-                return begin, *how, sums, bad, thread
+                return each, begin, *how, sums, bad, thread
 
             def of_rows(thread: int, into: tuple = into) -> tuple:
                 return into
 
-            kernel = reductions().sums[block.type_of(demand)]
-            workers.run(kernel, begin, end, of_samples, LEAST_SAMPLES // rows.samples + 1)
-            workers.run(
-                reductions().totals, 0, parts, of_rows, max(1, LEAST_SAMPLES // ((end - begin) * units_of_part))
-            )
+            kernel, least = reductions().sums[block.type_of(demand)], LEAST_SAMPLES // rows.samples + 1
+            workers.run(kernel, begin * parts_of_row, end * parts_of_row, of_samples, least)
+            least = max(1, LEAST_SAMPLES // ((end - begin) * units_of_part))
+            workers.run(reductions().totals, 0, parts, of_rows, least)
         workers.refuse(demand, bad)
 
     @property
@@ -249,7 +253,8 @@ def find_states(
     half = 2 ** int(np.log2(bounds.shape[1]))  # the search is among 2^k - 1 bounds
     padded = np.full((len(bounds), 2 * half - 1), np.inf)
     padded[:, : bounds.shape[1]] = bounds
-    how = samples, places, int(is_absolute or not is_peak(demand)), int(each_place)
+    rows = samples // workers.units_of_part(samples)  # of a structure, each of which a thread takes
+    how = samples // rows, rows, places, int(is_absolute or not is_peak(demand)), int(each_place)
     structure, kind = (workers.array(numbers.astype(np.int32)) for numbers in (block.structures, kind))
     flat = values.reshape((block.samples * places,))
     given = *how, structure, block.status, flat, half, workers.array(padded.ravel()), kind, states, bad
@@ -258,7 +263,7 @@ def find_states(
         return *given, thread
 
     kernel = reductions().states[block.type_of(demand)]
-    workers.run(kernel, 0, structures, arguments, LEAST_SAMPLES // samples + 1)
+    workers.run(kernel, 0, structures * rows, arguments, LEAST_SAMPLES // samples + 1)
     workers.refuse(demand, bad)
 
 

@@ -62,6 +62,9 @@ class Workers(Protocol):
             together: How many in a row one thread of a processor takes all of.
         """
 
+    def units_of_part(self, units: int) -> int:
+        """Return how many of a row's units a thread takes at a time, where each can be taken by itself."""
+
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
         """Return how the sums of rows are added to those of cells, each in the order of its rows.
 
@@ -145,6 +148,10 @@ class Threads:
             part(first, last, 0)
             return
         list(self._pool.map(part, edges[:-1], edges[1:], range(parts)))
+
+    def units_of_part(self, units: int) -> int:
+        """Return how many of a row's units a thread takes at a time: all of them."""
+        return units
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
         """Return all rows as one group, of whose units each thread takes some: rows are read as they lie in memory."""
@@ -236,6 +243,10 @@ class Gpu:
         loaded(kernel, self.device)
         inputs = [first, last, last - first, *arguments(0)]
         wp.launch(kernel, dim=last - first, inputs=inputs, stream=self.stream, block_dim=THREADS_OF_A_BLOCK)
+
+    def units_of_part(self, units: int) -> int:
+        """Return how many of a row's units a thread takes at a time: one, since there are thousands of threads."""
+        return 1
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
         """Return the rows of each cell as a group, of each of whose units a thread takes one."""

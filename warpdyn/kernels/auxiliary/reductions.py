@@ -96,22 +96,23 @@ def _states(dtype: str) -> wp.Kernel:
         last: int,
         step: int,
         samples: int,  # in a row
+        rows: int,  # of a structure
         places: int,
         is_absolute: int,  # 1 to take absolute values, 0 for demands that are not negative
         each_place: int,  # 1 to keep the states of every place besides the worst
-        structure: wp.array(dtype=int),  # number of each row's
+        structure: wp.array(dtype=int),  # number of each
         status: wp.array(dtype=wp.int8),
         demand: wp.array(dtype=real),  # [sample, place]
         half: int,  # of the bounds of a kind and one more, a power of 2
         bounds: wp.array(dtype=wp.float64),  # [kind, bound], increasing
-        kind: wp.array(dtype=int),  # of each row
+        kind: wp.array(dtype=int),  # of each structure
         states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last; raised where they are lower
         bad: wp.array(dtype=int),  # by thread, a structure with a sample that is ok without a demand
         thread: int,
     ):
         column = states.shape[0] - 1
         for row in range(first + wp.tid(), last, step):
-            of_row = kind[row] * (2 * half - 1)
+            of_row = kind[row // rows] * (2 * half - 1)
             for number in range(samples):
                 sample = row * samples + number
                 worst = wp.float64(0.0)
@@ -126,11 +127,17 @@ def _states(dtype: str) -> wp.Kernel:
                         reached = bounds_below(value, bounds, of_row, half)
                         states[place, sample] = wp.max(states[place, sample], wp.uint16(reached))
                 if wrong > 0 and status[sample] == wp.int8(wp.static(OK)):
-                    bad[thread] = structure[row]
+                    bad[thread] = structure[row // rows]
                 reached = bounds_below(worst, bounds, of_row, half)
                 states[column, sample] = wp.max(states[column, sample], wp.uint16(reached))
 
     return find_states
+
+
+@wp.func
+def parts_of(units: int, units_of_part: int):
+    """Return how many parts of so many units there are."""
+    return (units + units_of_part - 1) // units_of_part
 
 
 @wp.func
@@ -166,9 +173,10 @@ def worst_outcome(
 def _counts() -> wp.Kernel:
     @_kernel("count_states")
     def count_states(
-        first: int,
+        first: int,  # of the parts: some units of a row
         last: int,
         step: int,
+        units_of_part: int,
         samples: int,
         status: wp.array(dtype=wp.int8),
         states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last
@@ -180,8 +188,11 @@ def _counts() -> wp.Kernel:
     ):
         places = states.shape[0] - 1
         top = counts.shape[2] - 1 - wp.static(len(STATUS_MEANINGS) - DIVERGED)
-        for row in range(first + wp.tid(), last, step):
-            for unit in range(cell_of_unit.shape[0]):
+        parts = parts_of(cell_of_unit.shape[0], units_of_part)
+        for part in range(first + wp.tid(), last, step):
+            row = part // parts
+            first_unit = (part - row * parts) * units_of_part
+            for unit in range(first_unit, wp.min(first_unit + units_of_part, cell_of_unit.shape[0])):
                 cell = cell_of_row[row] + cell_of_unit[unit]
                 for place in range(places + 1):
                     outcome = worst_outcome(
@@ -198,9 +209,10 @@ def _counts() -> wp.Kernel:
 def _losses() -> wp.Kernel:
     @_kernel("find_losses")
     def find_losses(
-        first: int,
+        first: int,  # of the parts: some units of a row
         last: int,
         step: int,
+        units_of_part: int,
         samples: int,
         status: wp.array(dtype=wp.int8),
         states: wp.array2d(dtype=wp.uint16),
@@ -215,8 +227,11 @@ def _losses() -> wp.Kernel:
         units = start.shape[0] - 1
         top = ratios.shape[1] - 1
         column = states.shape[0] - 1
-        for row in range(first + wp.tid(), last, step):
-            for unit in range(units):
+        parts = parts_of(units, units_of_part)
+        for part in range(first + wp.tid(), last, step):
+            row = part // parts
+            first_unit = (part - row * parts) * units_of_part
+            for unit in range(first_unit, wp.min(first_unit + units_of_part, units)):
                 place = row * units + unit
                 outcome = worst_outcome(row * samples, start[unit], start[unit + 1], order, status, states, column, top)
                 if outcome > top:
@@ -270,9 +285,10 @@ def _sums(dtype: str) -> wp.Kernel:
 
     @_kernel(f"add_samples_{dtype}")
     def add_samples(
-        first: int,
+        first: int,  # of the parts: some units of a row
         last: int,
         step: int,
+        units_of_part: int,
         origin: int,  # row that is the first of the sums
         samples: int,
         is_signed: int,  # 1 to take values as they are, 0 for the largest absolute one of all places
@@ -280,41 +296,50 @@ def _sums(dtype: str) -> wp.Kernel:
         structure: wp.array(dtype=int),  # number of each row's
         status: wp.array(dtype=wp.int8),
         demand: wp.array2d(dtype=real),  # [sample, place]
-        unit: wp.array(dtype=int),  # of each sample of a row
+        order: wp.array(dtype=int),  # samples of a row, unit by unit
+        start: wp.array(dtype=int),  # of each unit in that order, and the end of the last one
         sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
         bad: wp.array(dtype=int),
         thread: int,
     ):
-        for row in range(first + wp.tid(), last, step):
-            place_of_row = row - origin
-            for number in range(sums.shape[1]):
-                for which in range(wp.static(SUMS - 1)):
-                    sums[place_of_row, number, which] = wp.float64(0.0)
-                sums[place_of_row, number, 4] = -wp.float64(wp.inf)
-            for number in range(samples):
-                sample = row * samples + number
-                if status[sample] == wp.int8(wp.static(OK)):
-                    value = wp.float64(0.0)
-                    if place >= 0:
-                        value = wp.float64(demand[sample, place])
-                    else:
-                        value = wp.float64(demand[sample, 0])
-                        if is_signed == 0:
-                            value = wp.abs(value)
-                            for other in range(1, demand.shape[1]):
-                                value = wp.max(value, wp.abs(wp.float64(demand[sample, other])))
-                    if not wp.isfinite(value):
-                        bad[thread] = structure[row]
-                    of_unit = unit[number]
-                    for which in range(2):
-                        term = value
-                        if which == 1:
-                            term = value * value
-                        before = sums[place_of_row, of_unit, 2 * which]
-                        after = before + term
-                        sums[place_of_row, of_unit, 2 * which] = after
-                        sums[place_of_row, of_unit, 2 * which + 1] += rounded_off(before, term, after)
-                    sums[place_of_row, of_unit, 4] = wp.max(sums[place_of_row, of_unit, 4], value)
+        units = start.shape[0] - 1
+        parts = parts_of(units, units_of_part)
+        for part in range(first + wp.tid(), last, step):
+            row = part // parts
+            first_unit = (part - row * parts) * units_of_part
+            for of_unit in range(first_unit, wp.min(first_unit + units_of_part, units)):
+                total = wp.float64(0.0)
+                left_out = wp.float64(0.0)
+                squares = wp.float64(0.0)
+                left_out_of_squares = wp.float64(0.0)
+                largest = -wp.float64(wp.inf)
+                for number in range(start[of_unit], start[of_unit + 1]):
+                    sample = row * samples + order[number]
+                    if status[sample] == wp.int8(wp.static(OK)):
+                        value = wp.float64(0.0)
+                        if place >= 0:
+                            value = wp.float64(demand[sample, place])
+                        else:
+                            value = wp.float64(demand[sample, 0])
+                            if is_signed == 0:
+                                value = wp.abs(value)
+                                for other in range(1, demand.shape[1]):
+                                    value = wp.max(value, wp.abs(wp.float64(demand[sample, other])))
+                        if not wp.isfinite(value):
+                            bad[thread] = structure[row]
+                        after = total + value
+                        left_out += rounded_off(total, value, after)
+                        total = after
+                        square = value * value
+                        after_squares = squares + square
+                        left_out_of_squares += rounded_off(squares, square, after_squares)
+                        squares = after_squares
+                        largest = wp.max(largest, value)
+                sums[row - origin, of_unit, 0] = total
+                sums[row - origin, of_unit, 1] = left_out
+                sums[row - origin, of_unit, 2] = squares
+                sums[row - origin, of_unit, 3] = left_out_of_squares
+                sums[row - origin, of_unit, 4] = largest
 
     return add_samples
 
@@ -334,7 +359,7 @@ def _totals() -> wp.Kernel:
         totals: wp.array2d(dtype=wp.float64),  # [cell, sum]
     ):
         units = cell_of_unit.shape[0]
-        parts = (units + units_of_part - 1) // units_of_part  # of a group
+        parts = parts_of(units, units_of_part)  # of a group
         for part in range(first + wp.tid(), last, step):
             group = part // parts
             first_unit = (part - group * parts) * units_of_part
