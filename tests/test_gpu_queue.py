@@ -55,9 +55,10 @@ class Stream:
         self.work, self.hurries = deque(), hurries
 
     def add(self, work):
-        self.work.append(work)
-        while self.hurries and self.work and not self.must_wait():
-            self.go_on()
+        with AT_A_TIME:
+            self.work.append(work)
+            while self.hurries and self.work and not self.must_wait():
+                self.go_on()
 
     def must_wait(self):
         return isinstance(self.work[0], Wait) and self.work[0].event.time is None
@@ -72,13 +73,16 @@ class Stream:
         self.add(Wait(event))
 
     def go_on(self):
-        work = self.work.popleft()
-        if isinstance(work, Wait):
-            reach(work.event)
-        elif isinstance(work, Event):
-            work.time = time.perf_counter()
-        else:
-            work()
+        with AT_A_TIME:
+            if not self.work:  # another thread has done it
+                return
+            work = self.work.popleft()
+            if isinstance(work, Wait):
+                reach(work.event)
+            elif isinstance(work, Event):
+                work.time = time.perf_counter()
+            else:
+                work()
 
 
 def reach(event):
@@ -87,16 +91,19 @@ def reach(event):
         event.stream.go_on()
 
 
+AT_A_TIME = threading.RLock()  # one thread plays the streams
+
+
 class Pretended:
     """Warp with GPUs whose memory is the processor's."""
 
     Event = Event
-    current = None
+    scoped = threading.local()  # Warp's current stream is one for all threads: nothing may depend on another thread's
 
     def __init__(self, count, hurries):
         self.count, self.hurries, self.streams, self.launches = count, hurries, 0, []
 
-    def Stream(self, device):
+    def Stream(self, device, priority=0):
         self.streams += 1
         return Stream(self.hurries and self.streams % devices.STREAMS_OF_A_BLOCK != 1)
 
@@ -114,9 +121,10 @@ class Pretended:
 
     @contextmanager
     def ScopedStream(self, stream):
-        Pretended.current, before = stream, Pretended.current
+        before = current_stream()
+        Pretended.scoped.stream = stream
         yield
-        Pretended.current = before
+        Pretended.scoped.stream = before
 
     def array(self, values, device, **options):
         return wp.array(values, device="cpu", **options)
@@ -127,12 +135,12 @@ class Pretended:
         return array
 
     def copy(self, there, here, stream=None):
-        if Pretended.current is None:
+        if current_stream() is None:
             # To the device, from memory that is not pinned: it is read at once.
             queued = wp.array(here.numpy().copy(), dtype=here.dtype, device="cpu")
             stream.add(lambda: wp.copy(there, queued))
         else:
-            Pretended.current.add(lambda: wp.copy(there, here))
+            current_stream().add(lambda: wp.copy(there, here))
 
     def launch(self, kernel, dim, inputs, device="cpu", stream=None, block_dim=1):
         if stream is None:
@@ -157,6 +165,10 @@ class Pretended:
         return 1e3 * (end.time - start.time)
 
 
+def current_stream():
+    return getattr(Pretended.scoped, "stream", None)
+
+
 @pytest.fixture(params=["late", "early"])
 def pretended(request, monkeypatch):
     """Pretend that there are two GPUs."""
@@ -164,10 +176,10 @@ def pretended(request, monkeypatch):
     fill = wp.array.fill_
 
     def fill_(array, value):
-        if Pretended.current is None:
+        if current_stream() is None:
             fill(array, value)
         else:
-            Pretended.current.add(lambda: fill(array, value))
+            current_stream().add(lambda: fill(array, value))
 
     monkeypatch.setattr(devices, "wp", shim)
     monkeypatch.setattr(arguments, "wp", shim)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -137,12 +137,14 @@ class Ensemble:
             arriving: Variables that come back from a GPU, which keeps all of them to be used there; None for all.
         """
         rows = {name: rows[name] for name in self.model.shapes}
-        output = self.queue.blank(rows, self.plan.dtype)
         history = self.queue.upload("History", {}, self.plan.dtype)
         packed, self._packed = self._packed, None
         if packed is None:
             packed = self._pack(np.arange(self.sample.size, dtype=np.int32))
-        self._launch(self.plan, packed, output, history, advance=advance)
+        # Inputs first: what is queued before them they wait for, and a GPU that runs another block makes that wait.
+        inputs = self._upload(packed)
+        output = self.queue.blank(rows, self.plan.dtype)
+        self._launch(self.plan, packed, inputs, output, history, advance=advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
@@ -181,7 +183,9 @@ class Ensemble:
         for own in np.unique(every_own):
             rows = np.flatnonzero(every_own == own)
             own_part = part.select(rows)
-            own_part._launch(history_plan(self.plan), own_part._pack(rows), output, history, every=int(own))
+            packed = own_part._pack(rows)
+            inputs = own_part._upload(packed)
+            own_part._launch(history_plan(self.plan), packed, inputs, output, history, every=int(own))
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         if self.plan.collapses:
             # The last state is that of the step in which it collapses; an adaptive method stops within that step.
@@ -222,18 +226,24 @@ class Ensemble:
             arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups
         )
 
+    def _upload(self, packed: Packed) -> tuple[Any, Any]:
+        """Return the structs of structures and samples, where they run."""
+        dtype = self.plan.dtype
+        structures = self.queue.upload("Structure", packed.structures, dtype)
+        return structures, self.queue.upload("Samples", packed.samples, dtype)
+
     def _launch(
         self,
         plan: Plan,
         packed: Packed,
+        inputs: tuple[Any, Any],
         output: object,
         history: object,
         every: int = 1,
         advance: Callable[[int], object] = lambda done: None,
     ) -> None:
         """Integrate all samples."""
-        structures = self.queue.upload("Structure", packed.structures, plan.dtype)
-        samples = self.queue.upload("Samples", packed.samples, plan.dtype)
+        structures, samples = inputs
         limit = self.scene.collapse_limit
         launches, first = [], 0
         for substeps, count in packed.groups:

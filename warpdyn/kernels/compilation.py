@@ -7,7 +7,7 @@ processes do not run the user's script again, as those of the standard library d
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -83,33 +83,40 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
         device: Device that they will run on, such as "cpu" or "cuda:0".
         threads: Processor cores to use.
     """
-    if device == "cpu":
+    if device == "cpu" or threads < FEWEST_KERNELS:
         compile_side_by_side(plans, device, threads)
         yield lambda some: None
         return
-    # The first is compiled here, when it is launched.
-    missing = [plan for plan in dict.fromkeys(plans) if not is_compiled(plan, device)][1:]
-    if len(missing) < FEWEST_KERNELS - 1 or threads < FEWEST_KERNELS:
-        yield lambda some: None  # each is compiled when it is first launched
+    others = list(dict.fromkeys(plans))[1:]
+    helpers = min(threads - 1, MOST_PROCESSES, len(others))
+    if helpers < 1:
+        yield lambda some: None
         return
-    helpers = min(threads - 1, MOST_PROCESSES, len(missing))
     processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(),))
-    try:
-        tasks = {plan: processes.submit(_compile, plan, device) for plan in missing}
+
+    def compile_missing(plan: Plan) -> Future[None] | None:
+        return None if is_compiled(plan, device) else processes.submit(_compile, plan, device)
+
+    # A thread looks for what is missing, which takes Python a tenth of a second for each; the first is compiled here.
+    with ThreadPoolExecutor(1) as looking:
+        tasks = {plan: looking.submit(compile_missing, plan) for plan in others}
 
         def wait_for(some: Iterable[Plan]) -> None:
             try:
                 for plan in some:
-                    if plan in tasks:
-                        result_of(tasks[plan])
+                    task = result_of(tasks[plan]) if plan in tasks else None
+                    if task is not None:
+                        result_of(task)
             except (BrokenExecutor, OSError) as error:
                 tasks.clear()
                 warn_caller(f"{ONE_BY_ONE} ({error})")
 
-        yield wait_for
-    except BaseException:  # an interrupted user waits neither for the rest nor for what has begun
-        processes.shutdown(wait=False, kill_workers=True)
-        raise
+        try:
+            yield wait_for
+        except BaseException:  # an interrupted user waits neither for the rest nor for what has begun
+            looking.shutdown(wait=False, cancel_futures=True)
+            processes.shutdown(wait=False, kill_workers=True)
+            raise
     processes.shutdown()
 
 

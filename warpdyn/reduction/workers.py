@@ -196,7 +196,8 @@ class Gpu:
 
     def __init__(self, device: str) -> None:
         self.device = device
-        self.stream = wp.Stream(device)
+        # Before the histories of other blocks, of which each takes its place on the GPU for milliseconds.
+        self.stream = wp.Stream(device, priority=-1)
         # Memory of one block after the other, in the order in which it is asked for: blocks ask alike.
         self._held: list[wp.array] = []
         self._views: list[tuple[tuple[int, ...], wp.array]] = []  # of that memory, as it was taken last

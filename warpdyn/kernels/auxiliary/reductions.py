@@ -5,6 +5,7 @@ thread takes a range of them (step 1) and others take other ranges; on a GPU eac
 """
 
 import functools
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -43,9 +44,17 @@ class Reductions:
     totals: wp.Kernel
 
 
-@functools.cache
+MAKING = threading.Lock()  # statistics ask for them side by side, and a module takes each kernel once
+
+
 def reductions() -> Reductions:
     """Return the kernels, which have a module in common."""
+    with MAKING:
+        return _made()
+
+
+@functools.cache
+def _made() -> Reductions:
     module = wp.get_module(MODULE)
     module.options.update({"enable_backward": False, **module_options(max_unroll=1)})
     of_reals = [{dtype: make(dtype) for dtype in REALS} for make in (_ratios, _states, _least, _sums)]
