@@ -38,6 +38,7 @@ def test_every_command_is_known_here() -> None:
         "metropolis",
         "isolation",
         "laws",
+        "simcenter",
     )
     assert scripts == {f"studies/{name}.py" for name in names}
 

@@ -15,6 +15,7 @@ import os
 import tempfile
 import time
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
@@ -28,7 +29,7 @@ TOLERANCE, ITERATIONS = 1e-8, 20  # of the displacement increments [m]
 
 def measure(case: Case) -> Measured:
     """Return the time of all analyses, one after the other, and the peak drifts."""
-    ops = _opensees()
+    ops = load_opensees()
     seconds, peaks = 0.0, np.full((case.samples, case.storeys), np.nan)
     with tempfile.TemporaryDirectory() as folder:
         envelope = os.path.join(folder, "drifts")
@@ -45,7 +46,8 @@ def measure(case: Case) -> Measured:
     return Measured(seconds, peaks, "one run, one process")
 
 
-def _opensees() -> object:
+def load_opensees() -> ModuleType:
+    """Return the module `openseespy.opensees`, or raise an ImportError."""
     package = importlib.util.find_spec("openseespylinux")
     if package is not None and package.origin is not None:
         for name in BUNDLED:
@@ -59,7 +61,7 @@ def _opensees() -> object:
     return ops
 
 
-def _build(ops: object, case: Case, structure: int, scale: float, envelope: str) -> None:
+def _build(ops: ModuleType, case: Case, structure: int, scale: float, envelope: str) -> None:
     law = LAWS[case.law]
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)

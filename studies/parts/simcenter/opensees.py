@@ -1,0 +1,164 @@
+"""One building under one pair of motions in OpenSeesPy, as SimCenter's R2D has OpenSees run it.
+
+After the scripts that the application OpenSees-Simulation writes for MDOF-LU's models with the settings of R2D's
+examples E2 and E3 (NHERI-SimCenter/R2DExamples; E3 is a magnitude 7 earthquake on the Hayward fault): nodes of six
+degrees of freedom, four of them fixed; a zeroLength element a storey, with the material Hysteretic in both directions;
+Newmark's average acceleration; Newton's method until unbalanced forces are below 0.01 N; the solver Umfpack; shorter
+steps where that fails; Rayleigh damping of the first and the last mode. The elements are made without -doRayleigh, so
+that its term of the stiffness does nothing, and damping is in proportion to the mass.
+
+The step is the record's, or 2 pi / (20 w^2) where that is shorter: the script divides by the eigenvalue, which is w^2,
+where a twentieth of the first period, 2 pi / (20 w), may be meant. Houses take several times as many steps for it, and
+are the more exact; `Way.divides_by_frequency` has a twentieth of the period.
+
+All of this happens in one process here. The workflow starts OpenSees anew for each building and pair of motions, and
+writes and reads JSON and a script: that time is left out.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+import warpdyn as wd
+from parts.simcenter.buildings import MultiStoreyModel
+
+STEPS_A_PERIOD = 20
+FIRST_SERIES = 101
+SUBLEVELS, SUBSTEPS = 2, 10  # of a step whose iteration fails
+THIRD_DRIFT = 1.0  # m, where MDOF-LU's third corner is if the second is before it
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way to run the model.
+
+    Args:
+        writes_files: Whether peaks go to files as R2D asks for: accelerations and displacements of every floor, drifts
+            of every storey.
+        freedoms: Degrees of freedom of a node: 6 as in R2D, or the 2 that are not fixed.
+        system: OpenSees' solver of linear equations.
+        constraints: OpenSees' constraint handler.
+        divides_by_frequency: Whether the step is at most a twentieth of the first period, rather than R2D's.
+        longest_step: Upper bound of the step [s].
+    """
+
+    writes_files: bool = True
+    freedoms: int = 6
+    system: str = "Umfpack"
+    constraints: str = "Transformation"
+    divides_by_frequency: bool = False
+    longest_step: float = np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Analysed:
+    """What came of one building under one pair of motions.
+
+    Args:
+        seconds: Processor time of building the model and of the analysis, with the writing of files [s].
+        steps: Steps of the analysis.
+        is_finished: Whether OpenSees came to the end of the motions.
+        peak_drift_ratio: Largest drift ratio of each storey, shape [component, storey]; None without files, and where
+            the analysis did not come to its end.
+    """
+
+    seconds: float
+    steps: int
+    is_finished: bool
+    peak_drift_ratio: np.ndarray | None
+
+
+def analyse(ops: ModuleType, model: MultiStoreyModel, pair: Sequence[wd.GroundMotion], way: Way) -> Analysed:
+    """Return the time and the peaks of one building under a pair of motions of one step."""
+    storeys, interval = len(model.yield_force), pair[0].step
+    values = max(len(motion.values) for motion in pair)
+    with tempfile.TemporaryDirectory() as folder:
+        started = time.process_time()
+        _build(ops, model, way.freedoms)
+        for direction, motion in enumerate(pair):
+            series = FIRST_SERIES + direction
+            ops.timeSeries("Path", series, "-dt", interval, "-values", *motion.values.tolist())
+            ops.pattern("UniformExcitation", series, direction + 1, "-accel", series)
+        if way.writes_files:
+            _record(ops, storeys, folder)
+        ops.numberer("RCM")
+        ops.constraints(way.constraints)
+        ops.system(way.system)
+        ops.integrator("Newmark", 0.5, 0.25)
+        ops.test("NormUnbalance", 1e-2, 10)
+        ops.algorithm("Newton")
+        ops.analysis("Transient")
+        # Each frequency occurs twice, once a direction: this is the first mode and the last but one.
+        eigenvalue = np.array(ops.eigen(2 * storeys - 1))[[0, -1]]
+        first, last = np.sqrt(eigenvalue).tolist()
+        common = 2 * model.damping_ratio / (first + last)
+        ops.rayleigh(common * first * last, common, 0.0, 0.0)
+        longest = 2 * np.pi / STEPS_A_PERIOD / (first if way.divides_by_frequency else first**2)
+        step = min(interval, longest, way.longest_step)
+        steps = int(values * interval / step)
+        is_finished = _advance(ops, steps, step, SUBLEVELS)
+        ops.wipe()  # which writes what was recorded
+        seconds = time.process_time() - started
+        peaks = None
+        if way.writes_files and is_finished:
+            # Least, largest and largest absolute of both directions.
+            found = [np.loadtxt(os.path.join(folder, f"drift.{i}"), ndmin=2)[2] for i in range(1, storeys + 1)]
+            peaks = np.transpose(found) / model.height
+    return Analysed(seconds, steps, is_finished, peaks)
+
+
+def _build(ops: ModuleType, model: MultiStoreyModel, freedoms: int) -> None:
+    ops.wipe()
+    ops.model("basic", "-ndm", 3 if freedoms == 6 else 2, "-ndf", freedoms)
+    masses = [model.mass, model.mass, 0.0, 0.0, 0.0, model.mass / 1e10][:freedoms]
+    # Only OpenSees' recorder of drifts asks for heights, and zeroLength elements warn of them.
+    place = [0.0] * (3 if freedoms == 6 else 2)
+    ops.node(1, *place)
+    ops.fix(1, *[1] * freedoms)
+    for i, (force, drift, ultimate, at) in enumerate(
+        zip(
+            *(values.tolist() for values in (model.yield_force, model.yield_drift)),
+            *(values.tolist() for values in (model.ultimate_force, model.ultimate_drift)),
+            strict=True,
+        )
+    ):
+        ops.node(i + 2, *place, "-mass", *masses)
+        if freedoms == 6:
+            ops.fix(i + 2, 0, 0, 1, 1, 1, 1)
+        side = [force, drift, ultimate, at, ultimate, THIRD_DRIFT if at < THIRD_DRIFT else 10 * at]
+        reloading = [model.pinching, model.pinching, 0.0, 0.0, model.unloading_exponent]
+        ops.uniaxialMaterial("Hysteretic", i + 1, *side, *(-value for value in side), *reloading)
+        ops.element("zeroLength", i + 1, i + 1, i + 2, "-mat", i + 1, i + 1, "-dir", 1, 2)
+
+
+def _advance(ops: ModuleType, steps: int, step: float, levels: int) -> bool:
+    """Return whether the analysis came so many steps further, those that fail in so many levels of shorter ones.
+
+    So does OpenSees itself by R2D's `analysis Transient -numSubLevels 2 -numSubSteps 10`, which OpenSeesPy ignores.
+    """
+    end = ops.getTime() + steps * step
+    while (left := round((end - ops.getTime()) / step)) > 0:
+        if ops.analyze(left, step) == 0:
+            return True
+        if levels == 0 or not _advance(ops, SUBSTEPS, step / SUBSTEPS, levels - 1):
+            return False
+    return True
+
+
+def _record(ops: ModuleType, storeys: int, folder: str) -> None:
+    """Ask for R2D's files; OpenSeesPy 3.7 finds no nodes in R2D's recorder EnvelopeDrift, and elements know drifts."""
+    series = ["-timeSeries", FIRST_SERIES, FIRST_SERIES + 1]
+    for floor in range(storeys + 1):
+        at = ["-node", floor + 1, "-dof", 1, 2]
+        ops.recorder("EnvelopeNode", "-file", os.path.join(folder, f"acceleration.{floor}"), *series, *at, "accel")
+        if floor:
+            ops.recorder("EnvelopeNode", "-file", os.path.join(folder, f"displacement.{floor}"), *at, "disp")
+            drift = os.path.join(folder, f"drift.{floor}")
+            ops.recorder("EnvelopeElement", "-file", drift, "-precision", 12, "-ele", floor, "deformation")
