@@ -80,9 +80,10 @@ def portfolio(
 ) -> BuildingStock:
     """Return the portfolio of an inventory: an archetype for every kind of building in it.
 
-    A row is one building of the portfolio, whatever `number` of buildings it stands for: the number stays in the
-    inventory, as a weight for results, which `damage_shares` does not apply. Areas change no drift: masses, stiffnesses
-    and strengths of Hazus' buildings are all in proportion to them.
+    A row is one building of the portfolio, whatever `number` of buildings it stands for: one history each shows what
+    happens to all of them. The number weighs results: shares of buildings by `DamageCounts(number=...)` or
+    `damage_shares(number=...)`, losses by the replacement cost, which is that of all buildings of the row.
+    Areas change no drift: masses, stiffnesses and strengths of Hazus' buildings are all in proportion to them.
 
     Args:
         inventory: What a reader of `wd.inventories` returned, or some of its rows.
