@@ -1,6 +1,7 @@
 """Buildings that a row of an inventory stands for: added up from the full table by numpy, and in shares."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from reduced_runs import CITY, CITY_LIMITS, assert_made_of, scene_of, simulate, small_blocks, with_failures
 from test_reduced_losses import RATIOS
@@ -117,3 +118,27 @@ def test_counts_have_had_their_numbers():
     found = simulate(scene_of("cloud", CITY), statistics=wd.DamageCounts(CITY_LIMITS, over=("archetype", "motion")))
     with pytest.raises(ValueError, match="number= is told to DamageCounts"):
         wd.damage_shares(found, number=NUMBER)
+
+
+def test_columns_of_a_table_are_taken_as_they_stand(tmp_path):
+    # A column has an index of its own, by which nothing is sorted; a run with a path has it in its fingerprint.
+    index = np.arange(CITY.buildings)[::-1]
+    town = pd.Series(np.where(np.arange(CITY.buildings) % 2 == 0, "Berkeley", "Oakland"), index)
+    for labels in ({"town": town}, {"town": town.astype("category")}):
+        asked = [
+            wd.DamageCounts(CITY_LIMITS, number=pd.Series(NUMBER, index), over="town", labels=labels),
+            wd.DamageLoss(CITY_LIMITS, RATIOS, pd.Series(NUMBER, index), over="town", labels=labels),
+        ]
+        found = simulate(scene_of("cloud", CITY), statistics=asked, path=tmp_path / "run.nc", overwrite=True)
+        plain = {"town": town.to_numpy().astype(str)}
+        expected = simulate(
+            scene_of("cloud", CITY),
+            statistics=[
+                wd.DamageCounts(CITY_LIMITS, number=NUMBER.tolist(), over="town", labels=plain),
+                wd.DamageLoss(CITY_LIMITS, RATIOS, NUMBER, over="town", labels=plain),
+            ],
+        )
+        assert found["town"].values.tolist() == ["Berkeley", "Oakland"]
+        for name in ("number_of_buildings_by_town", "loss_sum_by_town"):
+            np.testing.assert_array_equal(found[name], expected[name])
+        assert found.attrs["fingerprint"] == expected.attrs["fingerprint"]

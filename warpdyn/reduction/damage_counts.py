@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.core.checks import real_numbers
 from warpdyn.core.output_variables import COLLAPSED
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.reduction.building_numbers import NumberSums, checked_number
@@ -64,6 +65,8 @@ class DamageCounts(Statistic):
         super().__post_init__()
         if not isinstance(self.each_place, bool):
             raise TypeError(f"each_place must be True or False, got {self.each_place!r}")
+        if self.number is not None:
+            object.__setattr__(self, "number", real_numbers("DamageCounts: number", self.number))
 
     def reducer(self, population: Population, threads: int) -> Reducer:
         """Return what counts the samples of a run."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import finite_numbers
+from warpdyn.core.checks import finite_numbers, real_numbers
 from warpdyn.kernels.auxiliary import reductions
 from warpdyn.reduction.cells import Coordinates
 from warpdyn.reduction.damage_counts import Bounds, states_of
@@ -50,6 +50,10 @@ class DamageLoss(Statistic):
     replacement_values: ArrayLike = 1.0
     demand: str = DRIFT
     events: Sequence[str] | Sequence[int] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "replacement_values", real_numbers("replacement_values", self.replacement_values))
 
     def reducer(self, population: Population, threads: int) -> LossReducer:
         """Return what adds up the losses of a run."""
