@@ -27,8 +27,8 @@ def building_results(
     A building's samples are its histories under the motions of the run (of each event the worst, if `DamageCounts` was
     told the events). All of them are of the one structure that was drawn for it, so that the standard errors are those
     of the motions alone, which count as independent of each other: name the events, where two motions are the
-    components of one record. A row that stands for several buildings (`number`) was run as one: the probability is that of
-    each of them, and the loss, as the replacement cost, is of them all, which are taken to be in one damage state.
+    components of one record. A row that stands for several buildings (`number`) was run as one: the probability is that
+    of each of them, and the loss, as the replacement cost, is of them all, which are taken to be in one damage state.
 
     Args:
         counted: What `simulate` returned with `statistics=[DamageCounts(stock.limits, over="building")]`; of counts
