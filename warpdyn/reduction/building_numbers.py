@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
-from warpdyn.core.output_variables import OK
-from warpdyn.kernels.auxiliary import reductions
-from warpdyn.reduction.cells import Cells
+from warpdyn.kernels.auxiliary.reductions import reductions
+from warpdyn.reduction.cells import Cells, Rows
 from warpdyn.reduction.limits import BUILDING_NUMBER
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Variables
-from warpdyn.reduction.tally import LEAST_SAMPLES, Block, Sums, Workers
+from warpdyn.reduction.tally import Block, Sums
+from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 
 def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
@@ -27,6 +28,34 @@ def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
             + (f" and a least value of {number.min():g}" if number.size else "")
         )
     return number
+
+
+def losses_of_units(
+    block: Block, rows: Rows, states: Any, ratios: np.ndarray, kind: np.ndarray, value: np.ndarray, workers: Workers
+) -> tuple[Block, Rows]:
+    """Return the loss of each unit of a block (a sample, or the worst of an event's) and how units go to cells.
+
+    Args:
+        block: The block.
+        rows: How its samples go to cells.
+        states: State of each sample that is ok, shape [place, sample], the worst place last.
+        ratios: Mean and variance of the loss ratio, shape [kind, state, 2].
+        kind: Kind of each row's structure, shape [row].
+        value: Value of each row's structure, shape [row].
+        workers: What finds them.
+    """
+    order, start, cell_of_unit = rows.units()
+    units, count = cell_of_unit.size, rows.structure.size
+    status, loss = workers.empty((count * units,), np.int8), workers.empty((count * units, 2), np.float64)
+    order, start, ratios, kind, value = (
+        workers.array(values) for values in (order, start, ratios, kind.astype(np.int32), value)
+    )
+    each = workers.units_of_part(units)
+    given = each, rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
+    least = LEAST_SAMPLES // rows.samples + 1
+    workers.run(reductions().losses, 0, count * -(-units // each), lambda thread: given, least)
+    of_units = replace(rows, samples=units, cell_of_place=cell_of_unit, unit=np.arange(units))
+    return Block(block.structures, block.event, {"status": status, "loss": loss}), of_units
 
 
 class NumberSums:
@@ -42,49 +71,50 @@ class NumberSums:
     """
 
     def __init__(self, cells: Cells, number: np.ndarray, states: int) -> None:
-        self.cells, self.number, self.states = cells, number, states
-        self._sums = [Sums(cells) for _ in range(states + 1)]  # the last is of samples that failed
-        # The "loss" that the kernel finds of a unit is then the number of its state.
-        places = np.arange(states, dtype=np.float64)
-        self._ratios = np.stack([places, np.zeros(states)], axis=1)[None]
+        self.cells, self.number = cells, number
+        self._of_states, self._of_all = [Sums(cells) for _ in range(states)], Sums(cells)
+        # Of each state, a unit that is in it "loses" its number, and others nothing.
+        self._ratios = [np.stack([row, np.zeros(states)], axis=1)[None] for row in np.eye(states)]
 
-    def add(self, block: Block, states: np.ndarray, workers: Workers) -> None:
+    def add(self, block: Block, states: Any, workers: Workers) -> None:
         """Add the samples of a block.
 
         Args:
             block: The block.
             states: State of each sample that is ok, shape [place, sample], the worst place last.
-            workers: The threads.
+            workers: What adds them.
         """
         rows = block.rows(self.cells)
-        order, start, cell_of_unit = rows.units()
-        units, count = cell_of_unit.size, rows.structure.size
-        status, state = np.empty(count * units, dtype=np.int8), np.zeros((count * units, 2))
-        kind, value = np.zeros(count, dtype=np.int32), np.ones(count)
-        given = block.status, states, order, start, self._ratios, kind, value, status, state
+        kind, number = np.zeros(rows.structure.size, dtype=np.int32), self.number[rows.structure]
+        for ratios, sums in zip(self._ratios, self._of_states, strict=True):
+            found, of_units = losses_of_units(block, rows, states, ratios, kind, number, workers)
+            sums.add(found, "loss", True, 0, workers, of_units)
+        # Whatever became of them, all units are in the first state here.
+        all_ok = Block(block.structures, block.event, {"status": workers.zeros((block.samples,), np.int8)})
+        undamaged = workers.zeros((1, block.samples), np.uint16)
+        found, of_units = losses_of_units(all_ok, rows, undamaged, self._ratios[0], kind, number, workers)
+        self._of_all.add(found, "loss", True, 0, workers, of_units)
 
-        def find(first: int, last: int, thread: int) -> None:
-            reductions.launch(reductions.losses_kernel(), first, last, rows.samples, *given)
+    def variables(self, failed: np.ndarray) -> Variables:
+        """Return the buildings in each damage state, and those whose samples failed.
 
-        workers.share(find, 0, count, LEAST_SAMPLES // rows.samples + 1)
-        outcome = np.where(status == OK, state[:, 0], self.states)
-        number = np.repeat(self.number[rows.structure], units)
-        of_units = replace(rows, samples=units, cell_of_place=cell_of_unit, unit=np.arange(units))
-        all_ok = np.full(count * units, OK, dtype=np.int8)
-        for place, sums in enumerate(self._sums):
-            is_here = outcome == place
-            if is_here.any():  # zeros would change nothing
-                values = np.where(is_here, number, 0.0)[:, None]
-                found = Block(block.structures, block.event, {"status": all_ok, "number": values})
-                sums.add(found, "number", True, 0, workers, of_units)
-
-    def variables(self) -> Variables:
-        """Return the buildings in each damage state, and those whose samples failed."""
+        Args:
+            failed: Number of samples that failed, shape [cell].
+        """
         cells = self.cells
-        table = np.stack([(sums.totals[:, 0] + sums.totals[:, 1]).reshape(cells.shape) for sums in self._sums], axis=-1)
+        of_states = np.stack([_sums_of(sums) for sums in self._of_states], axis=-1)
+        # The rest are those that failed; where none did, sums of other numbers than whole ones differ by rounding.
+        rest = np.where(failed > 0, _sums_of(self._of_all) - of_states.sum(axis=-1), 0.0)
         said = {"units": "1", "long_name": "buildings that the samples in the damage state stand for"}
-        failed = {"units": "1", "long_name": "buildings that the samples which failed stand for"}
+        of_failed = {"units": "1", "long_name": "buildings that the samples which failed stand for"}
+        table = of_states.reshape(*cells.shape, -1)
         return {
-            f"{BUILDING_NUMBER}{cells.suffix}": ((*cells.dims, "damage_state"), table[..., :-1], said),
-            f"failed_{BUILDING_NUMBER}{cells.suffix}": (cells.dims, table[..., -1], failed),
+            f"{BUILDING_NUMBER}{cells.suffix}": ((*cells.dims, "damage_state"), table, said),
+            f"failed_{BUILDING_NUMBER}{cells.suffix}": (cells.dims, rest.reshape(cells.shape), of_failed),
         }
+
+
+def _sums_of(sums: Sums) -> np.ndarray:
+    """Return the sums of cells with what rounding left out of each addition."""
+    totals = sums.totals
+    return totals[:, 0] + totals[:, 1]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers
-from warpdyn.core.output_variables import COLLAPSED
 from warpdyn.core.plausibility import warn_of_implausible_limits
+from warpdyn.kernels.auxiliary.reductions import reductions
 from warpdyn.reduction.building_numbers import NumberSums, checked_number
 from warpdyn.reduction.cells import Coordinates
 from warpdyn.reduction.limits import (
@@ -24,7 +25,8 @@ from warpdyn.reduction.limits import (
 )
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Reducer, Statistic, Variables, failures
-from warpdyn.reduction.tally import FAILURES, Block, Tally, Workers, find_states
+from warpdyn.reduction.tally import FAILURES, Block, Tally, find_states
+from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,16 +135,18 @@ class Bounds:
         return {"damage_limit": (("limited_demand", "damage_state"), table, said)}, states | {"limited_demand": names}
 
 
-def states_of(
-    block: Block, bounds: Bounds, population: Population, workers: Workers, *, each_place: bool
-) -> np.ndarray:
+def states_of(block: Block, bounds: Bounds, population: Population, workers: Workers, *, each_place: bool) -> Any:
     """Return the damage state of each sample of a block that is ok, shape [place, sample], the worst place last."""
-    places = block.demand(bounds.demands[0]).shape[1] if each_place else 0
-    states = np.zeros((places + 1, len(block.status)), dtype=np.uint16)
-    kind = population.archetype[block.structures]
-    for name, rows in zip(bounds.demands, bounds.compared, strict=True):
-        find_states(block, name, rows, kind, states, workers, each_place=each_place)
-    return states
+
+    def find() -> Any:
+        places = block.demand(bounds.demands[0]).shape[1] if each_place else 0
+        states = workers.zeros((places + 1, block.samples), np.uint16)
+        kind = population.archetype[block.structures]
+        for name, rows in zip(bounds.demands, bounds.compared, strict=True):
+            find_states(block, name, rows, kind, states, workers, each_place=each_place)
+        return states
+
+    return block.shared((bounds.demands, each_place, *(rows.tobytes() for rows in bounds.given)), find)
 
 
 class DamageReducer:
@@ -166,16 +170,25 @@ class DamageReducer:
         motions = {"motion_index"} if self.cells.needs_motions else set()
         self.needs = frozenset({*self.bounds.demands, *motions})
         self.tally = Tally(self.cells, places + 1, len(self.bounds.states), threads)
-        self.least_drift = np.inf
+        self._least: dict[Workers, Any] = {}  # drift ratio at which a sample collapsed
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""
         states = states_of(block, self.bounds, self.population, workers, each_place=bool(self.dim))
         self.tally.add(block, states, workers)
-        if DRIFT in self.bounds.demands:
-            collapsed = block.demand(DRIFT)[block.status == COLLAPSED]
-            if len(collapsed):
-                self.least_drift = min(self.least_drift, float(np.nanmin(collapsed.max(axis=1), initial=np.inf)))
+        if DRIFT in self.bounds.demands and self.population.portfolio is None:
+            self._find_least(block, workers)
+
+    def _find_least(self, block: Block, workers: Workers) -> None:
+        """Find the least drift ratio at which a sample collapsed."""
+        if workers not in self._least:
+            self._least[workers] = workers.kept(np.full(workers.threads, np.inf))
+        drift, least = block.demand(DRIFT), self._least[workers]
+
+        def arguments(thread: int) -> tuple:
+            return block.status, drift, least, thread
+
+        workers.run(reductions().least[block.type_of(DRIFT)], 0, block.samples, arguments, LEAST_SAMPLES)
 
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return the counts, the samples that failed, and the limits."""
@@ -196,9 +209,10 @@ class DamageReducer:
             numbered = population.scene.structure.numbered(population.scene.recorders)
             coordinates |= {name: each for name, each in numbered.items() if name == self.dim}
         failed, failure = failures(cells, table[-1, ..., states:])
-        if np.isfinite(self.least_drift) and population.portfolio is None:
+        least = min((float(workers.read(each).min()) for workers, each in self._least.items()), default=np.inf)
+        if np.isfinite(least):
             text = {"long_name": "least storey drift ratio at which a sample collapsed", "units": "1"}
-            variables[LEAST_DRIFT] = ((), self.least_drift, text)
+            variables[LEAST_DRIFT] = ((), least, text)
         return variables | failed, coordinates | failure | cells.coordinates
 
 
@@ -223,4 +237,5 @@ class NumberReducer:
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return the counts and the numbers of buildings."""
         variables, coordinates = self.counted.variables()
-        return variables | self.sums.variables(), coordinates
+        failed = self.counted.tally.counts[-1][:, len(self.counted.bounds.states) :].sum(axis=1)
+        return variables | self.sums.variables(failed), coordinates

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_numbers
-from warpdyn.kernels.auxiliary import reductions
+from warpdyn.reduction.building_numbers import losses_of_units
 from warpdyn.reduction.cells import Coordinates
 from warpdyn.reduction.damage_counts import Bounds, states_of
 from warpdyn.reduction.demand_statistics import moments
@@ -17,7 +17,8 @@ from warpdyn.reduction.limits import DRIFT, Limit
 from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
-from warpdyn.reduction.tally import LEAST_SAMPLES, Block, Sums, Tally, Workers
+from warpdyn.reduction.tally import Block, Sums, Tally
+from warpdyn.reduction.workers import Workers
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,18 +95,8 @@ class LossReducer:
         states = states_of(block, self.bounds, self.population, workers, each_place=False)
         self.tally.add(block, states, workers)
         rows = block.rows(self.cells)
-        order, start, cell_of_unit = rows.units()
-        units, count = cell_of_unit.size, rows.structure.size
-        status, loss = np.empty(count * units, dtype=np.int8), np.zeros((count * units, 2))
         kind, value = self.population.archetype[rows.structure], self._values[rows.structure]
-        given = block.status, states, order, start, self._ratios, kind.astype(np.int32), value, status, loss
-
-        def find(first: int, last: int, thread: int) -> None:
-            reductions.launch(reductions.losses_kernel(), first, last, rows.samples, *given)
-
-        workers.share(find, 0, count, LEAST_SAMPLES // rows.samples + 1)
-        of_units = replace(rows, samples=units, cell_of_place=cell_of_unit, unit=np.arange(units))
-        found = Block(block.structures, block.event, {"status": status, "loss": loss})
+        found, of_units = losses_of_units(block, rows, states, self._ratios, kind, value, workers)
         self.losses.add(found, "loss", True, 0, workers, of_units)
         self.scatter.add(found, "loss", True, 1, workers, of_units)
 
