@@ -252,7 +252,8 @@ def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None
         axes.set(ylabel=f"Share of the {along}s with a larger loss", ylim=(0, 1.02))
         axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
         title(axes, f"Loss exceedance of {losses.size} {along}s")
-    axes.set(xlabel="Loss", xlim=(0, 1.02 * losses[-1] if losses[-1] > 0 else 1.0))
+    room = 1.15 if has_rates else 1.02  # for the name of the largest loss's return period
+    axes.set(xlabel="Loss", xlim=(0, room * losses[-1] if losses[-1] > 0 else 1.0))
     axes.xaxis.set_major_formatter(ticker.ScalarFormatter(useMathText=True))  # of a city's currency in powers of ten
     grid(axes)
     legend(axes, loc="upper right")
