@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
+from warpdyn.core.output_variables import OK
 from warpdyn.kernels.auxiliary.reductions import reductions
-from warpdyn.reduction.cells import Cells, Rows
+from warpdyn.reduction.cells import Cells, Places, Rows
 from warpdyn.reduction.limits import BUILDING_NUMBER
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Variables
@@ -44,7 +45,7 @@ def losses_of_units(
         value: Value of each row's structure, shape [row].
         workers: What finds them.
     """
-    order, start, cell_of_unit = rows.units()
+    order, start, cell_of_unit = rows.places.units
     units, count = cell_of_unit.size, rows.structure.size
     status, loss = workers.empty((count * units,), np.int8), workers.empty((count * units, 2), np.float64)
     order, start, ratios, kind, value = (
@@ -54,7 +55,7 @@ def losses_of_units(
     given = each, rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
     least = LEAST_SAMPLES // rows.samples + 1
     workers.run(reductions().losses, 0, count * -(-units // each), lambda thread: given, least)
-    of_units = replace(rows, samples=units, cell_of_place=cell_of_unit, unit=np.arange(units))
+    of_units = replace(rows, places=Places(cell_of_unit, np.arange(units)))
     return Block(block.structures, block.event, {"status": status, "loss": loss}), of_units
 
 
@@ -90,8 +91,8 @@ class NumberSums:
             found, of_units = losses_of_units(block, rows, states, ratios, kind, number, workers)
             sums.add(found, "loss", True, 0, workers, of_units)
         # Whatever became of them, all units are in the first state here.
-        all_ok = Block(block.structures, block.event, {"status": workers.zeros((block.samples,), np.int8)})
-        undamaged = workers.zeros((1, block.samples), np.uint16)
+        all_ok = Block(block.structures, block.event, {"status": workers.array(np.full(block.samples, OK, np.int8))})
+        undamaged = workers.no_states((1, block.samples))
         found, of_units = losses_of_units(all_ok, rows, undamaged, self._ratios[0], kind, number, workers)
         self._of_all.add(found, "loss", True, 0, workers, of_units)
 
