@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import finite_numbers
 from warpdyn.core.output_variables import OK
 from warpdyn.kernels.auxiliary.reductions import reductions
-from warpdyn.reduction.cells import Cells, Places, Rows
+from warpdyn.reduction.cells import Cells, Rows
 from warpdyn.reduction.limits import BUILDING_NUMBER
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Variables
@@ -40,7 +40,7 @@ def losses_of_units(
         block: The block.
         rows: How its samples go to cells.
         states: State of each sample that is ok, shape [place, sample], the worst place last.
-        ratios: Mean and variance of the loss ratio, shape [kind, state, 2].
+        ratios: Mean and variance of the loss ratio, shape [kind, state, 2]; the same array for all blocks.
         kind: Kind of each row's structure, shape [row].
         value: Value of each row's structure, shape [row].
         workers: What finds them.
@@ -48,14 +48,13 @@ def losses_of_units(
     order, start, cell_of_unit = rows.places.units
     units, count = cell_of_unit.size, rows.structure.size
     status, loss = workers.empty((count * units,), np.int8), workers.empty((count * units, 2), np.float64)
-    order, start, ratios, kind, value = (
-        workers.array(values) for values in (order, start, ratios, kind.astype(np.int32), value)
-    )
+    order, start, ratios = (workers.constant(values) for values in (order, start, ratios))
+    kind, value = workers.array(kind.astype(np.int32)), workers.array(value)
     each = workers.units_of_part(units)
     given = each, rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
     least = LEAST_SAMPLES // rows.samples + 1
     workers.run(reductions().losses, 0, count * -(-units // each), lambda thread: given, least)
-    of_units = replace(rows, places=Places(cell_of_unit, np.arange(units)))
+    of_units = replace(rows, places=rows.places.of_units)
     return Block(block.structures, block.event, {"status": status, "loss": loss}), of_units
 
 
