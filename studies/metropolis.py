@@ -6,8 +6,8 @@
 As in SimCenter's Bay Area testbed (1.84 million buildings, a magnitude 7 earthquake on the Hayward fault, 25 pairs of
 ground motions): an inventory becomes a portfolio of Hazus buildings, peak accelerations are drawn as correlated fields
 on a grid, each building takes the motions of grid points near it, and only statistics are kept. Writes
-metropolis_buildings.parquet (each building's probabilities of damage and expected loss), metropolis.nc (losses of the
-city by event and of cells of the map) and a figure.
+metropolis_buildings.parquet (GeoParquet: each building's probabilities of damage and loss, with their uncertainty),
+metropolis.nc (the city's losses and damage by event) and a figure.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from warpdyn.files import netcdf
 PAIRS = 25
 OCCUPANCY = "RES1"  # of all buildings, whose repair costs Hazus gives by damage state
 COLLAPSE_DRIFT_RATIO = 0.10
-CELL = 0.02  # degree, of the map
 
 
 def main() -> None:
@@ -38,7 +37,6 @@ def main() -> None:
     inventory = build_inventory(arguments.buildings, arguments.seed)
     times["inventory"] = time.perf_counter()
     stock = wd.inventories.portfolio(inventory, scatter=SCATTER, correlation=CORRELATION)
-    buildings = inventory.iloc[stock.rows]
     pairs = wd.records.pairs(wd.records.near_field())[:PAIRS]
     design = shaking(inventory, stock.rows, pairs, arguments.seed)
     times["portfolio and motions"] = time.perf_counter()
@@ -51,39 +49,25 @@ def main() -> None:
         title="Hazus buildings of a synthetic Bay Area under a magnitude 7 earthquake on the Hayward fault",
     )
     events = [first.record for first, _ in pairs for _ in range(2)]  # the worse of both components is a building's
-    east, north = (np.floor(buildings[name].to_numpy() / CELL).astype(np.int64) for name in ("longitude", "latitude"))
-    cells, cell = np.unique(np.stack([east, north], axis=1), axis=0, return_inverse=True)
-    ratios, values = wd.hazus_loss_ratios(OCCUPANCY), buildings["replacement_cost"].to_numpy()
+    ratios, values = wd.hazus_loss_ratios(OCCUPANCY), stock.replacement_costs(inventory)
     asked = [
         wd.DamageCounts(stock.limits, events=events, over="building"),
         wd.DamageCounts(stock.limits, events=events, over=("archetype", "event")),
         wd.DamageLoss(stock.limits, ratios, values, events=events, over="event"),
-        wd.DamageLoss(stock.limits, ratios, values, events=events, over="cell", labels={"cell": cell}),
     ]
     print(f"{stock.portfolio}: {stock.portfolio.buildings * 2 * PAIRS:,} histories")
     counted = wd.simulate(scene, device=arguments.device, seed=arguments.seed, statistics=asked)
     times["simulate"] = time.perf_counter()
 
-    counts = counted["damage_count_by_building"].transpose("building", "damage_state")
-    share = counts.values / np.maximum(counts.values.sum(axis=1, keepdims=True), 1)
-    loss_ratio = share @ np.array([0.0, *(ratios[name] for name in counts["damage_state"].values[1:])])
-    table = buildings.drop(columns="number", errors="ignore").assign(
-        **{f"probability_{name}": share[:, place] for place, name in enumerate(counts["damage_state"].values)},
-        expected_loss_ratio=loss_ratio,
-        expected_loss=loss_ratio * values,
-    )
-    table.to_parquet(arguments.out / "metropolis_buildings.parquet", index=False)
-    of_city = counted.drop_dims("building")
-    of_city["longitude"] = ("cell", CELL * (cells[:, 0] + 0.5), {"units": "degrees_east"})
-    of_city["latitude"] = ("cell", CELL * (cells[:, 1] + 0.5), {"units": "degrees_north"})
-    of_city["replacement_value"] = ("cell", np.bincount(cell.ravel(), values), {"long_name": "replacement value"})
-    netcdf.write(of_city, target)
+    results = wd.building_results(counted, stock, inventory, ratios)
+    wd.write_building_results(results, arguments.out / "metropolis_buildings.parquet")
+    losses = wd.event_losses(counted)
+    netcdf.write(losses.merge(wd.damage_shares(counted), compat="override", combine_attrs="override"), target)
     times["results"] = time.perf_counter()
-    save_figures({"metropolis": draw(of_city, stock.portfolio.buildings)}, arguments.out)
+    save_figures({"metropolis": draw(results, losses)}, arguments.out)
     times["figure"] = time.perf_counter()
 
-    losses = np.sort(of_city["loss_sum_by_event"].values) / values.sum()
-    low, middle, high = np.quantile(losses, [0.16, 0.5, 0.84])
+    low, middle, high = np.quantile(losses["loss"] / values.sum(), [0.16, 0.5, 0.84])
     print(f"loss of the city over its value: median {middle:.3f}, {low:.3f} to {high:.3f} in two thirds of the events")
     moments = list(times.values())
     parts = ", ".join(f"{name} {b - a:.2f}" for name, a, b in zip(list(times)[1:], moments, moments[1:], strict=False))

@@ -326,6 +326,7 @@ def test_statistics_are_made_where_samples_were_integrated(pretended, device, mo
     asked = [
         wd.DamageCounts({"slight": 0.002, "severe": 0.01}, over=("motion", "structure_group")),
         wd.DamageCounts({"slight": 0.002, "severe": 0.01}, each_place=True),
+        wd.DamageCounts({"slight": 0.002, "severe": 0.01}, number=np.arange(1.0, 24.0), over="motion"),
         wd.DamageLoss({"slight": 0.002, "severe": 0.01}, {"slight": 0.1, "severe": 0.9}, over="structure"),
         wd.DemandMoments("peak_storey_drift_ratio", over="motion", each_place=True),
         wd.DemandHistogram("peak_storey_drift_ratio", [0.001, 0.003, 0.01], over="structure"),
@@ -336,3 +337,5 @@ def test_statistics_are_made_where_samples_were_integrated(pretended, device, mo
     found = wd.simulate(scene, device=device, **settings)
     assert_close(found, on_processor)
     assert int(found["damage_count_by_motion_structure_group"].sum()) == 23 * scene.excitation.samples_per_structure
+    # Of 1 to 23 buildings: 276.
+    assert float(found["number_of_buildings_by_motion"].sum()) == 276 * scene.excitation.samples_per_structure

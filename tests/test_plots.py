@@ -12,6 +12,7 @@ from fragility_parameters import curves
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from plotted_runs import CAPACITY, LEVELS, MOTIONS, found_capacities, striped_run
+from test_maps import make_results
 
 import warpdyn as wd
 from warpdyn import plots
@@ -39,6 +40,7 @@ PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
     "capacities": (lambda **how: plots.capacities(found_capacities(), **how), 1),
     "cloud_regression": (lambda **how: plots.cloud_regression(RUN, CLOUD, **how), 1),
+    "damage_map": (lambda **how: plots.damage_map(make_results(50), "slight", **how), 1),
     "disaggregation": (lambda **how: plots.disaggregation(wd.disaggregate(FITTED, SITE), **how), 1),
     "drift_against_intensity": (lambda **how: plots.drift_against_intensity(MERGED, **how), 1),
     "drift_distributions": (lambda **how: plots.drift_distributions({"a": RUN}, level=0.8, **how), 1),

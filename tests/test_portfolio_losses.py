@@ -57,6 +57,12 @@ def test_events_with_rates():
     by_archetype = found["archetype_expected_annual_loss"]
     np.testing.assert_allclose(by_archetype, [rates @ losses("light"), rates @ losses("heavy")], rtol=1e-12)
     np.testing.assert_allclose(found["loss_exceedance_rate"], [0.011, 0.0, 0.001, 0.001], rtol=1e-12)
+    axes = wd.plots.loss_exceedance(found).axes[0]
+    steps = axes.lines[0].get_xdata(), axes.lines[0].get_ydata()
+    np.testing.assert_allclose(steps[0], np.sort(found["loss"]))
+    np.testing.assert_allclose(
+        steps[1][:-1], np.sort(found["loss_exceedance_rate"])[:0:-1]
+    )  # above the largest is none
     # Losses occur 0.031 times a year, above 60 0.011 times, above 160 0.001 times, above 600 never.
     np.testing.assert_allclose(found["return_period_loss"], [0, 60, 160, 160, 600], rtol=1e-12)
 

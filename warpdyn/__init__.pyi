@@ -25,6 +25,9 @@ from .exchange.openquake_tables import (
 )
 from .exchange.pelicun import write_pelicun_demands as write_pelicun_demands
 from .exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
+from .exchange.regional.building_files import write_building_results as write_building_results
+from .exchange.regional.openquake_damages import write_openquake_damages as write_openquake_damages
+from .exchange.regional.r2d_results import write_r2d_results as write_r2d_results
 from .exchange.tables import write_table as write_table
 from .files.netcdf import write as write
 from .ground_motions import records as records
@@ -74,6 +77,7 @@ from .risk.collapse_margin import (
     spectral_shape_factor as spectral_shape_factor,
 )
 from .risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
+from .risk.event_losses import event_losses as event_losses
 from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
 from .risk.losses import annual_losses as annual_losses, expected_annual_loss as expected_annual_loss
 from .risk.portfolio_losses import portfolio_losses as portfolio_losses
@@ -96,6 +100,7 @@ from .scene.distributions import Lognormal as Lognormal, Normal as Normal, Unifo
 from .scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .scene.scene import Scene as Scene
+from .statistics.building_results import building_results as building_results
 from .statistics.capacity_curves import fragility_from_capacities as fragility_from_capacities
 from .statistics.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .statistics.damage_shares import damage_shares as damage_shares

@@ -28,15 +28,16 @@ class BuildingStock:
     Args:
         portfolio: One building for each row of the inventory that has an archetype.
         limits: Storey drift ratio limits [1] of each archetype, as `damage_shares` takes them.
-        rows: Row of the inventory of each building of the portfolio, counted from 0, shape [building]:
-            `inventory.iloc[stock.rows]` is the table in the order of the portfolio.
+        rows: Row of the inventory of each building of the portfolio, counted from 0, shape [building].
         left_out: Rows that have no archetype, counted from 0.
+        id: Id in the inventory of each building of the portfolio, shape [building].
     """
 
     portfolio: Portfolio
     limits: Mapping[str, Mapping[str, float]]
     rows: np.ndarray
     left_out: np.ndarray
+    id: np.ndarray
 
     def __repr__(self) -> str:
         left = f", {self.left_out.size:,} buildings left out" if self.left_out.size else ""
@@ -47,8 +48,33 @@ class BuildingStock:
         """Index of the archetype of each building of the portfolio, shape [building]."""
         return np.repeat(np.arange(len(self.portfolio.archetypes), dtype=np.int32), self.portfolio.counts)
 
-    def replacement_values(self, inventory: pd.DataFrame) -> dict[str, float]:
-        """Return the replacement cost of all buildings of each archetype, as `portfolio_losses` takes it.
+    def buildings(self, inventory: pd.DataFrame) -> pd.DataFrame:
+        """Return the rows of the inventory in the order of the portfolio.
+
+        Args:
+            inventory: The inventory that the stock was made of.
+
+        Raises:
+            ValueError: If it is another one, whose ids differ.
+        """
+        missing = self.rows.size and self.rows.max() >= len(inventory)
+        if missing or "id" not in inventory or len(inventory) != self.rows.size + self.left_out.size:
+            raise ValueError(
+                f"the inventory has {len(inventory):,} rows, and the stock was made of one with "
+                f"{self.rows.size + self.left_out.size:,}: give the same one"
+            )
+        found = inventory.iloc[self.rows]
+        differs = found["id"].to_numpy() != self.id
+        if differs.any():
+            place = int(np.flatnonzero(differs)[0])
+            raise ValueError(
+                f"the stock was made of another inventory: {differs.sum():,} ids differ, such as "
+                f"{found['id'].iloc[place]!r} in row {self.rows[place]}, which was {self.id[place]!r}"
+            )
+        return found
+
+    def replacement_costs(self, inventory: pd.DataFrame) -> np.ndarray:
+        """Return the replacement cost of each building, as `DamageLoss` takes it, shape [building].
 
         Args:
             inventory: The inventory that the stock was made of.
@@ -57,12 +83,25 @@ class BuildingStock:
             ValueError: If there is no replacement cost, or some buildings have none; the message counts and names them.
         """
         if "replacement_cost" not in inventory:
-            raise ValueError("replacement_values: the inventory has no column replacement_cost")
-        cost = inventory["replacement_cost"].to_numpy(dtype=np.float64)[self.rows]
+            raise ValueError("replacement_costs: the inventory has no column replacement_cost")
+        buildings = self.buildings(inventory)
+        cost = buildings["replacement_cost"].to_numpy(dtype=np.float64)
         missing = np.isnan(cost)
         if missing.any():
-            named = named_rows(inventory.iloc[self.rows], missing)
-            raise ValueError(f"replacement_values: {named} of {cost.size:,} buildings have no replacement cost")
+            named = named_rows(buildings, missing)
+            raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have no replacement cost")
+        return cost
+
+    def replacement_values(self, inventory: pd.DataFrame) -> dict[str, float]:
+        """Return the replacement cost of all buildings of each archetype, as `portfolio_losses` takes it.
+
+        Args:
+            inventory: The inventory that the stock was made of.
+
+        Raises:
+            ValueError: As of `replacement_costs`.
+        """
+        cost = self.replacement_costs(inventory)
         sums = np.bincount(self.archetype_index, cost, minlength=len(self.portfolio.archetypes))
         return dict(zip(self.portfolio.archetypes, sums.tolist(), strict=True))
 
@@ -80,9 +119,10 @@ def portfolio(
 ) -> BuildingStock:
     """Return the portfolio of an inventory: an archetype for every kind of building in it.
 
-    A row is one building of the portfolio, whatever `number` of buildings it stands for: the number stays in the
-    inventory, as a weight for results, which `damage_shares` does not apply. Areas change no drift: masses, stiffnesses
-    and strengths of Hazus' buildings are all in proportion to them.
+    A row is one building of the portfolio, whatever `number` of buildings it stands for: one history each shows what
+    happens to all of them. The number weighs results: shares of buildings by `DamageCounts(number=...)` or
+    `damage_shares(number=...)`, losses by the replacement cost, which is that of all buildings of the row.
+    Areas change no drift: masses, stiffnesses and strengths of Hazus' buildings are all in proportion to them.
 
     Args:
         inventory: What a reader of `wd.inventories` returned, or some of its rows.
@@ -142,7 +182,7 @@ def portfolio(
     small = np.int16 if len(made) < 2**15 else np.int32
     order = np.argsort(np.where(is_known, named.code, len(made)).astype(small), kind="stable")
     rows, left_out = np.split(order, [int(is_known.sum())])
-    return BuildingStock(Portfolio(made), found_limits, rows, left_out)
+    return BuildingStock(Portfolio(made), found_limits, rows, left_out, inventory["id"].to_numpy()[rows])
 
 
 def _hazus_parts(name: str, own: Mapping[str, object]) -> tuple[str, str, int]:

@@ -11,12 +11,14 @@ from warpdyn.plots.fragility import fragility_comparison, fragility_curves
 from warpdyn.plots.ground_motions import ground_motions, spectra
 from warpdyn.plots.histories import histories, hysteresis
 from warpdyn.plots.incremental import capacities, ida_curves
+from warpdyn.plots.maps import damage_map
 from warpdyn.plots.risk import disaggregation, hazard_and_rates, loss_exceedance, vulnerability
 
 __all__ = [
     "building",
     "capacities",
     "cloud_regression",
+    "damage_map",
     "disaggregation",
     "drift_against_intensity",
     "drift_distributions",

@@ -182,8 +182,11 @@ def vulnerability(
 def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes | None = None) -> Drawn:
     """Draw the annual rate at which losses are exceeded, its interval, and the losses of the return periods.
 
+    Of events it is a line of steps, one an event; of draws of one earthquake, which have no annual rates, it is the
+    share of the draws with a larger loss.
+
     Args:
-        dataset: What `annual_losses` returned.
+        dataset: What `annual_losses`, `event_losses`, or `portfolio_losses` with rates, returned.
         colour: Colour of the curve.
         ax: Axes to draw into; None for a figure of its own.
 
@@ -194,6 +197,8 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
         ValueError: If the dataset lacks the curve.
         TypeError: If `dataset` is no Dataset.
     """
+    if isinstance(dataset, xr.Dataset) and "loss" in dataset.data_vars:
+        return _loss_exceedance_of_events(dataset, colour, ax)
     needed = "loss_exceedance_rate", "return_period_loss", "expected_annual_loss", "loss"
     advice = "draw what annual_losses(curves, hazard, ratios) returned"
     check_dataset("plots.loss_exceedance", dataset, *needed, advice=advice)
@@ -210,12 +215,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     mean = float(dataset["expected_annual_loss"])
     axes.plot(losses[shown], rate[shown], color=colour, label=f"expected annual loss: {_amount(mean)}")
     value = float(dataset.attrs.get("replacement_value", 1.0))
-    for period, loss in zip(dataset["return_period"].values, dataset["return_period_loss"].values, strict=True):
-        if loss > 0:
-            axes.plot(loss, 1 / period, "o", color=DARK, ms=4)
-            axes.annotate(
-                f"{period:g} years", (loss, 1 / period), (6, 3), textcoords="offset points", fontsize=SMALL, color=DARK
-            )
+    _mark_return_periods(axes, dataset)
     axes.set(xlabel="Loss ratio" if value == 1 else "Loss", ylabel="Annual rate of exceedance [1/year]", yscale="log")
     if value != 1:
         axes.xaxis.set_major_formatter(ticker.FuncFormatter(lambda loss, _: _amount(loss)))
@@ -224,6 +224,50 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     legend(axes, loc="upper right")
     title(axes, "Loss exceedance; points: losses of the return periods")
     return result
+
+
+def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None) -> Drawn:
+    """Draw the losses of events: how often, or with what probability, each of them is exceeded."""
+    has_rates = "loss_exceedance_rate" in dataset
+    name = "loss_exceedance_rate" if has_rates else "exceedance_probability"
+    advice = "draw what event_losses(counted), or portfolio_losses with event_rates, returned"
+    check_dataset("plots.loss_exceedance", dataset, name, advice=advice)
+    (along,) = dataset["loss"].dims
+    check_kept("loss_exceedance", "losses", dataset, str(along))
+    result, (axes,) = panels("loss_exceedance", ax, size=(6.4, 4.2))
+    order = np.argsort(dataset["loss"].values, kind="stable")
+    losses, exceeded = dataset["loss"].values[order], dataset[name].values[order]
+    # Below the least loss every event is larger; from each loss on, only those above it are.
+    if has_rates:
+        rate = float(dataset["expected_annual_loss"])
+        words = f"expected annual loss: {_amount(rate)}"
+        least_rate = exceeded[exceeded > 0].min() if (exceeded > 0).any() else 1e-6
+        axes.step(losses, np.where(exceeded > 0, exceeded, 0.5 * least_rate), where="post", color=colour, label=words)
+        _mark_return_periods(axes, dataset)
+        axes.set(ylabel="Annual rate of exceedance [1/year]", yscale="log")
+        title(axes, "Loss exceedance by event; points: losses of the return periods")
+    else:
+        words = f"{losses.size} {along}s; median {_amount(float(np.median(losses)))}"
+        axes.step(np.append(0.0, losses), np.append(1.0, exceeded), where="post", color=colour, label=words)
+        axes.set(ylabel=f"Share of the {along}s with a larger loss", ylim=(0, 1.02))
+        axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
+        title(axes, f"Loss exceedance of {losses.size} {along}s")
+    room = 1.15 if has_rates else 1.02  # for the name of the largest loss's return period
+    axes.set(xlabel="Loss", xlim=(0, room * losses[-1] if losses[-1] > 0 else 1.0))
+    axes.xaxis.set_major_formatter(ticker.ScalarFormatter(useMathText=True))  # of a city's currency in powers of ten
+    grid(axes)
+    legend(axes, loc="upper right")
+    return result
+
+
+def _mark_return_periods(axes: Axes, dataset: xr.Dataset) -> None:
+    """Mark the losses of the return periods on a loss exceedance curve."""
+    for period, loss in zip(dataset["return_period"].values, dataset["return_period_loss"].values, strict=True):
+        if loss > 0:
+            axes.plot(loss, 1 / period, "o", color=DARK, ms=4)
+            axes.annotate(
+                f"{period:g} years", (loss, 1 / period), (6, 3), textcoords="offset points", fontsize=SMALL, color=DARK
+            )
 
 
 def _rate_in_words(rate: float) -> str:

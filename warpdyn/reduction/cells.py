@@ -38,6 +38,12 @@ class Places:
         return order, start, self.cell[order[start[:-1]]].astype(np.int32)
 
     @cached_property
+    def of_units(self) -> Places:
+        """The units of a row as places of their own."""
+        cell = self.units[-1]
+        return Places(cell, np.arange(cell.size))
+
+    @cached_property
     def cells(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The places cell by cell, where each cell starts among them, and the cells."""
         order, start, which = in_order_of(self.cell)

@@ -8,9 +8,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from warpdyn.core.checks import real_numbers
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.kernels.auxiliary.reductions import reductions
+from warpdyn.reduction.building_numbers import NumberSums, checked_number
 from warpdyn.reduction.cells import Coordinates
 from warpdyn.reduction.limits import (
     DAMAGE_COUNT,
@@ -22,7 +25,7 @@ from warpdyn.reduction.limits import (
     limits_by_archetype,
 )
 from warpdyn.reduction.population import Population
-from warpdyn.reduction.statistic import Statistic, Variables, failures
+from warpdyn.reduction.statistic import Reducer, Statistic, Variables, failures
 from warpdyn.reduction.tally import FAILURES, Block, Tally, find_states, searched
 from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
@@ -42,6 +45,10 @@ class DamageCounts(Statistic):
         events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
             `damage_shares`. None where every motion counts by itself.
         each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.
+        number: Buildings that each structure stands for, shape [structure]: an inventory's column `number`, in the
+            order of the portfolio (`inventory["number"].iloc[stock.rows]`). Counts stay those of samples; beside them
+            `number_of_buildings_by_...` adds up the numbers, and `damage_shares` takes these. None where every
+            structure is one building.
         over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`. For
             fragility curves ("motion", "stripe", "structure_group").
         labels: Labels of structures that `over` names.
@@ -55,15 +62,19 @@ class DamageCounts(Statistic):
     demand: str = DRIFT
     events: Sequence[str] | Sequence[int] | None = None
     each_place: bool = False
+    number: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not isinstance(self.each_place, bool):
             raise TypeError(f"each_place must be True or False, got {self.each_place!r}")
+        if self.number is not None:
+            object.__setattr__(self, "number", real_numbers("DamageCounts: number", self.number))
 
-    def reducer(self, population: Population, threads: int) -> DamageReducer:
+    def reducer(self, population: Population, threads: int) -> Reducer:
         """Return what counts the samples of a run."""
-        return DamageReducer(self, population, threads)
+        counted = DamageReducer(self, population, threads)
+        return counted if self.number is None else NumberReducer(counted, checked_number(self.number, population))
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,3 +220,28 @@ class DamageReducer:
             text = {"long_name": "least storey drift ratio at which a sample collapsed", "units": "1"}
             variables[LEAST_DRIFT] = ((), least, text)
         return variables | failed, coordinates | failure | cells.coordinates
+
+
+class NumberReducer:
+    """Count the samples of a run by damage state, and add up the buildings that they stand for.
+
+    Args:
+        counted: What counts the samples.
+        number: Buildings that each structure stands for, shape [structure].
+    """
+
+    def __init__(self, counted: DamageReducer, number: np.ndarray) -> None:
+        self.counted, self.cells, self.needs = counted, counted.cells, counted.needs
+        self.sums = NumberSums(counted.cells, number, len(counted.bounds.states))
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Count and add the samples of a block."""
+        self.counted.add(block, workers)
+        states = states_of(block, self.counted.bounds, self.counted.population, workers, each_place=False)
+        self.sums.add(block, states, workers)
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return the counts and the numbers of buildings."""
+        variables, coordinates = self.counted.variables()
+        failed = self.counted.tally.counts[-1][:, len(self.counted.bounds.states) :].sum(axis=1)
+        return variables | self.sums.variables(failed), coordinates

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import finite_numbers
-from warpdyn.kernels.auxiliary.reductions import reductions
-from warpdyn.reduction.cells import Coordinates, Places
+from warpdyn.core.checks import finite_numbers, real_numbers
+from warpdyn.reduction.building_numbers import losses_of_units
+from warpdyn.reduction.cells import Coordinates
 from warpdyn.reduction.damage_counts import Bounds, states_of
 from warpdyn.reduction.demand_statistics import moments
 from warpdyn.reduction.limits import DRIFT, Limit
@@ -18,7 +18,7 @@ from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
 from warpdyn.reduction.tally import Block, Sums, Tally
-from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
+from warpdyn.reduction.workers import Workers
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,9 @@ class DamageLoss(Statistic):
         loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation; of a portfolio
             the same for all archetypes, or of each archetype such a mapping.
         replacement_values: Replacement value of each structure (or of a portfolio's building), shape [structure], or of
-            all alike; 1 for loss ratios.
+            all alike; 1 for loss ratios. A value weighs its building's loss in sums over events, cells or the city. The
+            `replacement_cost` of an inventory's row is the value of all buildings that the row stands for, so that its
+            `number` is applied with it; they are taken to be in one damage state.
         demand: Variable that plain limits are of.
         events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts.
         over: What losses are added up for each of, as "building" or ("archetype", "event"); see `Statistic`.
@@ -49,6 +51,10 @@ class DamageLoss(Statistic):
     replacement_values: ArrayLike = 1.0
     demand: str = DRIFT
     events: Sequence[str] | Sequence[int] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "replacement_values", real_numbers("replacement_values", self.replacement_values))
 
     def reducer(self, population: Population, threads: int) -> LossReducer:
         """Return what adds up the losses of a run."""
@@ -82,7 +88,6 @@ class LossReducer:
         motions = {"motion_index"} if self.cells.needs_motions else set()
         self.needs = frozenset({*self.bounds.demands, *motions})
         self.tally = Tally(self.cells, 1, len(self.bounds.states), threads)
-        self._units: dict[Places, Places] = {}
         self.losses, self.scatter = Sums(self.cells), Sums(self.cells)
 
     def add(self, block: Block, workers: Workers) -> None:
@@ -90,30 +95,10 @@ class LossReducer:
         states = states_of(block, self.bounds, self.population, workers, each_place=False)
         self.tally.add(block, states, workers)
         rows = block.rows(self.cells)
-        order, start, cell_of_unit = rows.places.units
-        units, count = cell_of_unit.size, rows.structure.size
-        status, loss = workers.empty((count * units,), np.int8), workers.empty((count * units, 2), np.float64)
-        kind = self.population.archetype[rows.structure].astype(np.int32)
-        order, start, ratios = (workers.constant(values) for values in (order, start, self._ratios))
-        kind, value = workers.array(kind), workers.array(self._values[rows.structure])
-        each = workers.units_of_part(units)
-        given = each, rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
-
-        def arguments(thread: int) -> tuple:
-            return given
-
-        workers.run(reductions().losses, 0, count * -(-units // each), arguments, LEAST_SAMPLES // rows.samples + 1)
-        of_units = replace(rows, places=self._units_of(rows.places))
-        found = Block(block.structures, block.event, {"status": status, "loss": loss})
+        kind, value = self.population.archetype[rows.structure], self._values[rows.structure]
+        found, of_units = losses_of_units(block, rows, states, self._ratios, kind, value, workers)
         self.losses.add(found, "loss", True, 0, workers, of_units)
         self.scatter.add(found, "loss", True, 1, workers, of_units)
-
-    def _units_of(self, places: Places) -> Places:
-        """Return the units of rows as the places of other rows, the same for the same places."""
-        if places not in self._units:
-            cell = places.units[-1]
-            self._units[places] = Places(cell, np.arange(cell.size))
-        return self._units[places]
 
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return sums, mean and variance of the losses, and the numbers of samples that they are of."""

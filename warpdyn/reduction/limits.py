@@ -15,6 +15,7 @@ from warpdyn.core.plausibility import warn_of_implausible_limits
 NO_DAMAGE = "none"
 # Variables of what is counted where the histories run, which statistics read.
 DAMAGE_COUNT, LEAST_DRIFT = "damage_count", "least_drift_ratio_of_collapse"
+BUILDING_NUMBER = "number_of_buildings"
 DRIFT = "peak_storey_drift_ratio"
 # Bands that limits are compared with, by the demand that they are of.
 LIMIT_BANDS = {

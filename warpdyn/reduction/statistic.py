@@ -44,8 +44,8 @@ class Statistic:
             "motion", "stripe", "event" (of an EventSequence, or of `events`), "structure_group" (of which fragility's
             intervals leave out one after the other), or a name in `labels`; or several of them. None of them for one
             value of the whole run.
-        labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, shape
-            [structure].
+        labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, or a
+            column of an inventory in the order of its portfolio: names or whole numbers, shape [structure].
     """
 
     over: str | Sequence[str] = ()
@@ -61,6 +61,7 @@ class Statistic:
         unused = [str(name) for name in self.labels if name not in over]
         if unused:
             raise ValueError(f"labels has {', '.join(map(repr, unused))}, which `over` does not name")
+        object.__setattr__(self, "labels", {name: _plain(values) for name, values in self.labels.items()})
 
     def cells(self, population: Population, events: Sequence[str] | Sequence[int] | None = None) -> Cells:
         """Return the cells of a run's samples; the worst of each event's motions counts, if `events` names these."""
@@ -73,6 +74,13 @@ class Statistic:
             ValueError, TypeError, MemoryError: If the statistic does not fit the run.
         """
         raise NotImplementedError
+
+
+def _plain(values: ArrayLike) -> np.ndarray:
+    """Return labels as an array; names that a table holds as objects, as pandas does, as text."""
+    array = np.asarray(values)
+    is_text = array.dtype.kind == "O" and all(isinstance(label, str) for label in array.ravel())
+    return array.astype(str) if is_text else array
 
 
 def failures(cells: Cells, counts: np.ndarray) -> tuple[Variables, Coordinates]:

@@ -8,11 +8,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_dataset, finite_numbers, real_number
-from warpdyn.core.plausibility import PlausibilityFindings
+from warpdyn.core.checks import check_dataset, real_number
 from warpdyn.reduction.limits import NO_DAMAGE
 from warpdyn.reduction.loss_ratios import Ratios, check_archetypes, ratios_of_archetypes
-from warpdyn.risk.losses import RETURN_PERIODS, checked_periods
+from warpdyn.risk.event_losses import MONEY, checked_event_rates, rates_of_losses
+from warpdyn.risk.losses import RETURN_PERIODS
 
 _FUNCTION = "portfolio_losses"
 
@@ -82,7 +82,7 @@ def portfolio_losses(
     total = loss.sum("archetype")
     each_variance = (plain * by_state(variances)).sum("damage_state") / counted.drop_vars(list(counted.coords))
     deviation = (each_variance * value**2).sum("archetype") ** 0.5
-    money, unit = {"units": "1", "comment": "in the unit of replacement_values"}, {"units": "1"}
+    money, unit = MONEY, {"units": "1"}
     result = xr.Dataset(
         {
             "archetype_loss_ratio": of_archetype.assign_attrs(unit, long_name="mean loss ratio of the archetype"),
@@ -101,44 +101,14 @@ def portfolio_losses(
         return result
     if "stripe" in total.dims:
         raise ValueError(f"{_FUNCTION}: event_rates are of events as they were, and these shares are on stripes")
-    if isinstance(event_rates, xr.DataArray) and along in event_rates.coords and event_rates.dims == (along,):
-        if set(event_rates[along].values.tolist()) != set(shares[along].values.tolist()):
-            raise ValueError(
-                f"{_FUNCTION}: event_rates are of the {along}s {event_rates[along].values.tolist()}, and the shares of "
-                f"{shares[along].values.tolist()}"
-            )
-        event_rates = event_rates.sel({along: shares[along].values})  # by label, as xarray goes together
-    rates = np.atleast_1d(finite_numbers("event_rates", event_rates))
-    if rates.shape != (total.sizes[along],) or np.any(rates < 0):
-        raise ValueError(
-            f"{_FUNCTION}: event_rates must hold the annual rate of each of the {total.sizes[along]} events, none "
-            f"below 0, got {rates}"
-        )
-    findings = PlausibilityFindings()
-    findings.add("event_rate", rates)
-    findings.warn()
-    periods = checked_periods(return_periods)
-    per_year = xr.DataArray(rates, dims=along)
-    exceeded = rates @ (total.values[:, None] > total.values[None, :])
-    ordered = np.sort(np.append(total.values, 0.0))
-    rate_above = rates @ (total.values[:, None] > ordered[None, :])
-    at_periods = [ordered[np.argmax(rate_above <= 1 / period)] for period in periods]
+    per_event = total.assign_coords({along: shares[along]})
+    rates = checked_event_rates(_FUNCTION, per_event, event_rates)
+    of_archetypes = (loss * xr.DataArray(rates, dims=along)).sum(along)
     return result.assign(
-        archetype_expected_annual_loss=(loss * per_year)
-        .sum(along)
-        .assign_attrs(money, long_name="expected loss of a year of the archetype's buildings"),
-        expected_annual_loss=(total * per_year).sum().assign_attrs(money, long_name="expected loss of a year"),
-        loss_exceedance_rate=(
-            along,
-            exceeded,
-            {"units": "year-1", "long_name": "annual rate of losses above that of the event"},
-        ),
-        return_period_loss=(
-            "return_period",
-            at_periods,
-            money | {"long_name": "least loss of an event that is exceeded at most once in the return period"},
-        ),
-    ).assign_coords(return_period=("return_period", periods, {"units": "year", "long_name": "return period"}))
+        archetype_expected_annual_loss=of_archetypes.assign_attrs(
+            money, long_name="expected loss of a year of the archetype's buildings"
+        )
+    ).merge(rates_of_losses(per_event, rates, return_periods))
 
 
 def _checked_values(names: Sequence[str], given: Mapping[str, float]) -> np.ndarray:

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_dataset
+from warpdyn.core.checks import check_dataset, finite_numbers
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, OK, STRIPED
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.reduction.cells import numbered_events
-from warpdyn.reduction.limits import DAMAGE_COUNT, limits_by_archetype
+from warpdyn.reduction.limits import BUILDING_NUMBER, DAMAGE_COUNT, limits_by_archetype
 from warpdyn.running.selections import archetypes_of
 from warpdyn.statistics.reduced_counts import counts_over, is_reduced
 from warpdyn.statistics.stripe_counts import decoded_status
@@ -32,6 +33,7 @@ def damage_shares(
     limits: Limits | None = None,
     *,
     events: Events = None,
+    number: ArrayLike | None = None,
 ) -> xr.Dataset:
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
@@ -49,6 +51,9 @@ def damage_shares(
             event, such as both components of a record, the worst of them counts. Or the event of each sample, as a
             coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
             itself, or as counts were made.
+        number: Buildings that each building of the portfolio stands for, shape [building]: an inventory's column
+            `number`, in the order of the portfolio. Shares, and the buildings counted and failed, are of these numbers
+            then. Counts have it from `DamageCounts(number=...)`. None where every one is a single building.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
@@ -65,7 +70,12 @@ def damage_shares(
     check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
     if limits is None and not is_reduced(run):
         raise TypeError("limits must map each archetype to its limits, got none; only counts have limits of their own")
-    found = _read(run, limits, events) if is_reduced(run) else _count(run, limits or {}, events)
+    if is_reduced(run):
+        if number is not None:
+            raise ValueError("number= is told to DamageCounts, which adds up the buildings: leave it out")
+        found = _read(run, limits, events)
+    else:
+        found = _count(run, limits or {}, events, number)
     names, states, counts, failures, event_names, levels = (
         found.names,
         found.states,
@@ -132,7 +142,7 @@ class _Counted:
         names: Names of the archetypes.
         states: The damage states, no damage first.
         limits: Limits, shape [archetype, damage_state - 1].
-        counts: Buildings, shape [archetype, event, stripe, damage_state].
+        counts: Buildings (of `number`, where it is given), shape [archetype, event, stripe, damage_state].
         failures: Buildings that failed, shape [archetype, event, stripe].
         failed_samples: Samples that failed.
         along: "event", or "motion" where motions count by themselves.
@@ -151,7 +161,7 @@ class _Counted:
     levels: np.ndarray | None
 
 
-def _count(run: xr.Dataset, limits: Limits, events: Events) -> _Counted:
+def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | None) -> _Counted:
     """Count the samples of a run; arguments as of `damage_shares`."""
     if not run.sizes.get("sample", 0):
         raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
@@ -167,9 +177,9 @@ def _count(run: xr.Dataset, limits: Limits, events: Events) -> _Counted:
     levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
     if is_striped:
         levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
-    archetype = run["archetype_index"].values
+    archetype, building = run["archetype_index"].values, run["building"].values.astype(np.int64)
     if events is not None:
-        key = (run["building"].values.astype(np.int64) * len(event_names) + record) * levels.size + stripe
+        key = (building * len(event_names) + record) * levels.size + stripe
         _, first, unit = np.unique(key, return_index=True, return_inverse=True)
         worst = np.zeros(first.size, dtype=np.int64)
         np.maximum.at(worst, unit, state)
@@ -177,13 +187,15 @@ def _count(run: xr.Dataset, limits: Limits, events: Events) -> _Counted:
         failed = unit[state == FAILED]
         worst[failed[worst[failed] < len(states) - 1]] = FAILED
         state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
+        building = building[first]
 
     shape = (len(names), len(event_names), levels.size, len(states))
     # Failures are counted as an additional state after the last one.
     places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
     wide = (*shape[:-1], len(states) + 1)
     cells = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
-    counts = np.bincount(cells, minlength=np.prod(wide)).reshape(wide)
+    weights = None if number is None else _checked_number(number, building)
+    counts = np.bincount(cells, weights, minlength=np.prod(wide)).reshape(wide)
     counts, failures = counts[..., :-1], counts[..., -1]
     along = "motion" if events is None else "event"
     of_stripes = levels if is_striped else None
@@ -206,13 +218,32 @@ def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
                 "the buildings were counted by other limits (see damage_limit), and are no longer there to be counted "
                 "by these: leave out `limits`"
             )
-    counts = run[name].transpose("archetype", along, *stripe, "damage_state").values
-    failures = run[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure").transpose("archetype", along, *stripe)
+    numbers = name.replace(DAMAGE_COUNT, BUILDING_NUMBER)  # counts as they are where each is one building
+    counts = run[numbers if numbers in run else name].transpose("archetype", along, *stripe, "damage_state").values
+    failures = run[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure")
+    failures = run.get(f"failed_{numbers}", failures).transpose("archetype", along, *stripe)
     failed_samples = int(run["failed_samples"].sum())
     shape = (len(names), run.sizes[along], -1)
     of_stripes = run["stripe"].values if stripe else None
     counts, failed = counts.reshape(*shape, len(states)), failures.values.reshape(shape)
     return _Counted(names, states, values, counts, failed, failed_samples, along, run[along].values, of_stripes)
+
+
+def _checked_number(number: ArrayLike, building: np.ndarray) -> np.ndarray:
+    """Return how many buildings each of some samples stands for, or raise a ValueError.
+
+    Args:
+        number: Of each building of the portfolio.
+        building: Building of each sample.
+    """
+    values = finite_numbers("damage_shares: number", number)
+    if values.ndim != 1 or values.size <= building.max() or np.any(values <= 0):
+        raise ValueError(
+            f"damage_shares: number must be above 0 for each building of the portfolio, at least "
+            f"{building.max() + 1:,} of them; got shape {values.shape}"
+            + (f" and a least value of {values.min():g}" if values.size else "")
+        )
+    return values[building]
 
 
 def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:

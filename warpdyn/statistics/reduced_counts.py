@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -35,6 +36,30 @@ def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -
         f"{function}: the statistics have no damage counts over {over}, only {', '.join(found)}: name these in "
         "DamageCounts(limits, over=...)"
     )
+
+
+def part_of_scene(dataset: xr.Dataset, name: str, holds: str) -> dict[str, Any] | None:
+    """Return a part of the scene that a run is of, or None if its text has not some other text at its begin.
+
+    Only this part is read, as the places of a million buildings in another one are long.
+
+    Args:
+        dataset: The dataset.
+        name: The part, "structure" or "excitation".
+        holds: The other text.
+    """
+    text, key = str(dataset.attrs.get("scene", "")), f'"{name}":'
+    begin = text.find(key) + len(key)
+    if begin < len(key) or holds not in text[begin : begin + 200]:
+        return None
+    found: dict[str, Any] = json.JSONDecoder().raw_decode(text, begin)[0]
+    return found
+
+
+def archetype_counts(dataset: xr.Dataset) -> dict[str, int] | None:
+    """Return the number of buildings of each archetype of a portfolio's run; None of another one."""
+    structure = part_of_scene(dataset, "structure", '"archetypes"')
+    return None if structure is None else {name: int(each["count"]) for name, each in structure["archetypes"].items()}
 
 
 def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: str) -> DamageLimits:

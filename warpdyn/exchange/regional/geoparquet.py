@@ -1,0 +1,52 @@
+"""GeoParquet 1.1 of points: plain Parquet with a column of geometries and metadata that says so."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.exchange.regional.building_table import parts_of
+
+VERSION, GEOMETRY = "1.1.0", "geometry"
+# A point of well-known binary (OGC 06-103r4): little-endian, of type 1, and its two coordinates.
+POINT = np.dtype([("order", "u1"), ("type", "<u4"), ("x", "<f8"), ("y", "<f8")])
+
+
+def write_points(name: str, table: pd.DataFrame) -> None:
+    """Write a table with places as GeoParquet, part by part.
+
+    Args:
+        name: The file.
+        table: The table, with columns `longitude` and `latitude` [degree].
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    low, high = ([float(edge(table[column])) for column in ("longitude", "latitude")] for edge in (np.min, np.max))
+    # Without a `crs` places are longitude and latitude on WGS 84 (OGC:CRS84), as the specification has it.
+    column = {"encoding": "WKB", "geometry_types": ["Point"], "bbox": [*low, *high]}
+    geo = {"version": VERSION, "primary_column": GEOMETRY, "columns": {GEOMETRY: column}}
+    plain = pa.Schema.from_pandas(table, preserve_index=False)
+    said = (plain.metadata or {}) | {
+        b"geo": json.dumps(geo).encode(),
+        b"PANDAS_ATTRS": json.dumps(table.attrs).encode(),
+    }
+    schema = plain.append(pa.field(GEOMETRY, pa.binary(), nullable=False)).with_metadata(said)
+    with pq.ParquetWriter(name, schema, compression="zstd") as writer:
+        for part in parts_of(table):
+            found = pa.Table.from_pandas(part, schema=plain, preserve_index=False)
+            columns = [*found.columns, _binary(part)]
+            writer.write_table(pa.Table.from_arrays(columns, schema=schema))
+
+
+def _binary(part: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
+    """Return the places of a part of the table as well-known binary."""
+    import pyarrow as pa
+
+    points = np.empty(len(part), dtype=POINT)
+    points["order"], points["type"] = 1, 1
+    points["x"], points["y"] = part["longitude"], part["latitude"]
+    ends = np.arange(len(part) + 1, dtype=np.int32) * POINT.itemsize
+    return pa.Array.from_buffers(pa.binary(), len(part), [None, pa.py_buffer(ends), pa.py_buffer(points)])

@@ -1,0 +1,77 @@
+"""Results of each building as SimCenter's R2D tool shows them: R2D_results.geojson."""
+
+from __future__ import annotations
+
+import datetime
+import os
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.core.checks import one_of
+from warpdyn.exchange.regional import geojson
+from warpdyn.exchange.regional.building_table import checked_results
+from warpdyn.exchange.text_files import checked_path, write_in_place
+from warpdyn.inventories.r2d import R2D_NAMES
+from warpdyn.inventories.table import FACTORS
+from warpdyn.statistics.building_results import PROBABILITY
+
+_FUNCTION = "write_r2d_results"
+CRS = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
+ASSET_ID, ASSET_TYPE = "AIM_id", "Buildings"
+
+
+def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_unit: str = "ft2") -> Path:
+    """Write each building's results as `R2D_results.geojson`, which SimCenter's R2D tool makes of pelicun's and shows.
+
+    A building is a point with its columns under R2D's names (`NumberOfStories`, `ReplacementCost` and so on, others
+    under their own), `assetType` and R2D's results: `R2Dres_MostLikelyCriticalDamageState`, the number of the damage
+    state with the most samples (0 for none; the mean of several with as many), and with losses
+    `R2Dres_mean_RepairCost_loss_ratio`, `R2Dres_std_RepairCost_loss_ratio` and, in currency, `R2Dres_mean_RepairCost`
+    and `R2Dres_std_RepairCost`. The names are those of SimCenterBackendApplications in July 2026. Probabilities and
+    standard errors stay under their own names, which R2D shows as other columns.
+
+    Args:
+        results: What `building_results` returned.
+        path: The file, whose name ends in ".geojson"; an older one is replaced.
+        area_unit: Unit of `PlanArea` in the file: "ft2", as in SimCenter's examples, or "m2".
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: If the name has another ending, the table lacks a column or a place, or the unit is unknown.
+        TypeError: If `results` is no DataFrame.
+        OSError: If the file cannot be written.
+
+    Example:
+        >>> wd.write_r2d_results(results, "R2D_results.geojson")
+    """
+    path = checked_path(_FUNCTION, path, ".geojson")
+    one_of("area_unit", area_unit, tuple(FACTORS))
+    table, states = checked_results(_FUNCTION, results)
+    shares = table[[PROBABILITY + state for state in states]].to_numpy()
+    is_most = shares == shares.max(axis=1, keepdims=True)
+    with np.errstate(invalid="ignore"):  # of buildings all of whose samples failed
+        most_likely = (is_most * np.arange(len(states))).sum(axis=1) / is_most.sum(axis=1)
+    properties = table.rename(columns=R2D_NAMES | {"id": ASSET_ID}).assign(assetType=ASSET_TYPE)
+    if "PlanArea" in properties:
+        properties["PlanArea"] = properties["PlanArea"] / FACTORS[area_unit]
+    properties["R2Dres_MostLikelyCriticalDamageState"] = most_likely
+    for mean, deviation, unit in (
+        ("expected_loss_ratio", "loss_ratio_standard_deviation", "_loss_ratio"),
+        ("expected_loss", "loss_standard_deviation", ""),
+    ):
+        if mean in properties:
+            names = {mean: f"R2Dres_mean_RepairCost{unit}", deviation: f"R2Dres_std_RepairCost{unit}"}
+            properties = properties.rename(columns=names)
+    metadata = {
+        "Name": str(table.attrs.get("title", "")),
+        "Units": {"length": "ft" if area_unit == "ft2" else "m"},
+        "Author": str(table.attrs.get("source", "warpdyn")),
+        "WorkflowType": "Regional Simulation",
+        "Time": f"{datetime.datetime.now():%m-%d-%Y %H:%M:%S}",
+    }
+    head = {"crs": CRS, "metadata": metadata}
+    return write_in_place(path, lambda name: geojson.write_points(name, properties, table, head))

@@ -1,0 +1,147 @@
+"""Results of each building of an inventory: probabilities of damage and losses, with their uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.core.checks import check_dataset, check_kind
+from warpdyn.inventories.stock import BuildingStock
+from warpdyn.reduction.limits import DAMAGE_COUNT
+from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
+from warpdyn.statistics.reduced_counts import archetype_counts, counts_over, part_of_scene
+
+_FUNCTION = "building_results"
+PROBABILITY, STANDARD_ERROR = "probability_", "standard_error_"
+Losses = Ratios | Mapping[str, Ratios]
+
+
+def building_results(
+    counted: xr.Dataset, stock: BuildingStock, inventory: pd.DataFrame, loss_ratios: Losses | None = None
+) -> pd.DataFrame:
+    """Return a table with the probabilities of damage and the losses of each building.
+
+    A building's samples are its histories under the motions of the run (of each event the worst, if `DamageCounts` was
+    told the events). All of them are of the one structure that was drawn for it, so that the standard errors are those
+    of the motions alone, which count as independent of each other: name the events, where two motions are the
+    components of one record. A row that stands for several buildings (`number`) was run as one: the probability is that
+    of each of them, and the loss, as the replacement cost, is of them all, which are taken to be in one damage state.
+
+    Args:
+        counted: What `simulate` returned with `statistics=[DamageCounts(stock.limits, over="building")]`; of counts
+            over ("building", "stripe") or ("building", "event") one level or event, as `counted.sel(stripe=0.5)`.
+        stock: The stock whose portfolio was run.
+        inventory: The inventory that it was made of, with the user's own columns.
+        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, the same for
+            all archetypes; or of each archetype such a mapping. None for probabilities alone. `DamageLoss` over
+            buildings is not needed for this.
+
+    Returns:
+        A row for each building that has an archetype, in the order of the inventory, with its columns and:
+
+        - `building`, its number in the portfolio, and `archetype`;
+        - `sample_count`, and `failed_count` of samples that are in no probability;
+        - `probability_<state>` of being in each damage state, "none" too, and `standard_error_<state>`, which is
+          sqrt(p (1 - p) / (n - 1)) of n samples; NaN where no sample, or one alone, tells it;
+        - with `loss_ratios` the `expected_loss_ratio` [1] and `loss_ratio_standard_deviation` [1] of a sample, the
+          scatter of the ratios included, and `expected_loss` and `loss_standard_deviation`, which are these times
+          `replacement_cost`, in its currency.
+
+    Raises:
+        ValueError: If there are no counts by building, they mix the levels of stripes, the stock or the inventory is
+            another one, a column of the inventory has one of these names, ratios do not fit the damage states, or
+            losses are asked for and buildings have no replacement cost.
+        TypeError: If an argument is of the wrong kind.
+
+    Example:
+        >>> counted = wd.simulate(scene, statistics=wd.DamageCounts(stock.limits, over="building"))
+        >>> results = wd.building_results(counted, stock, inventory, wd.hazus_loss_ratios("RES1"))
+        >>> wd.write_building_results(results, "buildings.parquet")
+    """
+    check_dataset(_FUNCTION, counted, advice="give what simulate(..., statistics=...) returned")
+    check_kind(_FUNCTION, "a BuildingStock", stock, BuildingStock, "as wd.inventories.portfolio returns it")
+    check_kind(_FUNCTION, "an inventory", inventory, pd.DataFrame, "as the readers of wd.inventories return it")
+    name = counts_over(_FUNCTION, counted, ("building",))
+    _check_run(counted, stock)
+    buildings = stock.buildings(inventory)
+    table = counted[name].transpose("building", "damage_state")
+    states = [str(state) for state in table["damage_state"].values]
+    failed = counted[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure").values
+    samples = table.values.sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = table.values / samples[:, None]
+        error = np.sqrt(share * (1 - share) / np.where(samples > 1, samples - 1, np.nan)[:, None])
+    kinds = pd.Categorical.from_codes(stock.archetype_index, list(stock.portfolio.archetypes))
+    numbers = np.arange(samples.size, dtype=np.int32)
+    columns = {"building": numbers, "archetype": kinds, "sample_count": samples, "failed_count": failed}
+    for place, state in enumerate(states):
+        columns |= {PROBABILITY + state: share[:, place], STANDARD_ERROR + state: error[:, place]}
+    if loss_ratios is not None:
+        ratio, deviation = _loss_ratios(share, samples, states, stock, loss_ratios)
+        cost = stock.replacement_costs(inventory)
+        columns |= {"expected_loss_ratio": ratio, "loss_ratio_standard_deviation": deviation}
+        columns |= {"expected_loss": ratio * cost, "loss_standard_deviation": deviation * cost}
+    taken = [each for each in columns if each in inventory.columns]
+    if taken:
+        raise ValueError(
+            f"{_FUNCTION}: the inventory has a column {taken[0]!r}, which is one of the results: rename it"
+        )
+    order = np.argsort(stock.rows, kind="stable")
+    found = pd.concat([buildings.reset_index(drop=True), pd.DataFrame(columns)], axis=1).iloc[order]
+    found = found.reset_index(drop=True)
+    found.attrs = {
+        key: str(counted.attrs[key]) for key in ("title", "source", "history", "seed") if key in counted.attrs
+    }
+    return found
+
+
+def _loss_ratios(
+    share: np.ndarray, samples: np.ndarray, states: list[str], stock: BuildingStock, loss_ratios: Losses
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean and the standard deviation of the loss ratio of each building's samples.
+
+    Args:
+        share: Share of the samples in each damage state, shape [building, damage_state].
+        samples: Number of samples, shape [building].
+        states: The damage states, no damage first.
+        stock: The stock.
+        loss_ratios: As of `building_results`.
+    """
+    found = ratios_of_archetypes(_FUNCTION, list(stock.portfolio.archetypes), states[1:], loss_ratios)
+    mean, deviation = (
+        np.stack([np.append(0.0, getattr(each, name)) for each in found])[stock.archetype_index]
+        for name in ("mean", "deviation")
+    )
+    expected = (share * mean).sum(axis=1)
+    between = (share * (mean - expected[:, None]) ** 2).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variance = between * samples / (samples - 1) + (share * deviation**2).sum(axis=1)
+    return expected, np.sqrt(np.where(samples > 1, variance, np.nan))
+
+
+def _check_run(counted: xr.Dataset, stock: BuildingStock) -> None:
+    """Raise a ValueError unless the counts are of the stock's portfolio, at one level of intensity."""
+    if counted.sizes["building"] != stock.portfolio.buildings:
+        raise ValueError(
+            f"{_FUNCTION}: the run has {counted.sizes['building']:,} buildings and the stock "
+            f"{stock.portfolio.buildings:,}: give the stock whose portfolio was run"
+        )
+    run = archetype_counts(counted)
+    own = dict(zip(stock.portfolio.archetypes, map(int, stock.portfolio.counts), strict=True))
+    if run is not None and list(run.items()) != list(own.items()):
+        other = next((name for name in {**run, **own} if run.get(name) != own.get(name)), "")
+        told = (
+            f"{run.get(other, 0):,} buildings of archetype {other!r} and the stock {own.get(other, 0):,}"
+            if other
+            else f"the archetypes {', '.join(run)} and the stock {', '.join(own)}"
+        )
+        raise ValueError(f"{_FUNCTION}: the run has {told}: give the stock whose portfolio was run")
+    excitation = part_of_scene(counted, "excitation", '{"type":"Stripes"')
+    if excitation is not None and len(excitation["levels"]) > 1 and "stripe" not in counted.coords:
+        raise ValueError(
+            f"{_FUNCTION}: the counts mix {len(excitation['levels'])} levels of intensity; count over "
+            "('building', 'stripe') and give one level, as counted.sel(stripe=...)"
+        )
