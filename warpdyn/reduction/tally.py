@@ -11,6 +11,7 @@ import numpy as np
 
 from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS
 from warpdyn.kernels.auxiliary import reductions
+from warpdyn.kernels.auxiliary.exact_sums import BYTES_PER_CELL, ExactSums, exact_totals_kernel
 from warpdyn.kernels.queues import free_memory
 from warpdyn.reduction.cells import Cells, Rows
 from warpdyn.reduction.limits import magnitudes
@@ -107,6 +108,7 @@ class Tally:
         tables = 1 if is_own else int(max(1, min(threads, MEMORY_OF_COUNTS // size)))
         self._most = threads if is_own else tables
         self._tables = [np.zeros(shape, dtype=np.int64) for _ in range(tables)]
+        self._included: np.ndarray | None = None
 
     def add(self, block: Block, states: np.ndarray, workers: Workers) -> None:
         """Count the samples of a block.
@@ -129,6 +131,12 @@ class Tally:
         least = LEAST_SAMPLES // (rows.samples * each) + 1
         workers.share(count, 0, len(block.structures), least, self._most)
 
+    def include(self, cells: np.ndarray, counts: np.ndarray) -> None:
+        """Add counts of samples of some cells, each of which is named once, to those of samples that were added."""
+        if self._included is None:
+            self._included = np.zeros_like(self._tables[0])
+        self._included[:, cells] += counts
+
     @property
     def counts(self) -> np.ndarray:
         """The counts, shape [place, cell, outcome]."""
@@ -136,14 +144,14 @@ class Tally:
         while others:
             first += others.pop()
         self._tables = [first]
-        return first
+        return first if self._included is None else first + self._included
 
 
 class Sums:
     """Sums of a demand and of its squares, and its largest value, by cell.
 
-    They are added in the order of the run's structures, whatever the blocks and threads, with what rounding leaves out
-    of each addition in a sum of its own.
+    The samples of a row are added in their order, with what rounding leaves out of each addition in a sum of its own;
+    rows are added exactly, so that their order, blocks, threads and regions change nothing.
 
     Args:
         cells: The cells.
@@ -151,9 +159,13 @@ class Sums:
 
     def __init__(self, cells: Cells) -> None:
         self.cells = cells
-        check_fits_memory(cells, 8.0 * cells.count * reductions.SUMS)
-        self.totals = np.zeros((cells.count, reductions.SUMS))
-        self.totals[:, -1] = -np.inf
+        check_fits_memory(cells, float(cells.count) * BYTES_PER_CELL)
+        self.exact = ExactSums(cells.count)
+
+    @property
+    def totals(self) -> np.ndarray:
+        """The sums as `ExactSums.totals` returns them."""
+        return self.exact.totals
 
     def add(
         self, block: Block, demand: str, is_signed: bool, place: int, workers: Workers, rows: Rows | None = None
@@ -175,7 +187,7 @@ class Sums:
         cell_of_row = rows.cell_of_row.astype(np.int32)
         together = max(1, MEMORY_OF_SUMS // (8 * reductions.SUMS * cell_of_unit.size))
         sums = np.empty((min(together, cell_of_row.size), cell_of_unit.size, reductions.SUMS))
-        of_samples, of_rows = reductions.sums_kernel(str(values.dtype)), reductions.totals_kernel()
+        of_samples, of_rows = reductions.sums_kernel(str(values.dtype)), exact_totals_kernel()
         for begin in range(0, cell_of_row.size, together):
             end = min(begin + together, cell_of_row.size)
 
@@ -184,7 +196,7 @@ class Sums:
                 reductions.launch(of_samples, *how, block.status, values, unit, sums, bad, thread)
 
             def add_rows(first: int, last: int, thread: int, begin: int = begin, end: int = end) -> None:
-                into = cell_of_row[begin:end], cell_of_unit, self.totals
+                into = cell_of_row[begin:end], cell_of_unit, self.exact.bins, self.exact.largest
                 reductions.launch(of_rows, first, last, sums[: end - begin], *into)
 
             workers.share(add_samples, begin, end, LEAST_SAMPLES // rows.samples + 1)

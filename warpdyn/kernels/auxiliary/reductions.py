@@ -234,34 +234,6 @@ def sums_kernel(dtype: str) -> wp.Kernel:
     return add_samples
 
 
-@functools.cache
-def totals_kernel() -> wp.Kernel:
-    """Return the kernel that adds the sums of rows to those of cells, row after row, for some of the units."""
-
-    @wp.kernel(**OPTIONS)
-    def add_rows(
-        first: int,  # unit
-        last: int,
-        sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
-        cell_of_row: wp.array(dtype=int),
-        cell_of_unit: wp.array(dtype=int),
-        totals: wp.array2d(dtype=wp.float64),  # [cell, sum]
-    ):
-        for row in range(sums.shape[0]):
-            for unit in range(first, last):
-                cell = cell_of_row[row] + cell_of_unit[unit]
-                for which in range(2):
-                    term = sums[row, unit, 2 * which]
-                    before = totals[cell, 2 * which]
-                    after = before + term
-                    totals[cell, 2 * which] = after
-                    left_out = rounded_off(before, term, after) + sums[row, unit, 2 * which + 1]
-                    totals[cell, 2 * which + 1] += left_out
-                totals[cell, 4] = wp.max(totals[cell, 4], sums[row, unit, 4])
-
-    return add_rows
-
-
 def launch(kernel: wp.Kernel, *arguments: object) -> None:
     """Run a kernel in the calling thread."""
     wp.launch(loaded(kernel), dim=1, inputs=list(arguments), device="cpu")
