@@ -9,7 +9,8 @@ import numpy as np
 
 from warpdyn.core.output_variables import COLLAPSED
 from warpdyn.core.plausibility import warn_of_implausible_limits
-from warpdyn.reduction.cells import Coordinates
+from warpdyn.integration.dynamics import Arrays
+from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.limits import (
     DAMAGE_COUNT,
     DRIFT,
@@ -19,6 +20,7 @@ from warpdyn.reduction.limits import (
     Limit,
     limits_by_archetype,
 )
+from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
 from warpdyn.reduction.tally import FAILURES, Block, Tally, Workers, find_states
@@ -37,7 +39,8 @@ class DamageCounts(Statistic):
         demand: Variable that plain limits are of; of one with a sign, as the residual drift ratio, the absolute value
             is compared.
         events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
-            `damage_shares`. None where every motion counts by itself.
+            `damage_shares`; of MotionsAtSites the worst of each draw, such as both components of a record with
+            `events=[motion.record for motion in design.motions]`. None where every motion counts by itself.
         each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.
         over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`. For
             fragility curves ("motion", "stripe", "structure_group").
@@ -134,7 +137,7 @@ def states_of(
     return states
 
 
-class DamageReducer:
+class DamageReducer(Mergeable):
     """Count the samples of a run by damage state.
 
     Args:
@@ -145,17 +148,30 @@ class DamageReducer:
 
     def __init__(self, statistic: DamageCounts, population: Population, threads: int) -> None:
         self.population, self.bounds = population, Bounds.of(statistic.limits, statistic.demand, population)
-        self.cells = statistic.cells(population, statistic.events)
+        cells = statistic.cells(population, statistic.events)
         demands = [population.demand(name) for name in self.bounds.demands]
         dims = demands[0].dims
         self.dim = dims[0] if statistic.each_place and len(demands) == 1 and dims else ""
         if statistic.each_place and not self.dim:
             raise ValueError("each_place=True needs limits of one demand that is known at each storey or floor")
-        places = population.scene.structure.dofs if self.dim else 0
-        motions = {"motion_index"} if self.cells.needs_motions else set()
-        self.needs = frozenset({*self.bounds.demands, *motions})
-        self.tally = Tally(self.cells, places + 1, len(self.bounds.states), threads)
+        motions = {"motion_index"} if cells.needs_motions else set()
+        self.needs, self._threads = frozenset({*self.bounds.demands, *motions}), threads
+        self.begin(cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        places = self.population.scene.structure.dofs if self.dim else 0
+        self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states), self._threads)
         self.least_drift = np.inf
+
+    def partial(self) -> Arrays:
+        """Return what has been counted, of the cells that samples were counted in."""
+        return super().partial() | {"least_drift": np.array(self.least_drift)}
+
+    def include(self, part: Arrays) -> None:
+        """Add what `partial` returned of structures that are not counted yet."""
+        super().include(part)
+        self.least_drift = min(self.least_drift, float(part["least_drift"]))
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
 from warpdyn.kernels.auxiliary import reductions
-from warpdyn.reduction.cells import Coordinates
+from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.damage_counts import Bounds, states_of
 from warpdyn.reduction.demand_statistics import moments
 from warpdyn.reduction.limits import DRIFT, Limit
 from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
+from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
 from warpdyn.reduction.tally import LEAST_SAMPLES, Block, Sums, Tally, Workers
@@ -34,7 +35,8 @@ class DamageLoss(Statistic):
         replacement_values: Replacement value of each structure (or of a portfolio's building), shape [structure], or of
             all alike; 1 for loss ratios.
         demand: Variable that plain limits are of.
-        events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts.
+        events: The event of each motion, shape [motion], of which a structure's worst sample counts; see
+            `DamageCounts`.
         over: What losses are added up for each of, as "building" or ("archetype", "event"); see `Statistic`.
         labels: Labels of structures that `over` names.
 
@@ -54,7 +56,7 @@ class DamageLoss(Statistic):
         return LossReducer(self, population, threads)
 
 
-class LossReducer:
+class LossReducer(Mergeable):
     """Add up the losses of the samples of a run.
 
     Args:
@@ -65,7 +67,7 @@ class LossReducer:
 
     def __init__(self, statistic: DamageLoss, population: Population, threads: int) -> None:
         self.population, self.bounds = population, Bounds.of(statistic.limits, statistic.demand, population)
-        self.cells = statistic.cells(population, statistic.events)
+        cells = statistic.cells(population, statistic.events)
         states = self.bounds.states[1:]
         names = [""] if population.portfolio is None else list(population.portfolio.archetypes)
         found = ratios_of_archetypes("DamageLoss", names, states, statistic.loss_ratios)
@@ -78,10 +80,19 @@ class LossReducer:
                 f"{population.structure_dim}s, none below 0; got shape {values.shape}"
             )
         self._values = np.ascontiguousarray(np.broadcast_to(values, population.structures))
-        motions = {"motion_index"} if self.cells.needs_motions else set()
-        self.needs = frozenset({*self.bounds.demands, *motions})
-        self.tally = Tally(self.cells, 1, len(self.bounds.states), threads)
-        self.losses, self.scatter = Sums(self.cells), Sums(self.cells)
+        motions = {"motion_index"} if cells.needs_motions else set()
+        self.needs, self._threads = frozenset({*self.bounds.demands, *motions}), threads
+        self.begin(cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states), self._threads)
+        self.losses, self.scatter = Sums(cells), Sums(cells)
+
+    @property
+    def sums_by_cell(self) -> tuple[Sums, Sums]:
+        """The losses, and what the scatter of the loss ratios adds to their variance."""
+        return self.losses, self.scatter
 
     def add(self, block: Block, workers: Workers) -> None:
         """Add the losses of the samples of a block."""
