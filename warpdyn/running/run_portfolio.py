@@ -59,7 +59,7 @@ def run_portfolio(
 
     with ExitStack() as stack, counted_histories(portfolio.buildings * samples_per_building):
         if integration.target_error is None:  # else the method of each group is not chosen yet
-            compile_side_by_side(_plans(groups, integration, execution, kept), execution.devices[0], execution.cores)
+            compile_side_by_side(plans_of(groups, integration, execution, kept), execution.devices[0], execution.cores)
         runs = []
         for number, group in enumerate(groups):
             arguments = group.scene, group.buildings.size, how_of(group, integration), execution, kept, seed
@@ -131,7 +131,7 @@ def _place(unfinished: Unfinished | None, number: int) -> AbstractContextManager
     return Unfinished(unfinished.kept / f"{number}.nc")
 
 
-def _plans(groups: list[Group], integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
+def plans_of(groups: list[Group], integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
     """Yield the plans of the groups' kernels, and of the kernels for their error estimates."""
     is_checked = kept.checked_share is not None or kept.sample_error is not None
     for group in groups:
