@@ -7,24 +7,27 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.kernels.auxiliary.exact_sums import ExactSums, exact_totals_kernel
+from warpdyn.kernels.auxiliary.exact_sums import ExactSums
+from warpdyn.kernels.auxiliary.reductions import reductions
 from warpdyn.kernels.kernel_cache import loaded
 
 
 def sums_of(values):
     """Return the sums of some values, in one cell."""
-    sums, rows = ExactSums(1), np.zeros((len(values), 1, 5))
+    sums, rows = ExactSums.of_nothing(1), np.zeros((len(values), 1, 5))
     rows[:, 0, 0], rows[:, 0, 4] = values, values
-    none = np.zeros(len(values), dtype=np.int32), np.zeros(1, dtype=np.int32)
-    wp.launch(loaded(exact_totals_kernel()), dim=1, inputs=[0, 1, rows, *none, sums.bins, sums.largest], device="cpu")
+    order, cell = np.arange(len(values), dtype=np.int32), np.zeros(len(values), dtype=np.int32)
+    start, unit = np.array([0, len(values)], dtype=np.int32), np.zeros(1, dtype=np.int32)
+    given = [1, order, start, rows, cell, unit, sums.bins, sums.largest]
+    wp.launch(loaded(reductions().totals), dim=1, inputs=[0, 1, 1, *given], device="cpu")
     return sums
 
 
 def merged(parts):
     """Return the sums of several, added one to the other."""
-    total, cell = ExactSums(1), np.zeros(1, dtype=int)
+    total = ExactSums.of_nothing(1)
     for part in parts:
-        total.include(cell, part.of_cells(cell))
+        total.include(np.zeros(1, dtype=int), part)
     return total
 
 
@@ -69,7 +72,7 @@ def test_terms_that_cancel_leave_what_is_small():
 
 def test_nothing_and_what_is_not_finite():
     assert sums_of(np.zeros(3)).totals[0, :4].tolist() == [0.0] * 4
-    assert ExactSums(2).totals[:, 0].tolist() == [0.0, 0.0]
+    assert ExactSums.of_nothing(2).totals[:, 0].tolist() == [0.0, 0.0]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert np.isinf(sums_of(np.array([1.0, np.inf])).totals[0, 0])  # as a square beyond the largest number
@@ -77,8 +80,8 @@ def test_nothing_and_what_is_not_finite():
 
 def test_as_many_terms_as_a_run_may_have_do_not_overflow():
     # 2^31 samples, each with a sum and what rounding left out of it, all of whose bits are set.
-    sums, cell = sums_of(np.array([2.0 - 2.0**-52])), np.zeros(1, dtype=int)
+    sums = sums_of(np.array([2.0 - 2.0**-52]))
     for _ in range(32):  # doubled as often
-        sums.include(cell, sums.of_cells(cell))
+        sums.include(slice(None), sums)
     total, left_out, *_ = sums.totals[0].tolist()
     assert (total, left_out) == (2.0**32 * (2.0 - 2.0**-52), 0.0)

@@ -17,7 +17,8 @@ import warp as wp
 from test_simulate import MOTIONS, assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn.kernels import arguments, build, queues as devices
+from warpdyn.kernels import arguments, build, kernel_cache, queues as devices
+from warpdyn.reduction import workers as reducing
 from warpdyn.running import blocks, run_scene
 
 pytestmark = pytest.mark.meant_as_given(
@@ -171,6 +172,8 @@ def pretended(request, monkeypatch):
     monkeypatch.setattr(devices, "wp", shim)
     monkeypatch.setattr(arguments, "wp", shim)
     monkeypatch.setattr(run_scene, "wp", shim)
+    monkeypatch.setattr(reducing, "wp", shim)
+    monkeypatch.setattr(reducing, "loaded", lambda kernel, device="cpu": kernel_cache.loaded(kernel))
     monkeypatch.setattr(wp.array, "fill_", fill_)
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
     monkeypatch.setattr(blocks, "free_memory", lambda device: 2**34)
@@ -241,6 +244,12 @@ def test_failures_are_run_again_beside_other_blocks(pretended, monkeypatch):
     assert len(np.unique(whole["integration_step"])) >= 4
     blocks_of(monkeypatch, 7)
     assert_close(wd.simulate(scene, device="cuda", **settings), whole)
+    # Statistics that are made on the GPU see what was run again.
+    settings["statistics"] = wd.DemandMoments("peak_storey_drift_ratio", over="structure")
+    found = wd.simulate(scene, device="cuda", **settings)
+    np.testing.assert_allclose(
+        found["peak_storey_drift_ratio_mean_by_structure"], whole["peak_storey_drift_ratio"].max("storey"), rtol=1e-9
+    )
 
 
 def threads_that_end():
@@ -297,3 +306,21 @@ def test_events_of_a_sequence_go_through_gpus_in_turn(pretended, monkeypatch):
     assert_close(one, whole)
     blocks_of(monkeypatch, 50)
     assert_same_bits(one, wd.simulate(scene, device=["cuda:1", "cuda:0"], **settings))
+
+
+@pytest.mark.parametrize("device", ["cuda:1", "cuda"])
+def test_statistics_are_made_where_samples_were_integrated(pretended, device, monkeypatch):
+    scene = make_scene()
+    asked = [
+        wd.DamageCounts({"slight": 0.002, "severe": 0.01}, over=("motion", "structure_group")),
+        wd.DamageCounts({"slight": 0.002, "severe": 0.01}, each_place=True),
+        wd.DamageLoss({"slight": 0.002, "severe": 0.01}, {"slight": 0.1, "severe": 0.9}, over="structure"),
+        wd.DemandMoments("peak_storey_drift_ratio", over="motion", each_place=True),
+        wd.DemandHistogram("peak_storey_drift_ratio", [0.001, 0.003, 0.01], over="structure"),
+    ]
+    settings = {"structures": 23, "seed": 2, "statistics": asked, "dtype": "float64"}
+    on_processor = wd.simulate(scene, device="cpu", **settings)
+    blocks_of(monkeypatch, 12)
+    found = wd.simulate(scene, device=device, **settings)
+    assert_close(found, on_processor)
+    assert int(found["damage_count_by_motion_structure_group"].sum()) == 23 * scene.excitation.samples_per_structure

@@ -18,7 +18,8 @@ from reduced_runs import (
 import warpdyn as wd
 from warpdyn.reduction.demand_statistics import moments, quantiles_of
 from warpdyn.reduction.population import Population
-from warpdyn.reduction.tally import Block, Sums, Workers
+from warpdyn.reduction.tally import Block, Sums
+from warpdyn.reduction.workers import Threads
 
 pytestmark = [
     pytest.mark.usefixtures("unoptimised"),
@@ -148,7 +149,7 @@ def test_moments_of_many_samples_by_exact_sums(scatter):
     population = Population(scene, count)
     found = []
     for block, threads in ((count, 1), (1_777, 2)):
-        sums, workers = Sums(wd.DemandMoments("demand").cells(population)), Workers(threads)
+        sums, workers = Sums(wd.DemandMoments("demand").cells(population)), Threads(threads)
         for first in range(0, count, block):
             part = slice(3 * first, 3 * min(first + block, count))
             numbers = np.arange(first, min(first + block, count))

@@ -1,7 +1,10 @@
 """Statistics of runs in regions: those of one process to the bit, whatever stops the run, and no tables of samples."""
 
 import os
+import random
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -177,3 +180,51 @@ def test_what_cannot_run_leaves_what_stands_there(tmp_path):
     with xr.open_dataset(path) as read:
         assert statistics_of(read).equals(statistics_of(other))
     assert os.listdir(tmp_path) == ["run.nc"]
+
+
+PROGRAM = """
+import sys, warnings
+from test_region_statistics import OF_ONE
+from reduced_runs import scene_of
+import warpdyn as wd
+from warpdyn.running.regions import job
+
+warnings.simplefilter("ignore")
+job.LEAST_CPU_REGION, job.CPU_BLOCK = 1, 45
+print("begun", flush=True)
+wd.simulate(scene_of("cloud"), structures=3000, statistics=OF_MANY, device="cpu", seed=3, path=sys.argv[1])
+""".replace("OF_MANY", "[wd.DamageCounts({'slight': 0.004}, over='structure'), OF_ONE[1]]")
+
+
+@pytest.mark.thorough
+def test_a_process_that_is_killed_at_random_moments_loses_and_doubles_nothing(tmp_path):
+    def start(path):
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join([os.path.dirname(__file__), *sys.path])}
+        return subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, str(path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment
+        )
+
+    whole = start(tmp_path / "whole.nc")
+    _, told = whole.communicate()
+    assert whole.returncode == 0, told.decode()[-2000:]
+    draw, went_on = random.Random(5), 0
+    for moment in range(5):
+        path, stopped = tmp_path / f"run{moment}.nc", 0
+        while True:
+            process = start(path)
+            process.stdout.readline()
+            try:
+                _, told = process.communicate(timeout=draw.uniform(0.5, 3.0) if stopped < 2 else None)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.communicate()
+                stopped += 1
+                continue
+            break
+        assert process.returncode == 0, told.decode()[-2000:]
+        went_on += b"goes on from" in told
+        with xr.open_dataset(path) as found, xr.open_dataset(tmp_path / "whole.nc") as expected:
+            assert statistics_of(found).identical(statistics_of(expected))
+        path.unlink()
+    assert went_on  # or the moments were all before the first region, and this shows nothing
+    assert os.listdir(tmp_path) == ["whole.nc"]

@@ -14,6 +14,11 @@ from warpdyn.integration.model import COUNTING_TURNS
 MOST_YIELD_DRIFTS = 300.0
 
 
+def may_need_float64(run: Ensemble) -> bool:
+    """Return whether float32 may not tell some of a run's samples well enough, which their drifts show."""
+    return run.plan.dtype == "float32" and COUNTING_TURNS in run.plan.law
+
+
 def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
     """Return which of some samples float32 cannot tell, from their peak drifts, shape [sample].
 
@@ -22,7 +27,7 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
         samples: The samples.
         outputs: Their outputs, sample last.
     """
-    if run.plan.dtype != "float32" or COUNTING_TURNS not in run.plan.law:
+    if not may_need_float64(run):
         return np.zeros(samples.size, dtype=bool)
     rows = np.unique(run.row[samples], return_inverse=True)
     parameters = run.model.dynamics.parameters_of(run.drawn, rows[0])

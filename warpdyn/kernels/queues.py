@@ -151,7 +151,18 @@ class CpuQueue:
             pool.shutdown(cancel_futures=True)
             self.spans.append((started, time.perf_counter()))
 
-    def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]]) -> None:
+    @property
+    def staying(self) -> dict[str, Any]:
+        """Outputs that are left on the device: none, all are where they are used."""
+        return {}
+
+    def put_back(self, staying: dict[str, Any], rows: dict[str, np.ndarray]) -> None:
+        """Copy rows over outputs that have stayed on the device: there are none."""
+
+    def hold_until(self, released: Callable[[], Any]) -> None:
+        """Leave the outputs that stay on the device in place until an event: there are none."""
+
+    def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]], stays: bool = False) -> None:
         """Begin to bring outputs back: they are back."""
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
@@ -182,6 +193,8 @@ class CudaQueue:
         self._timed: list[tuple[wp.Event, wp.Event]] = []
         self._arriving: dict[str, np.ndarray] = {}
         self._arrived: wp.Event | None = None
+        self.staying: dict[str, Any] = {}  # outputs that are left on the device, sample first
+        self._held_until: Callable[[], wp.Event] | None = None
         self._advance: Callable[[], object] = lambda: None
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
@@ -198,6 +211,9 @@ class CudaQueue:
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
         """Return outputs that say nothing yet, of the shapes of these arrays but sample last."""
+        if self._held_until is not None:
+            self.stream.wait_event(self._held_until())
+            self._held_until = None
         struct = structs(dtype).Output
         instance = struct()
         with wp.ScopedStream(self.stream):
@@ -228,9 +244,15 @@ class CudaQueue:
         self._kept_alive += [launches, arguments]
         self._advance = partial(advance, sum(launch.steps.size for launch in launches))
 
-    def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]]) -> None:
-        """Queue the outputs' way back: samples come first before they leave the device."""
-        self._arriving = {}
+    def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]], stays: bool = False) -> None:
+        """Queue the outputs' way back: samples come first before they leave the device.
+
+        Args:
+            output: The outputs.
+            shapes: Their shapes, sample first.
+            stays: Whether they are used on the device, so that only the status comes back.
+        """
+        self._arriving, self.staying = {}, {}
         with wp.ScopedStream(self.stream):
             for name, shape in shapes.items():
                 array = getattr(output, name)
@@ -238,6 +260,10 @@ class CudaQueue:
                     turned = self._array(("turned", name), shape, array.dtype)
                     wp.copy(turned, array.transpose((1, 0)))
                     array = turned
+                if stays:
+                    self.staying[name] = array
+                    if name != "status":
+                        continue
                 here = self._array(("here", name), shape, array.dtype, pinned=True)
                 wp.copy(here, array, stream=self.stream)
                 self._arriving[name] = here.numpy()
@@ -249,6 +275,16 @@ class CudaQueue:
         list(each(lambda name: np.copyto(rows[name], self._arriving[name]), self._arriving))
         self._settle()
         self._advance()
+
+    def put_back(self, staying: dict[str, Any], rows: dict[str, np.ndarray]) -> None:
+        """Copy rows over outputs that have stayed on the device, and wait."""
+        for name, array in staying.items():
+            array.assign(rows[name])
+        wp.synchronize_device(self.device)
+
+    def hold_until(self, released: Callable[[], wp.Event]) -> None:
+        """Leave the outputs that stay on the device in place until an event, which is known when it is asked for."""
+        self._held_until = released
 
     def read(self, array: Any) -> np.ndarray:
         """Wait for all that is queued and return one of a struct's arrays."""

@@ -171,7 +171,7 @@ class Cells:
         """Return the place along a dimension of some structures."""
         if name == self.population.structure_dim and self._run is not self:
             return np.searchsorted(self._structures, structures)
-        return self._of_structures[name][structures]
+        return self._run._of_structures[name][structures]  # which is found once for all parts
 
     @cached_property
     def _of_structures(self) -> dict[str, np.ndarray]:

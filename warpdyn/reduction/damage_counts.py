@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from warpdyn.core.output_variables import COLLAPSED
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.integration.dynamics import Arrays
+from warpdyn.kernels.auxiliary.reductions import reductions
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.limits import (
     DAMAGE_COUNT,
@@ -23,7 +24,8 @@ from warpdyn.reduction.limits import (
 from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
-from warpdyn.reduction.tally import FAILURES, Block, Tally, Workers, find_states
+from warpdyn.reduction.tally import FAILURES, Block, Tally, find_states
+from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,16 +127,18 @@ class Bounds:
         return {"damage_limit": (("limited_demand", "damage_state"), table, said)}, states | {"limited_demand": names}
 
 
-def states_of(
-    block: Block, bounds: Bounds, population: Population, workers: Workers, *, each_place: bool
-) -> np.ndarray:
+def states_of(block: Block, bounds: Bounds, population: Population, workers: Workers, *, each_place: bool) -> Any:
     """Return the damage state of each sample of a block that is ok, shape [place, sample], the worst place last."""
-    places = block.demand(bounds.demands[0]).shape[1] if each_place else 0
-    states = np.zeros((places + 1, len(block.status)), dtype=np.uint16)
-    kind = population.archetype[block.structures]
-    for name, rows in zip(bounds.demands, bounds.compared, strict=True):
-        find_states(block, name, rows, kind, states, workers, each_place=each_place)
-    return states
+
+    def find() -> Any:
+        places = block.demand(bounds.demands[0]).shape[1] if each_place else 0
+        states = workers.zeros((places + 1, block.samples), np.uint16)
+        kind = population.archetype[block.structures]
+        for name, rows in zip(bounds.demands, bounds.compared, strict=True):
+            find_states(block, name, rows, kind, states, workers, each_place=each_place)
+        return states
+
+    return block.shared((bounds.demands, each_place, *(rows.tobytes() for rows in bounds.given)), find)
 
 
 class DamageReducer(Mergeable):
@@ -162,25 +166,40 @@ class DamageReducer(Mergeable):
         """Begin to count in these cells."""
         places = self.population.scene.structure.dofs if self.dim else 0
         self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states), self._threads)
-        self.least_drift = np.inf
+        self._least: dict[Workers, Any] = {}  # drift ratio at which a sample collapsed
+        self._least_included = np.inf
 
     def partial(self) -> Arrays:
         """Return what has been counted, of the cells that samples were counted in."""
-        return super().partial() | {"least_drift": np.array(self.least_drift)}
+        return super().partial() | {"least_drift": np.array(self._least_drift)}
 
     def include(self, part: Arrays) -> None:
         """Add what `partial` returned of structures that are not counted yet."""
         super().include(part)
-        self.least_drift = min(self.least_drift, float(part["least_drift"]))
+        self._least_included = min(self._least_included, float(part["least_drift"]))
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""
         states = states_of(block, self.bounds, self.population, workers, each_place=bool(self.dim))
         self.tally.add(block, states, workers)
-        if DRIFT in self.bounds.demands:
-            collapsed = block.demand(DRIFT)[block.status == COLLAPSED]
-            if len(collapsed):
-                self.least_drift = min(self.least_drift, float(np.nanmin(collapsed.max(axis=1), initial=np.inf)))
+        if DRIFT in self.bounds.demands and self.population.portfolio is None:
+            self._find_least(block, workers)
+
+    def _find_least(self, block: Block, workers: Workers) -> None:
+        """Find the least drift ratio at which a sample collapsed."""
+        if workers not in self._least:
+            self._least[workers] = workers.kept(np.full(workers.threads, np.inf))
+        drift, least = block.demand(DRIFT), self._least[workers]
+
+        def arguments(thread: int) -> tuple:
+            return block.status, drift, least, thread
+
+        workers.run(reductions().least[block.type_of(DRIFT)], 0, block.samples, arguments, LEAST_SAMPLES)
+
+    @property
+    def _least_drift(self) -> float:
+        found = (float(workers.read(each).min()) for workers, each in self._least.items())
+        return min([self._least_included, *found])
 
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return the counts, the samples that failed, and the limits."""
@@ -201,7 +220,8 @@ class DamageReducer(Mergeable):
             numbered = population.scene.structure.numbered(population.scene.recorders)
             coordinates |= {name: each for name, each in numbered.items() if name == self.dim}
         failed, failure = failures(cells, table[-1, ..., states:])
-        if np.isfinite(self.least_drift) and population.portfolio is None:
+        least = self._least_drift
+        if np.isfinite(least):
             text = {"long_name": "least storey drift ratio at which a sample collapsed", "units": "1"}
-            variables[LEAST_DRIFT] = ((), self.least_drift, text)
+            variables[LEAST_DRIFT] = ((), least, text)
         return variables | failed, coordinates | failure | cells.coordinates

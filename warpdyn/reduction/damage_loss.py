@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
-from warpdyn.kernels.auxiliary import reductions
+from warpdyn.kernels.auxiliary.reductions import reductions
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.damage_counts import Bounds, states_of
 from warpdyn.reduction.demand_statistics import moments
@@ -18,7 +18,8 @@ from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
-from warpdyn.reduction.tally import LEAST_SAMPLES, Block, Sums, Tally, Workers
+from warpdyn.reduction.tally import Block, Sums, Tally
+from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,14 +102,18 @@ class LossReducer(Mergeable):
         rows = block.rows(self.cells)
         order, start, cell_of_unit = rows.units()
         units, count = cell_of_unit.size, rows.structure.size
-        status, loss = np.empty(count * units, dtype=np.int8), np.zeros((count * units, 2))
-        kind, value = self.population.archetype[rows.structure], self._values[rows.structure]
-        given = block.status, states, order, start, self._ratios, kind.astype(np.int32), value, status, loss
+        status, loss = workers.empty((count * units,), np.int8), workers.empty((count * units, 2), np.float64)
+        kind = self.population.archetype[rows.structure].astype(np.int32)
+        order, start, ratios, kind, value = (
+            workers.array(values) for values in (order, start, self._ratios, kind, self._values[rows.structure])
+        )
+        each = workers.units_of_part(units)
+        given = each, rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
 
-        def find(first: int, last: int, thread: int) -> None:
-            reductions.launch(reductions.losses_kernel(), first, last, rows.samples, *given)
+        def arguments(thread: int) -> tuple:
+            return given
 
-        workers.share(find, 0, count, LEAST_SAMPLES // rows.samples + 1)
+        workers.run(reductions().losses, 0, count * -(-units // each), arguments, LEAST_SAMPLES // rows.samples + 1)
         of_units = replace(rows, samples=units, cell_of_place=cell_of_unit, unit=np.arange(units))
         found = Block(block.structures, block.event, {"status": status, "loss": loss})
         self.losses.add(found, "loss", True, 0, workers, of_units)

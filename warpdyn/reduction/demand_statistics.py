@@ -15,7 +15,8 @@ from warpdyn.reduction.limits import DRIFT
 from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
-from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, Workers, find_states
+from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, find_states
+from warpdyn.reduction.workers import Workers
 
 MOST_EDGES = 10_000
 SPLITTER = 2.0**27 + 1.0  # splits a float64 into halves whose products are exact (Dekker 1971)
@@ -105,7 +106,7 @@ class SumsReducer(Mergeable):
     def add(self, block: Block, workers: Workers) -> None:
         """Add the samples of a block."""
         places = block.demand(self.demand).shape[1] if self.dim else 0  # a building may be lower than others
-        none = np.zeros((places + 1, len(block.status)), dtype=np.uint16)
+        none = workers.zeros((places + 1, block.samples), np.uint16)
         self.tally.add(block, none, workers)
         for place in range(places):
             self.sums[place].add(block, self.demand, True, place, workers)
@@ -240,7 +241,7 @@ class HistogramReducer(Mergeable):
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""
-        states = np.zeros((1, len(block.status)), dtype=np.uint16)
+        states = workers.zeros((1, block.samples), np.uint16)
         kind, edges = np.zeros(len(block.structures), dtype=np.int32), self.edges[None]
         find_states(block, self.demand, edges, kind, states, workers, is_absolute=self._is_absolute)
         self.tally.add(block, states, workers)

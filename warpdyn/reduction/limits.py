@@ -26,6 +26,11 @@ LIMIT_BANDS = {
 Limit = float | Mapping[str, float]
 
 
+def is_peak(demand: str) -> bool:
+    """Return whether a demand is recorded as a peak, which is not negative."""
+    return demand.startswith("peak_")
+
+
 def magnitudes(demand: str, values: np.ndarray) -> np.ndarray:
     """Return what limits are compared with: the values of a peak, the absolute values of a demand that has a sign.
 
@@ -35,7 +40,7 @@ def magnitudes(demand: str, values: np.ndarray) -> np.ndarray:
         demand: Name of the variable.
         values: Its values, any shape.
     """
-    return values if demand.startswith("peak_") else np.abs(values)
+    return values if is_peak(demand) else np.abs(values)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from warpdyn.integration.dynamics import Arrays
+from warpdyn.kernels.auxiliary.exact_sums import ExactSums
 from warpdyn.reduction.cells import Cells
 from warpdyn.reduction.tally import Sums, Tally
 
@@ -49,11 +50,12 @@ class Mergeable:
         # Most counts of a region's cells are small: they travel as the least integers that hold them.
         found = {"cells": self.cells.of_run(cells), "counts": own.astype(np.min_scalar_type(own.max(initial=0)))}
         for place, sums in enumerate(self.sums_by_cell):
-            found |= {f"{name}_{place}": values for name, values in sums.exact.of_cells(cells).items()}
+            own_sums = sums.exact.of_cells(cells)
+            found |= {f"bins_{place}": own_sums.bins, f"largest_{place}": own_sums.largest}
         return found
 
     def include(self, part: Arrays) -> None:
         """Add what `partial` returned of structures that are not counted yet."""
         self.tally.include(part["cells"], part["counts"])
         for place, sums in enumerate(self.sums_by_cell):
-            sums.exact.include(part["cells"], {name: part[f"{name}_{place}"] for name in ("bins", "largest")})
+            sums.include(part["cells"], ExactSums(part[f"bins_{place}"], part[f"largest_{place}"]))

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+import warp as wp
 import xarray as xr
 
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import DIVERGED, LARGEST_EXCLUDED_FRACTION
+from warpdyn.core.output_variables import DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 from warpdyn.files.netcdf import trace
 from warpdyn.integration.dynamics import Arrays
+from warpdyn.kernels.auxiliary.reductions import reductions
+from warpdyn.reduction.limits import DRIFT
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Coordinates, Statistic, Variables
-from warpdyn.reduction.tally import FAILURES, Block, Workers
+from warpdyn.reduction.tally import FAILURES, Block
+from warpdyn.reduction.workers import Gpu, Threads, Workers
 
 
 def checked_statistics(given: object) -> list[Statistic]:
@@ -49,7 +53,8 @@ class Reduction:
         self._reducers = [statistic.reducer(population, threads) for statistic in statistics]
         self.needs = frozenset({"status"}).union(*(reducer.needs for reducer in self._reducers))
         self._failed, self._samples = np.zeros(len(FAILURES), dtype=np.int64), 0
-        self._workers, self._side_by_side = Workers(threads), ThreadPoolExecutor(len(self._reducers))
+        self._threads, self._side_by_side = Threads(threads), ThreadPoolExecutor(len(self._reducers))
+        self._gpus: dict[str, Gpu] = {}
 
     def __enter__(self) -> Self:
         self.variables()  # names that collide are refused before anything runs
@@ -57,7 +62,8 @@ class Reduction:
 
     def __exit__(self, *error: object) -> None:
         self._side_by_side.shutdown()
-        self._workers.close()
+        for each in self._all_workers:
+            each.close()
 
     def add(self, structures: np.ndarray, rows: Arrays) -> None:
         """Add the samples of some structures, after those of all structures before them.
@@ -73,13 +79,61 @@ class Reduction:
                 copies = self.population.samples(-1) // self.population.samples(event)
                 values = {name: np.ascontiguousarray(array[::copies, event]) for name, array in rows.items()}
             block = Block(structures, event, values)
-            self._samples += block.status.size
-            for place in range(len(FAILURES)):
-                self._failed[place] += np.count_nonzero(block.status == DIVERGED + place)
+            self._count_failures(block.status)
             # Side by side, as each of them waits for its own threads.
-            adding = [self._side_by_side.submit(reducer.add, block, self._workers) for reducer in self._reducers]
+            adding = [self._side_by_side.submit(reducer.add, block, self._threads) for reducer in self._reducers]
             for each in adding:
                 each.result()
+
+    def gpu(self, device: str) -> Gpu:
+        """Return what reduces samples on a GPU."""
+        if device not in self._gpus:
+            self._gpus[device] = Gpu(device)
+        return self._gpus[device]
+
+    def add_on_gpu(
+        self, structures: np.ndarray, rows: Mapping[str, Any], status: np.ndarray, heights: np.ndarray, gpu: Gpu
+    ) -> None:
+        """Add the samples of some structures, of a single event, where they were integrated; nobody waits for it.
+
+        Args:
+            structures: Their numbers.
+            rows: Variables of their samples on the GPU, sample first, and the index of the motion on the host.
+            status: Their status, on the host.
+            heights: Their storey heights [m], shape [structure or 1, storey].
+            gpu: The GPU.
+        """
+        gpu.begin()
+        self._count_failures(status)
+        if DRIFT in self.needs:
+            drift = rows["peak_storey_drift"]
+            real = np.dtype(wp.dtype_to_numpy(drift.dtype))
+            ratio = gpu.empty(drift.shape, real)
+            given = status.size // structures.size, drift, gpu.array(heights.astype(real)), ratio
+            gpu.run(reductions().ratios[str(real)], 0, status.size, lambda thread: given)
+            rows = {**rows, DRIFT: ratio}
+        block = Block(structures, 0, rows)
+        for reducer in self._reducers:
+            reducer.add(block, gpu)
+
+    def _count_failures(self, status: np.ndarray) -> None:
+        """Count the samples of a block, and those that failed."""
+        self._samples += status.size
+        if status.max(initial=0) >= DIVERGED:
+            self._failed += np.bincount(status, minlength=len(STATUS_MEANINGS))[DIVERGED:]
+
+    def finish(self) -> None:
+        """Wait until all samples are added.
+
+        Raises:
+            ValueError: If a sample that is ok has no valid demand.
+        """
+        for each in self._all_workers:
+            each.finish()
+
+    @property
+    def _all_workers(self) -> tuple[Workers, ...]:
+        return self._threads, *self._gpus.values()
 
     def of_structures(self, structures: np.ndarray) -> Reduction:
         """Return the same statistics of some structures alone, given by their numbers, which increase."""
@@ -130,6 +184,7 @@ class Reduction:
         Args:
             rest: Further variables and attributes of the run.
         """
+        self.finish()
         total = int(self._failed.sum())
         if total > LARGEST_EXCLUDED_FRACTION * self._samples:
             of_each = ", ".join(f"{n:,} {name}" for n, name in zip(self._failed, FAILURES, strict=True) if n)

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.population import Population
-from warpdyn.reduction.tally import FAILURES, Block, Workers
+from warpdyn.reduction.tally import FAILURES, Block
+from warpdyn.reduction.workers import Workers
 
 Variables = dict[str, tuple]
 

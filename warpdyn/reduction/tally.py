@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+import functools
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from threading import Lock
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS
-from warpdyn.kernels.auxiliary import reductions
-from warpdyn.kernels.auxiliary.exact_sums import BYTES_PER_CELL, ExactSums, exact_totals_kernel
+from warpdyn.kernels.auxiliary.exact_sums import BYTES_PER_CELL, ExactSums
+from warpdyn.kernels.auxiliary.reductions import SUMS, reductions
 from warpdyn.kernels.queues import free_memory
 from warpdyn.reduction.cells import Cells, Rows
-from warpdyn.reduction.limits import magnitudes
+from warpdyn.reduction.limits import is_peak
+from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 FAILURES = STATUS_MEANINGS[DIVERGED:]
-LEAST_SAMPLES = (
-    2**15
-)  # that a thread takes: a launch takes Python a tenth of a millisecond, in which no other thread runs
 MEMORY_OF_COUNTS = 2**28  # bytes that threads may take for counts of their own
-MEMORY_OF_SUMS = 2**23  # bytes of the sums of rows, which should stay in the cache
-NONE = np.zeros(0, dtype=np.int32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,58 +30,46 @@ class Block:
     Args:
         structures: Numbers of the structures in the run.
         event: The event.
-        values: Variables of the samples by name, sample first and ordered by structure.
+        values: Variables of the samples by name, sample first and ordered by structure, where the workers read them;
+            the index of the motion on the host.
     """
 
     structures: np.ndarray
     event: int
-    values: Mapping[str, np.ndarray]
+    values: Mapping[str, Any]
+    _shared: dict[Hashable, Any] = field(default_factory=dict)
+    _lock: Lock = field(default_factory=Lock)
+
+    def shared(self, name: Hashable, find: Callable[[], Any]) -> Any:
+        """Return what several statistics need of the block, which the first of them finds."""
+        with self._lock:
+            if name not in self._shared:
+                self._shared[name] = find()
+            return self._shared[name]
 
     @property
-    def status(self) -> np.ndarray:
+    def status(self) -> Any:
         """Outcome of each sample."""
         return self.values["status"]
 
-    def demand(self, name: str) -> np.ndarray:
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return int(self.status.shape[0])
+
+    def demand(self, name: str) -> Any:
         """Return a demand by sample and place."""
         values = self.values[name]
-        return values.reshape(len(values), -1)
+        return values if values.ndim == 2 else values.reshape((values.shape[0], 1))
+
+    def type_of(self, name: str) -> str:
+        """Return the number type of a demand."""
+        dtype = self.values[name].dtype
+        return str(np.dtype(dtype if isinstance(dtype, np.dtype) else wp.dtype_to_numpy(dtype)))
 
     def rows(self, cells: Cells) -> Rows:
         """Return how the samples go to cells."""
         return cells.rows(self.structures, self.values["motion_index"] if cells.needs_motions else None, self.event)
-
-
-class Workers:
-    """Threads that share the rows of a block.
-
-    Args:
-        threads: How many there are.
-    """
-
-    def __init__(self, threads: int) -> None:
-        self.threads = threads
-        self._pool = ThreadPoolExecutor(threads)
-
-    def close(self) -> None:
-        """End the threads."""
-        self._pool.shutdown()
-
-    def share(self, work: Callable[[int, int, int], object], first: int, last: int, least: int, most: int = 0) -> None:
-        """Call work(first, last, thread) for parts of a range.
-
-        Args:
-            work: The work.
-            first, last: The range.
-            least: Least length of a part.
-            most: Most parts; 0 for as many as there are threads.
-        """
-        parts = max(1, min(most or self.threads, self.threads, (last - first) // max(1, least)))
-        edges = np.linspace(first, last, parts + 1).astype(int).tolist()
-        if parts == 1:
-            work(first, last, 0)
-            return
-        list(self._pool.map(work, edges[:-1], edges[1:], range(parts)))
 
 
 class Tally:
@@ -103,14 +89,11 @@ class Tally:
         self.cells, shape = cells, (columns, cells.count, states + len(FAILURES))
         size = 8.0 * np.prod(np.array(shape, dtype=float))
         check_fits_memory(cells, size)
-        # Threads take different structures, whose cells are different ones where a cell is of one structure.
-        is_own = cells.population.structure_dim in cells.dims
-        tables = 1 if is_own else int(max(1, min(threads, MEMORY_OF_COUNTS // size)))
-        self._most = threads if is_own else tables
-        self._tables = [np.zeros(shape, dtype=np.int64) for _ in range(tables)]
+        self._tables: dict[Workers, list[Any]] = {}
+        self._size, self._shape = size, shape
         self._included: np.ndarray | None = None
 
-    def add(self, block: Block, states: np.ndarray, workers: Workers) -> None:
+    def add(self, block: Block, states: Any, workers: Workers) -> None:
         """Count the samples of a block.
 
         Args:
@@ -120,31 +103,40 @@ class Tally:
         """
         rows = block.rows(self.cells)
         order, start, cell_of_unit = rows.units()
-        cell_of_row = rows.cell_of_row.astype(np.int32)
-        kernel, each = reductions.counts_kernel(), rows.rows_per_structure
+        given = [workers.array(values) for values in (rows.cell_of_row.astype(np.int32), cell_of_unit, order, start)]
+        tables, each = self._tables_of(workers), workers.units_of_part(cell_of_unit.size)
 
-        def count(first: int, last: int, thread: int) -> None:
-            counts = self._tables[thread % len(self._tables)]
-            block_arrays = block.status, states, cell_of_row, cell_of_unit, order, start, counts
-            reductions.launch(kernel, first * each, last * each, rows.samples, *block_arrays)
+        def arguments(thread: int) -> tuple:
+            return each, rows.samples, block.status, states, *given, tables[thread % len(tables)]
 
-        least = LEAST_SAMPLES // (rows.samples * each) + 1
-        workers.share(count, 0, len(block.structures), least, self._most)
+        # Threads take different structures, whose cells are different ones where a cell is of one structure.
+        most, least = 0 if self._is_own else len(tables), LEAST_SAMPLES // rows.samples + 1
+        parts = rows.structure.size * -(-cell_of_unit.size // each)
+        workers.run(reductions().counts, 0, parts, arguments, least, most, rows.rows_per_structure)
+
+    def _tables_of(self, workers: Workers) -> list[Any]:
+        """Return the counts that threads add to: the same ones, if their cells differ, or each its own."""
+        if workers not in self._tables:
+            count = 1 if self._is_own else int(max(1, min(workers.threads, MEMORY_OF_COUNTS // self._size)))
+            self._tables[workers] = [workers.kept(np.zeros(self._shape, dtype=np.int64)) for _ in range(count)]
+        return self._tables[workers]
+
+    @property
+    def _is_own(self) -> bool:
+        return self.cells.population.structure_dim in self.cells.dims
 
     def include(self, cells: np.ndarray, counts: np.ndarray) -> None:
         """Add counts of samples of some cells, each of which is named once, to those of samples that were added."""
         if self._included is None:
-            self._included = np.zeros_like(self._tables[0])
+            self._included = np.zeros(self._shape, dtype=np.int64)
         self._included[:, cells] += counts
 
     @property
     def counts(self) -> np.ndarray:
         """The counts, shape [place, cell, outcome]."""
-        first, *others = self._tables
-        while others:
-            first += others.pop()
-        self._tables = [first]
-        return first if self._included is None else first + self._included
+        found = [workers.read(table) for workers, tables in self._tables.items() for table in tables]
+        found += [] if self._included is None else [self._included]
+        return functools.reduce(np.add, found) if found else np.zeros(self._shape, dtype=np.int64)
 
 
 class Sums:
@@ -160,12 +152,8 @@ class Sums:
     def __init__(self, cells: Cells) -> None:
         self.cells = cells
         check_fits_memory(cells, float(cells.count) * BYTES_PER_CELL)
-        self.exact = ExactSums(cells.count)
-
-    @property
-    def totals(self) -> np.ndarray:
-        """The sums as `ExactSums.totals` returns them."""
-        return self.exact.totals
+        self._sums: dict[Workers, tuple[Any, Any]] = {}
+        self._included: ExactSums | None = None
 
     def add(
         self, block: Block, demand: str, is_signed: bool, place: int, workers: Workers, rows: Rows | None = None
@@ -181,27 +169,64 @@ class Sums:
             rows: How the samples go to cells; None for as the block's do.
         """
         rows = block.rows(self.cells) if rows is None else rows
-        values, bad = block.demand(demand), np.full(workers.threads, -1, np.int32)
+        if workers not in self._sums:
+            nothing = ExactSums.of_nothing(self.cells.count)
+            self._sums[workers] = workers.kept(nothing.bins), workers.kept(nothing.largest)
+        bad = workers.bad(demand)
         cell_of_unit, unit = np.unique(rows.cell_of_place, return_inverse=True)
-        cell_of_unit, unit = cell_of_unit.astype(np.int32), unit.astype(np.int32)
-        cell_of_row = rows.cell_of_row.astype(np.int32)
-        together = max(1, MEMORY_OF_SUMS // (8 * reductions.SUMS * cell_of_unit.size))
-        sums = np.empty((min(together, cell_of_row.size), cell_of_unit.size, reductions.SUMS))
-        of_samples, of_rows = reductions.sums_kernel(str(values.dtype)), exact_totals_kernel()
+        units, cell_of_row = cell_of_unit.size, rows.cell_of_row.astype(np.int32)
+        order = np.argsort(unit, kind="stable")
+        start = np.searchsorted(unit[order], np.arange(units + 1))
+        cell_of_unit, order, start, structure = (
+            workers.array(values.astype(np.int32)) for values in (cell_of_unit, order, start, rows.structure)
+        )
+        how = rows.samples, int(is_signed), place, structure, block.status, block.demand(demand), order, start
+        each = workers.units_of_part(units)
+        parts_of_row = -(-units // each)
+        together = min(cell_of_row.size, max(1, workers.memory_of_sums // (8 * SUMS * units)))
+        sums = workers.empty((together, units, SUMS), np.float64)
         for begin in range(0, cell_of_row.size, together):
             end = min(begin + together, cell_of_row.size)
+            cells = cell_of_row[begin:end]
+            rows_of_cells, first_of_cell, units_of_part = workers.groups(cells, units)
+            given = [workers.array(values) for values in (rows_of_cells, first_of_cell)]
+            into = units_of_part, *given, sums, workers.array(cells), cell_of_unit, *self._sums[workers]
+            parts = (first_of_cell.size - 1) * -(-units // units_of_part)
 
-            def add_samples(first: int, last: int, thread: int, begin: int = begin) -> None:
-                how = first, last, begin, rows.samples, int(is_signed), place
-                reductions.launch(of_samples, *how, block.status, values, unit, sums, bad, thread)
+            def of_samples(thread: int, begin: int = begin) -> tuple:
+                return each, begin, *how, sums, bad, thread
 
-            def add_rows(first: int, last: int, thread: int, begin: int = begin, end: int = end) -> None:
-                into = cell_of_row[begin:end], cell_of_unit, self.exact.bins, self.exact.largest
-                reductions.launch(of_rows, first, last, sums[: end - begin], *into)
+            def of_rows(thread: int, into: tuple = into) -> tuple:
+                return into
 
-            workers.share(add_samples, begin, end, LEAST_SAMPLES // rows.samples + 1)
-            workers.share(add_rows, 0, cell_of_unit.size, max(1, LEAST_SAMPLES // (end - begin)))
-        refuse_bad(block, demand, bad)
+            kernel, least = reductions().sums[block.type_of(demand)], LEAST_SAMPLES // rows.samples + 1
+            workers.run(kernel, begin * parts_of_row, end * parts_of_row, of_samples, least)
+            least = max(1, LEAST_SAMPLES // ((end - begin) * units_of_part))
+            workers.run(reductions().totals, 0, parts, of_rows, least)
+        workers.refuse(demand, bad)
+
+    def include(self, cells: np.ndarray, other: ExactSums) -> None:
+        """Add sums of some cells, each of which is named once, to those of samples that were added."""
+        if self._included is None:
+            self._included = ExactSums.of_nothing(self.cells.count)
+        self._included.include(cells, other)
+
+    @property
+    def exact(self) -> ExactSums:
+        """The sums, exactly."""
+        found = [ExactSums(*map(workers.read, arrays)) for workers, arrays in self._sums.items()]
+        found += [] if self._included is None else [self._included]
+        if len(found) == 1:
+            return found[0]
+        total = ExactSums.of_nothing(self.cells.count)
+        for each in found:
+            total.include(slice(None), each)
+        return total
+
+    @property
+    def totals(self) -> np.ndarray:
+        """The sums and largest values, shape [cell, sum]."""
+        return self.exact.totals
 
 
 def find_states(
@@ -209,7 +234,7 @@ def find_states(
     demand: str,
     bounds: np.ndarray,
     kind: np.ndarray,
-    states: np.ndarray,
+    states: Any,
     workers: Workers,
     *,
     each_place: bool = False,
@@ -225,38 +250,29 @@ def find_states(
         states: The states, shape [place, sample], the worst place last.
         workers: The threads.
         each_place: Whether states of every place are kept, besides the worst.
-        is_absolute: Whether absolute values are taken; else a negative value is an error.
+        is_absolute: Whether absolute values are taken of a peak as well; else a negative one is an error.
 
     Raises:
         ValueError: If a sample is ok and a demand of it is not finite, or a peak that is negative.
     """
-    values, bad = magnitudes(demand, block.demand(demand)), np.full(workers.threads, -1, np.int32)
-    samples = len(values) // len(block.structures)
-    kernel, kind = reductions.states_kernel(str(values.dtype)), kind.astype(np.int32)
-
+    values, bad = block.demand(demand), workers.bad(demand)
+    structures = len(block.structures)
+    samples, places = block.samples // structures, int(values.shape[1])
     half = 2 ** int(np.log2(bounds.shape[1]))  # the search is among 2^k - 1 bounds
     padded = np.full((len(bounds), 2 * half - 1), np.inf)
     padded[:, : bounds.shape[1]] = bounds
-    flat = np.ascontiguousarray(values).ravel(), half, padded.ravel(), kind, states, bad
+    rows = samples // workers.units_of_part(samples)  # of a structure, each of which a thread takes
+    how = samples // rows, rows, places, int(is_absolute or not is_peak(demand)), int(each_place)
+    structure, kind = (workers.array(numbers.astype(np.int32)) for numbers in (block.structures, kind))
+    flat = values.reshape((block.samples * places,))
+    given = *how, structure, block.status, flat, half, workers.array(padded.ravel()), kind, states, bad
 
-    def find(first: int, last: int, thread: int) -> None:
-        how = samples, values.shape[1], int(is_absolute), int(each_place), block.status
-        reductions.launch(kernel, first, last, *how, *flat, thread)
+    def arguments(thread: int) -> tuple:
+        return *given, thread
 
-    workers.share(find, 0, len(block.structures), LEAST_SAMPLES // samples + 1)
-    refuse_bad(block, demand, bad)
-
-
-def refuse_bad(block: Block, demand: str, bad: np.ndarray) -> None:
-    """Raise a ValueError if a sample that is ok has no valid demand, by the places of such samples; -1 is none."""
-    if (bad < 0).all():
-        return
-    place = int(bad[bad >= 0][0])
-    structure = int(block.structures[place // (len(block.status) // len(block.structures))])
-    raise ValueError(
-        f"a sample of structure {structure} is 'ok' but its {demand} is {block.demand(demand)[place].tolist()}; it "
-        "must be finite, and a peak not negative"
-    )
+    kernel = reductions().states[block.type_of(demand)]
+    workers.run(kernel, 0, structures * rows, arguments, LEAST_SAMPLES // samples + 1)
+    workers.refuse(demand, bad)
 
 
 def check_fits_memory(cells: Cells, size: float) -> None:

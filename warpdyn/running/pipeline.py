@@ -8,12 +8,12 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
-from warpdyn.accuracy.precision import rerun_in_float64
+from warpdyn.accuracy.precision import may_need_float64, rerun_in_float64
 from warpdyn.accuracy.sample_errors import fill_sample_errors
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.interruption import stop_if_asked
@@ -58,6 +58,7 @@ class Block:
         started: The ensemble of these samples.
         found: Their outputs, sample first.
         outputs: Outputs of all samples of the last finished event, sample last.
+        staying: Outputs that their GPU has kept to be reduced there, sample first.
     """
 
     structures: range
@@ -73,6 +74,7 @@ class Block:
     started: Ensemble | None = None
     found: Arrays = field(default_factory=dict)
     outputs: Arrays = field(default_factory=dict)
+    staying: dict[str, Any] = field(default_factory=dict)
 
     @property
     def whole(self) -> Ensemble:
@@ -128,6 +130,8 @@ class Pipeline:
         self.reruns = [Reruns() for _ in findings]
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
+        # What needs outputs on the host has them there.
+        self._stays = table.reduces and not (estimates or sample_error or journal or kept)
         # Columns of the dataset along `event`, as they are for one event.
         self.several = len(findings) > 1
         of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
@@ -212,7 +216,7 @@ class Pipeline:
         if block.is_known:
             self.advance(block.standing.size)
         elif block.started is not None:
-            block.started.start(block.found, self.advance)
+            block.started.start(block.found, self.advance, self._stays)
         fill_inputs(whole, block.own, map_function)
         self.seconds_integrating += time.perf_counter() - began
 
@@ -236,7 +240,7 @@ class Pipeline:
         outputs = {name: block.own[name].T for name in whole.model.shapes}
         stands = np.zeros(whole.sample.size, dtype=bool)
         stands[block.standing] = True
-        in_float64 = 0
+        in_float64, is_judged = 0, False
         if block.started is not None:
             began = time.perf_counter()
             found = {name: block.found[name].T for name in whole.model.shapes}
@@ -244,6 +248,7 @@ class Pipeline:
                 in_float64 = self.journal.restore(block.structures, event, whole, block.found, self.reruns[event])
             else:
                 block.started.finish(block.found, map_function)
+                is_judged = self._bring_back(block)
                 if self.on_unstable == "substep":
                     self.reruns[event].settle(whole, block.standing, found)
                 in_float64 = rerun_in_float64(whole, block.standing, found)
@@ -257,6 +262,8 @@ class Pipeline:
             self.journal.keep(block.structures, event, whole, block.found, self.reruns[event], in_float64)
         outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)
+        if is_judged:
+            whole.queue.put_back(block.staying, block.own)
         fill_outcomes(whole, block.own)
         if self.kept is not None:
             self.kept.add(whole, outputs["status"])
@@ -272,11 +279,23 @@ class Pipeline:
                 block.rows[name][:, event] = np.repeat(block.own[name], copies, axis=0)
         block.outputs = outputs
 
+    def _bring_back(self, block: Block) -> bool:
+        """Bring outputs that stay on a GPU into their rows, if any of them is to be judged; return whether it is."""
+        block.staying = dict(block.whole.queue.staying) if self._stays else {}
+        if not block.staying:
+            return False
+        is_judged = "energy_balance_error" in block.own or may_need_float64(block.whole)
+        is_judged = is_judged or bool(block.unstable[0].any() or block.own["status"].max() >= DIVERGED)
+        if is_judged:
+            for name, array in block.staying.items():
+                np.copyto(block.own[name], array.numpy())
+        return is_judged
+
     def _complete(self, block: Block) -> None:
         """Write the rows of a block whose events are all finished."""
         if self.several:
             fill_inputs(block.whole, {name: rows for name, rows in block.rows.items() if name not in self._of_event})
-        self.table.add(block.rows)
+        self.table.add(block.rows, block.whole, block.staying)
 
 
 def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Generator:

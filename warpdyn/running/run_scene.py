@@ -193,7 +193,7 @@ def _table(
 ) -> Table:
     """Return the table that takes the samples of a run."""
     if reduced is not None:
-        return Reduced(run.model, columns, *reduced)
+        return Reduced(run, columns, *reduced)
     if unfinished is None:
         check_room(run.samples, bytes_per_row(run, columns))
         return InMemory(run.model, columns, run.samples)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
+import warp as wp
 import xarray as xr
 
 from warpdyn.core.thread_pool import result_of
 from warpdyn.files.netcdf import GrowingFile
+from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.model import Model
+from warpdyn.integration.run import Run
 from warpdyn.reduction.reduction import Reduction
 from warpdyn.running.labels import Arrays, Column, labelled, lengths
 
@@ -24,9 +29,11 @@ class Table(Protocol):
 
     Args:
         columns: Variables of the dataset with one value for each sample.
+        reduces: Whether it takes samples of a single event where a GPU integrated them.
     """
 
     columns: dict[str, Column]
+    reduces: bool
 
     def __enter__(self) -> Self: ...
 
@@ -35,8 +42,14 @@ class Table(Protocol):
     def rows_for(self, samples: int) -> Arrays:
         """Return memory for the next samples."""
 
-    def add(self, rows: Arrays) -> None:
-        """Add samples whose rows are complete, after all earlier samples."""
+    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
+        """Add samples whose rows are complete, after all earlier samples.
+
+        Args:
+            rows: Their rows.
+            run: The samples.
+            staying: Variables that their GPU has kept, sample first; none if all are in the rows.
+        """
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
         """Return the dataset, with the variables and attributes that are known only at the end."""
@@ -50,6 +63,8 @@ class InMemory:
         columns: Variables of the dataset with one value for each sample.
         samples: Number of samples in the run.
     """
+
+    reduces = False
 
     def __init__(self, model: Model, columns: dict[str, Column], samples: int) -> None:
         self.model, self.columns = model, columns
@@ -66,7 +81,7 @@ class InMemory:
         self._given += samples
         return {name: values[self._given - samples : self._given] for name, values in self.rows.items()}
 
-    def add(self, rows: Arrays) -> None:
+    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
         """Add samples whose rows are complete; nothing is copied, as they are in place."""
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
@@ -85,6 +100,8 @@ class InFile:
         file: The file.
     """
 
+    reduces = False
+
     def __init__(self, model: Model, columns: dict[str, Column], file: GrowingFile) -> None:
         self.model, self.columns, self.file = model, columns, file
 
@@ -99,7 +116,7 @@ class InFile:
         """Return memory for the next samples."""
         return blank_rows(self.model, self.columns, samples)
 
-    def add(self, rows: Arrays) -> None:
+    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
         """Take samples whose rows are complete, after all those before them."""
         self.file.append(rows, lambda first: labelled(self.model, self.columns, first))
 
@@ -114,19 +131,25 @@ class Reduced:
 
     A thread of its own adds them, one block after the other, while the next blocks are launched and read.
 
+    Samples of a single event stay on a GPU, and are reduced there.
+
     Args:
-        model: How the samples are integrated.
+        run: The run.
         columns: Variables with one value for each sample, of which those that the statistics read are held.
         reduction: The statistics.
         structures: Numbers of the run's structures among those of the statistics.
     """
 
-    def __init__(self, model: Model, columns: dict[str, Column], reduction: Reduction, structures: np.ndarray) -> None:
-        self.model, self.columns = model, {name: columns[name] for name in reduction.needs}
+    def __init__(self, run: Run, columns: dict[str, Column], reduction: Reduction, structures: np.ndarray) -> None:
+        self.model = run.model
+        self.reduces = run.execution.is_gpu and len(run.samples_by_event) == 1
+        on_host = reduction.needs & {"status", "motion_index"} if self.reduces else reduction.needs
+        self.columns = {name: columns[name] for name in on_host}
         self._reduction, self._structures, self._done = reduction, structures, 0
-        self._samples_per_structure = model.scene.excitation.samples_per_structure
+        self._samples_per_structure = run.model.scene.excitation.samples_per_structure
         self._free: list[Arrays] = []
-        self._adding, self._under_way, self._is_whole = ThreadPoolExecutor(1), deque[Future[None]](), True
+        self._adding, self._is_whole = ThreadPoolExecutor(1), True
+        self._under_way = deque[Future[Any]]()
 
     def __enter__(self) -> Reduced:
         return self
@@ -141,11 +164,19 @@ class Reduced:
                 return self._free.pop(place)
         return blank_rows(self.model, self.columns, samples)
 
-    def add(self, rows: Arrays) -> None:
+    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
         """Reduce samples whose rows are complete, after all those before them."""
         first, count = self._done, len(rows["status"]) // self._samples_per_structure
         self._done += count
-        self._under_way.append(self._adding.submit(self._reduce, self._structures[first : self._done], rows))
+        structures = self._structures[first : self._done]
+        if staying:
+            heights = run.heights if "height" in run.drawn else run.heights[:1]
+            what = structures, rows, dict(staying), heights, run.queue.device
+            released = self._adding.submit(self._reduce_on_gpu, *what)
+            run.queue.hold_until(partial(result_of, released))
+            self._under_way.append(released)
+        else:
+            self._under_way.append(self._adding.submit(self._reduce, structures, rows))
         self._wait_for(MOST_UNDER_WAY)
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
@@ -160,6 +191,19 @@ class Reduced:
             self._reduction.add(structures, rows)
             self._is_whole = True
             self._free.append(rows)
+
+    def _reduce_on_gpu(
+        self, structures: np.ndarray, rows: Arrays, staying: dict[str, Any], heights: np.ndarray, device: str
+    ) -> wp.Event:
+        """Queue a block's reductions, likewise; return the event after which its GPU may change what stays on it."""
+        gpu = self._reduction.gpu(device)
+        if self._is_whole:
+            self._is_whole = False
+            motion = {name: rows[name] for name in rows if name == "motion_index"}
+            self._reduction.add_on_gpu(structures, staying | motion, rows["status"], heights, gpu)
+            self._is_whole = True
+            self._free.append(rows)
+        return gpu.stream.record_event()
 
     def _wait_for(self, most: int) -> None:
         """Wait until at most so many blocks are left to be added."""

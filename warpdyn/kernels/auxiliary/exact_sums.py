@@ -7,20 +7,18 @@ below the first bit of the largest term, whatever the order (as Demmel and Nguye
 64(7), in floating-point numbers), so that parts of a run are added up as they come.
 """
 
-import functools
+from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
-
-from warpdyn.kernels.auxiliary.reductions import OPTIONS
 
 PIECES, WIDTH = 4, 30  # a sum of 2^33 pieces of 30 bits fits in an int64
 FRACTION = 52  # bits of float64 after the first one
 LEAST_EXPONENT = 1074  # the least number is 2 to the power of minus this
 BYTES_PER_CELL = 8 * (2 * (1 + PIECES) + 1)
 MASK = 2**WIDTH - 1
-
-Arrays = dict[str, np.ndarray]
 
 
 @wp.func
@@ -65,46 +63,23 @@ def add_exactly(value: wp.float64, cell: int, which: int, bins: wp.array3d(dtype
             bins[cell, which, piece + 2] = bins[cell, which, piece + 2] + ((low ^ sign) - sign)
 
 
-@functools.cache
-def exact_totals_kernel() -> wp.Kernel:
-    """Return the kernel that adds the sums of rows to those of cells, for some of the units."""
-
-    @wp.kernel(**OPTIONS)
-    def add_rows(
-        first: int,  # unit
-        last: int,
-        sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
-        cell_of_row: wp.array(dtype=int),
-        cell_of_unit: wp.array(dtype=int),
-        bins: wp.array3d(dtype=wp.int64),  # [cell, values or squares, uppermost piece and sums of pieces]
-        largest: wp.array(dtype=wp.float64),  # [cell]
-    ):
-        for row in range(sums.shape[0]):
-            for unit in range(first, last):
-                cell = cell_of_row[row] + cell_of_unit[unit]
-                for which in range(2):
-                    add_exactly(sums[row, unit, 2 * which], cell, which, bins)
-                    add_exactly(sums[row, unit, 2 * which + 1], cell, which, bins)
-                largest[cell] = wp.max(largest[cell], sums[row, unit, 4])
-
-    return add_rows
-
-
+@dataclass(frozen=True, eq=False)
 class ExactSums:
     """Sums of values and of their squares in whole numbers, and the largest value, of each cell.
 
     Args:
-        cells: Number of cells.
-
-    Attributes:
         bins: For values and for squares the place of the uppermost piece and the sums of pieces from there on, shape
-            [cell, 2, 1 + piece], as `kernels.auxiliary.exact_sums` adds them.
+            [cell, 2, 1 + piece], as `add_exactly` adds them.
         largest: Shape [cell].
     """
 
-    def __init__(self, cells: int) -> None:
-        self.bins = np.zeros((cells, 2, 1 + PIECES), dtype=np.int64)
-        self.largest = np.full(cells, -np.inf)
+    bins: np.ndarray
+    largest: np.ndarray
+
+    @classmethod
+    def of_nothing(cls, cells: int) -> ExactSums:
+        """Return the sums of so many cells to which nothing has been added."""
+        return cls(np.zeros((cells, 2, 1 + PIECES), dtype=np.int64), np.full(cells, -np.inf))
 
     @property
     def totals(self) -> np.ndarray:
@@ -115,16 +90,16 @@ class ExactSums:
         found[:, 4] = self.largest
         return found
 
-    def of_cells(self, cells: np.ndarray) -> Arrays:
-        """Return what `include` takes, of some cells."""
-        return {"bins": self.bins[cells], "largest": self.largest[cells]}
+    def of_cells(self, cells: np.ndarray) -> ExactSums:
+        """Return the sums of some cells."""
+        return ExactSums(self.bins[cells], self.largest[cells])
 
-    def include(self, cells: np.ndarray, other: Arrays) -> None:
+    def include(self, cells: np.ndarray | slice, other: ExactSums) -> None:
         """Add other sums to some cells, each of which is named once."""
-        own, others = self.bins[cells], other["bins"]
-        top = np.maximum(own[..., :1], others[..., :1])
-        self.bins[cells] = np.concatenate([top, _moved(own, top) + _moved(others, top)], axis=-1)
-        self.largest[cells] = np.maximum(self.largest[cells], other["largest"])
+        own = self.bins[cells]
+        top = np.maximum(own[..., :1], other.bins[..., :1])
+        self.bins[cells] = np.concatenate([top, _moved(own, top) + _moved(other.bins, top)], axis=-1)
+        self.largest[cells] = np.maximum(self.largest[cells], other.largest)
 
 
 def as_floats(bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,19 +1,59 @@
-"""Reductions of samples on a CPU: the damage state of each, counts of states, and sums in a fixed order.
+"""Reductions of samples: the damage state of each, counts of states, and sums in a fixed order.
 
-Each call takes some rows of samples, so that threads share a block; rows are structures, or samples one by one.
+Rows are structures, or samples one by one. A launch takes every `step`-th of them from `first` on: on a processor one
+thread takes a range of them (step 1) and others take other ranges; on a GPU each thread takes one.
 """
 
 import functools
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import warp as wp
 
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STATUS_MEANINGS
 from warpdyn.device.processor import ELEMENT, element_float64, module_options
-from warpdyn.kernels.kernel_cache import loaded
+from warpdyn.kernels.auxiliary.exact_sums import add_exactly
 
 SUMS = 5  # sum, what its rounding left out, the same of squares, and the largest value
 REALS = {"float32": wp.float32, "float64": wp.float64}
-OPTIONS = {"module": "unique", "enable_backward": False, "module_options": module_options(max_unroll=1)}
+MODULE = "warpdyn_reductions"  # one of all, since a compiler takes as long for one kernel as for all
+
+
+@dataclass(frozen=True)
+class Reductions:
+    """The kernels.
+
+    Args:
+        ratios: Storey drift ratios of samples, by type of their drifts.
+        states: How many bounds each sample's demand is above, at each place and the worst, by type of the demand.
+        least: The least of collapsed samples' largest demands, likewise.
+        sums: Sums of the demands of each row by cell, in the order of its samples, likewise.
+        counts: Counts of units (samples, or the worst of some of a row's) by cell and outcome.
+        losses: The loss of each unit, and its variance by the scatter of the loss ratio.
+        totals: Exact sums of cells, to which those of rows are added.
+    """
+
+    ratios: dict[str, wp.Kernel]
+    states: dict[str, wp.Kernel]
+    least: dict[str, wp.Kernel]
+    sums: dict[str, wp.Kernel]
+    counts: wp.Kernel
+    losses: wp.Kernel
+    totals: wp.Kernel
+
+
+@functools.cache
+def reductions() -> Reductions:
+    """Return the kernels, which have a module in common."""
+    module = wp.get_module(MODULE)
+    module.options.update({"enable_backward": False, **module_options(max_unroll=1)})
+    of_reals = [{dtype: make(dtype) for dtype in REALS} for make in (_ratios, _states, _least, _sums)]
+    return Reductions(*of_reals, _counts(), _losses(), _totals())
+
+
+def _kernel(name: str) -> Callable:
+    """Return what makes a kernel of the module in common, of which each needs a name of its own."""
+    return wp.kernel(name=name, module=wp.get_module(MODULE), enable_backward=False)
 
 
 @wp.func
@@ -27,31 +67,53 @@ def bounds_below(value: wp.float64, bounds: wp.array(dtype=wp.float64), first: i
     return found
 
 
-@functools.cache
-def states_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that finds how many bounds each sample's demand is above, at each place and the worst."""
+def _ratios(dtype: str) -> wp.Kernel:
+    real = REALS[dtype]
+
+    @_kernel(f"find_ratios_{dtype}")
+    def find_ratios(
+        first: int,
+        last: int,
+        step: int,
+        samples: int,  # of a structure
+        drift: wp.array2d(dtype=real),  # [sample, place]
+        height: wp.array2d(dtype=real),  # [structure or 1, place]
+        ratio: wp.array2d(dtype=real),  # [sample, place]
+    ):
+        for sample in range(first + wp.tid(), last, step):
+            structure = wp.min(sample // samples, height.shape[0] - 1)
+            for place in range(ratio.shape[1]):
+                ratio[sample, place] = drift[sample, place] / height[structure, place]
+
+    return find_ratios
+
+
+def _states(dtype: str) -> wp.Kernel:
     real, element = REALS[dtype], ELEMENT[dtype]
 
-    @wp.kernel(**OPTIONS)
+    @_kernel(f"find_states_{dtype}")
     def find_states(
         first: int,
         last: int,
+        step: int,
         samples: int,  # in a row
+        rows: int,  # of a structure
         places: int,
         is_absolute: int,  # 1 to take absolute values, 0 for demands that are not negative
         each_place: int,  # 1 to keep the states of every place besides the worst
+        structure: wp.array(dtype=int),  # number of each
         status: wp.array(dtype=wp.int8),
         demand: wp.array(dtype=real),  # [sample, place]
         half: int,  # of the bounds of a kind and one more, a power of 2
         bounds: wp.array(dtype=wp.float64),  # [kind, bound], increasing
-        kind: wp.array(dtype=int),  # of each row
+        kind: wp.array(dtype=int),  # of each structure
         states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last; raised where they are lower
-        bad: wp.array(dtype=int),  # by thread, a sample that is ok without a demand
+        bad: wp.array(dtype=int),  # by thread, a structure with a sample that is ok without a demand
         thread: int,
     ):
         column = states.shape[0] - 1
-        for row in range(first, last):
-            of_row = kind[row] * (2 * half - 1)
+        for row in range(first + wp.tid(), last, step):
+            of_row = kind[row // rows] * (2 * half - 1)
             for number in range(samples):
                 sample = row * samples + number
                 worst = wp.float64(0.0)
@@ -66,11 +128,17 @@ def states_kernel(dtype: str) -> wp.Kernel:
                         reached = bounds_below(value, bounds, of_row, half)
                         states[place, sample] = wp.max(states[place, sample], wp.uint16(reached))
                 if wrong > 0 and status[sample] == wp.int8(wp.static(OK)):
-                    bad[thread] = sample
+                    bad[thread] = structure[row // rows]
                 reached = bounds_below(worst, bounds, of_row, half)
                 states[column, sample] = wp.max(states[column, sample], wp.uint16(reached))
 
     return find_states
+
+
+@wp.func
+def parts_of(units: int, units_of_part: int):
+    """Return how many parts of so many units there are."""
+    return (units + units_of_part - 1) // units_of_part
 
 
 @wp.func
@@ -103,14 +171,13 @@ def worst_outcome(
     return worst
 
 
-@functools.cache
-def counts_kernel() -> wp.Kernel:
-    """Return the kernel that counts units (samples, or the worst of some of a row's) by cell and outcome."""
-
-    @wp.kernel(**OPTIONS)
+def _counts() -> wp.Kernel:
+    @_kernel("count_states")
     def count_states(
-        first: int,
+        first: int,  # of the parts: some units of a row
         last: int,
+        step: int,
+        units_of_part: int,
         samples: int,
         status: wp.array(dtype=wp.int8),
         states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last
@@ -122,8 +189,11 @@ def counts_kernel() -> wp.Kernel:
     ):
         places = states.shape[0] - 1
         top = counts.shape[2] - 1 - wp.static(len(STATUS_MEANINGS) - DIVERGED)
-        for row in range(first, last):
-            for unit in range(cell_of_unit.shape[0]):
+        parts = parts_of(cell_of_unit.shape[0], units_of_part)
+        for part in range(first + wp.tid(), last, step):
+            row = part // parts
+            first_unit = (part - row * parts) * units_of_part
+            for unit in range(first_unit, wp.min(first_unit + units_of_part, cell_of_unit.shape[0])):
                 cell = cell_of_row[row] + cell_of_unit[unit]
                 for place in range(places + 1):
                     outcome = worst_outcome(
@@ -132,19 +202,18 @@ def counts_kernel() -> wp.Kernel:
                     column = place
                     if place == places:
                         column = counts.shape[0] - 1
-                    counts[column, cell, outcome] += wp.int64(1)
+                    wp.atomic_add(counts, column, cell, outcome, wp.int64(1))
 
     return count_states
 
 
-@functools.cache
-def losses_kernel() -> wp.Kernel:
-    """Return the kernel that finds the loss of each unit, and its variance by the scatter of the loss ratio."""
-
-    @wp.kernel(**OPTIONS)
+def _losses() -> wp.Kernel:
+    @_kernel("find_losses")
     def find_losses(
-        first: int,
+        first: int,  # of the parts: some units of a row
         last: int,
+        step: int,
+        units_of_part: int,
         samples: int,
         status: wp.array(dtype=wp.int8),
         states: wp.array2d(dtype=wp.uint16),
@@ -159,12 +228,17 @@ def losses_kernel() -> wp.Kernel:
         units = start.shape[0] - 1
         top = ratios.shape[1] - 1
         column = states.shape[0] - 1
-        for row in range(first, last):
-            for unit in range(units):
+        parts = parts_of(units, units_of_part)
+        for part in range(first + wp.tid(), last, step):
+            row = part // parts
+            first_unit = (part - row * parts) * units_of_part
+            for unit in range(first_unit, wp.min(first_unit + units_of_part, units)):
                 place = row * units + unit
                 outcome = worst_outcome(row * samples, start[unit], start[unit + 1], order, status, states, column, top)
                 if outcome > top:
                     status_of_unit[place] = wp.int8(outcome - top + wp.static(DIVERGED - 1))
+                    loss[place, 0] = wp.float64(0.0)
+                    loss[place, 1] = wp.float64(0.0)
                 else:
                     status_of_unit[place] = wp.int8(wp.static(OK))
                     loss[place, 0] = value[row] * ratios[kind[row], outcome, 0]
@@ -180,60 +254,125 @@ def rounded_off(before: wp.float64, value: wp.float64, after: wp.float64):
     return (before - (after - part)) + (value - part)
 
 
-@functools.cache
-def sums_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that adds up the demands of each row by cell, in the order of its samples."""
+def _least(dtype: str) -> wp.Kernel:
     real = REALS[dtype]
 
-    @wp.kernel(**OPTIONS)
-    def add_samples(
+    @_kernel(f"find_least_{dtype}")
+    def find_least(
         first: int,
         last: int,
+        step: int,
+        status: wp.array(dtype=wp.int8),
+        demand: wp.array2d(dtype=real),  # [sample, place]
+        least: wp.array(dtype=wp.float64),  # by thread; lowered
+        thread: int,
+    ):
+        for sample in range(first + wp.tid(), last, step):
+            if status[sample] == wp.int8(wp.static(COLLAPSED)):
+                worst = demand[sample, 0]
+                known = wp.isfinite(worst)
+                for place in range(1, demand.shape[1]):
+                    value = demand[sample, place]
+                    known = known and wp.isfinite(value)
+                    worst = wp.max(worst, value)
+                if known:
+                    wp.atomic_min(least, thread, wp.float64(worst))
+
+    return find_least
+
+
+def _sums(dtype: str) -> wp.Kernel:
+    real = REALS[dtype]
+
+    @_kernel(f"add_samples_{dtype}")
+    def add_samples(
+        first: int,  # of the parts: some units of a row
+        last: int,
+        step: int,
+        units_of_part: int,
         origin: int,  # row that is the first of the sums
         samples: int,
         is_signed: int,  # 1 to take values as they are, 0 for the largest absolute one of all places
         place: int,  # -1 for the worst of all
+        structure: wp.array(dtype=int),  # number of each row's
         status: wp.array(dtype=wp.int8),
         demand: wp.array2d(dtype=real),  # [sample, place]
-        unit: wp.array(dtype=int),  # of each sample of a row
+        order: wp.array(dtype=int),  # samples of a row, unit by unit
+        start: wp.array(dtype=int),  # of each unit in that order, and the end of the last one
         sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
         bad: wp.array(dtype=int),
         thread: int,
     ):
-        for row in range(first, last):
-            place_of_row = row - origin
-            for number in range(sums.shape[1]):
-                for which in range(wp.static(SUMS - 1)):
-                    sums[place_of_row, number, which] = wp.float64(0.0)
-                sums[place_of_row, number, 4] = -wp.float64(wp.inf)
-            for number in range(samples):
-                sample = row * samples + number
-                if status[sample] == wp.int8(wp.static(OK)):
-                    value = wp.float64(0.0)
-                    if place >= 0:
-                        value = wp.float64(demand[sample, place])
-                    else:
-                        value = wp.float64(demand[sample, 0])
-                        if is_signed == 0:
-                            value = wp.abs(value)
-                            for other in range(1, demand.shape[1]):
-                                value = wp.max(value, wp.abs(wp.float64(demand[sample, other])))
-                    if not wp.isfinite(value):
-                        bad[thread] = sample
-                    of_unit = unit[number]
-                    for which in range(2):
-                        term = value
-                        if which == 1:
-                            term = value * value
-                        before = sums[place_of_row, of_unit, 2 * which]
-                        after = before + term
-                        sums[place_of_row, of_unit, 2 * which] = after
-                        sums[place_of_row, of_unit, 2 * which + 1] += rounded_off(before, term, after)
-                    sums[place_of_row, of_unit, 4] = wp.max(sums[place_of_row, of_unit, 4], value)
+        units = start.shape[0] - 1
+        parts = parts_of(units, units_of_part)
+        for part in range(first + wp.tid(), last, step):
+            row = part // parts
+            first_unit = (part - row * parts) * units_of_part
+            for of_unit in range(first_unit, wp.min(first_unit + units_of_part, units)):
+                total = wp.float64(0.0)
+                left_out = wp.float64(0.0)
+                squares = wp.float64(0.0)
+                left_out_of_squares = wp.float64(0.0)
+                largest = -wp.float64(wp.inf)
+                for number in range(start[of_unit], start[of_unit + 1]):
+                    sample = row * samples + order[number]
+                    if status[sample] == wp.int8(wp.static(OK)):
+                        value = wp.float64(0.0)
+                        if place >= 0:
+                            value = wp.float64(demand[sample, place])
+                        else:
+                            value = wp.float64(demand[sample, 0])
+                            if is_signed == 0:
+                                value = wp.abs(value)
+                                for other in range(1, demand.shape[1]):
+                                    value = wp.max(value, wp.abs(wp.float64(demand[sample, other])))
+                        if not wp.isfinite(value):
+                            bad[thread] = structure[row]
+                        after = total + value
+                        left_out += rounded_off(total, value, after)
+                        total = after
+                        square = value * value
+                        after_squares = squares + square
+                        left_out_of_squares += rounded_off(squares, square, after_squares)
+                        squares = after_squares
+                        largest = wp.max(largest, value)
+                sums[row - origin, of_unit, 0] = total
+                sums[row - origin, of_unit, 1] = left_out
+                sums[row - origin, of_unit, 2] = squares
+                sums[row - origin, of_unit, 3] = left_out_of_squares
+                sums[row - origin, of_unit, 4] = largest
 
     return add_samples
 
 
-def launch(kernel: wp.Kernel, *arguments: object) -> None:
-    """Run a kernel in the calling thread."""
-    wp.launch(loaded(kernel), dim=1, inputs=list(arguments), device="cpu")
+def _totals() -> wp.Kernel:
+    @_kernel("add_rows")
+    def add_rows(
+        first: int,  # of the parts: some units of a group of rows; all rows of a cell are in one group
+        last: int,
+        step: int,
+        units_of_part: int,
+        order: wp.array(dtype=int),  # of rows, group by group
+        start: wp.array(dtype=int),  # of each group in that order, and the end of the last one
+        sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
+        cell_of_row: wp.array(dtype=int),
+        cell_of_unit: wp.array(dtype=int),
+        bins: wp.array3d(dtype=wp.int64),  # [cell, values or squares, uppermost piece and sums of pieces]
+        largest: wp.array(dtype=wp.float64),  # [cell]
+    ):
+        units = cell_of_unit.shape[0]
+        parts = parts_of(units, units_of_part)  # of a group
+        for part in range(first + wp.tid(), last, step):
+            group = part // parts
+            first_unit = (part - group * parts) * units_of_part
+            last_unit = wp.min(first_unit + units_of_part, units)
+            for number in range(start[group], start[group + 1]):
+                row = order[number]
+                for unit in range(first_unit, last_unit):
+                    cell = cell_of_row[row] + cell_of_unit[unit]
+                    for which in range(2):
+                        add_exactly(sums[row, unit, 2 * which], cell, which, bins)
+                        add_exactly(sums[row, unit, 2 * which + 1], cell, which, bins)
+                    largest[cell] = wp.max(largest[cell], sums[row, unit, 4])
+
+    return add_rows

@@ -64,7 +64,7 @@ def run_region(
             table = InMemory(run.model, prepared.columns, len(structures) * (run.samples // run.structures))
         else:
             reduction = reduction_for(asked, run.execution.cores).of_structures(numbers)
-            table = Reduced(run.model, prepared.columns, reduction, numbers)
+            table = Reduced(run, prepared.columns, reduction, numbers)
         estimates = prepared.estimates(kept.checked_share, len(structures))
         outcomes = None if kept.histories is None else Outcomes(kept.histories)
         pipeline = Pipeline(
@@ -89,6 +89,7 @@ def run_region(
             pipeline.process(blocks, prepared.queues)
             if isinstance(table, Reduced):
                 table.finish(xr.Dataset())
+                reduction.finish()
         errors = [estimate.found() for estimate in estimates]
         report = Report(
             structures=(structures.start, structures.stop),
@@ -104,10 +105,11 @@ def run_region(
                 "in_kernels": seconds_in_kernels(prepared.queues),
             },
             messages=messages,
+            statistics=reduction.partial() if isinstance(table, Reduced) else {},
         )
     if isinstance(table, Reduced):
-        report.statistics = reduction.partial()
-    elif job.store is None:
+        return report
+    if job.store is None:
         report.rows = table.rows
     else:  # where a worker has several threads, another of its tasks integrates meanwhile
         write_region(job.store, structures.start * (run.samples // run.structures), table.rows)
