@@ -125,8 +125,9 @@ class LossReducer(Mergeable):
         table = self.tally.counts[-1]
         variables, coordinates = failures(cells, table[:, states:])
         count = table[:, :states].sum(axis=1)
-        mean, variance = moments(count, self.losses.totals)
-        total, of_scatter = (each.totals[:, 0] + each.totals[:, 1] for each in (self.losses, self.scatter))
+        losses, scatter = self.losses.totals, self.scatter.totals
+        mean, variance = moments(count, losses)
+        total, of_scatter = (each[:, 0] + each[:, 1] for each in (losses, scatter))
         money = {"units": "1", "comment": "in the unit of replacement_values"}
         for name, values, text in (
             ("loss_sum", total, "sum of the losses of the samples"),

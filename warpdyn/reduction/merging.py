@@ -48,7 +48,8 @@ class Mergeable:
         cells = np.flatnonzero(counts.any(axis=(0, 2)))
         own = counts[:, cells]
         # Most counts of a region's cells are small: they travel as the least integers that hold them.
-        found = {"cells": self.cells.of_run(cells), "counts": own.astype(np.min_scalar_type(own.max(initial=0)))}
+        numbers = self.cells.of_run(cells).astype(np.int32)
+        found = {"cells": numbers, "counts": own.astype(np.min_scalar_type(own.max(initial=0)))}
         for place, sums in enumerate(self.sums_by_cell):
             own_sums = sums.exact.of_cells(cells)
             found |= {f"bins_{place}": own_sums.bins, f"largest_{place}": own_sums.largest}

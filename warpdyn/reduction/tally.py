@@ -226,6 +226,8 @@ class Sums:
     @property
     def totals(self) -> np.ndarray:
         """The sums and largest values, shape [cell, sum]."""
+        if not self._sums and self._included is None:
+            return np.array([[0.0] * 4 + [-np.inf]]).repeat(self.cells.count, axis=0)
         return self.exact.totals
 
 

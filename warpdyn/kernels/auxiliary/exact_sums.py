@@ -111,7 +111,7 @@ def as_floats(bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     exact = [pieces[:, 0] >> WIDTH, pieces[:, 0] & MASK, *(pieces[:, place] for place in range(1, PIECES))]
     total, left_out = np.zeros(len(bins)), np.zeros(len(bins))
     for place, piece in enumerate(exact):
-        total, rest = _two_sum(total, np.ldexp(piece.astype(np.float64), WIDTH * (PIECES - place)))
+        total, rest = _two_sum(total, piece * 2.0 ** (WIDTH * (PIECES - place)))
         left_out = left_out + rest
     total, left_out = _two_sum(total, left_out)
     exponent = (WIDTH * (top - PIECES + 1) - LEAST_EXPONENT).astype(np.int32)
