@@ -92,7 +92,8 @@ def simulate(
         statistics: Statistics that the samples are reduced to as they finish, one or a list: DamageCounts,
             DemandMoments, DemandHistogram, LargestDemand or DamageLoss. The dataset then holds these alone, and no
             `sample`: inputs and demands of single samples are not kept, and neither `histories` nor `sample_error` goes
-            with it. None to keep the samples.
+            with it. With `path` a run that was stopped or killed goes on from the regions that it had counted, each
+            half a minute's work at most. None to keep the samples.
         histories: Samples whose whole histories are kept; None for none. An EventSequence and a portfolio have
             none.
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
@@ -117,7 +118,8 @@ def simulate(
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
             memory. A dataset that is returned in memory is not counted.
         cluster: Client of a `dask.distributed` cluster whose workers run the samples, region by region; None to run
-            them here. `path` is a Zarr store then, on a disk that all workers share, or None; `device`, `threads` and
+            them here. `path` is a Zarr store then, on a disk that all workers share, or None; with `statistics` it may
+            be any file of this process. `device`, `threads` and
             `memory` are of each worker: its first GPU and its own number of threads by default. Results have the same
             bits as here. A worker that dies costs the regions that it was running, and the same call goes on from the
             regions that are in the store. Needs pip install "warpdyn[cluster]".
