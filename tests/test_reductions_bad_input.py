@@ -21,7 +21,7 @@ def nothing_runs(monkeypatch):
 
     monkeypatch.setattr("warpdyn.running.run_scene.Pipeline", ran)
     monkeypatch.setattr("warpdyn.running.run_scene.compile_side_by_side", ran)
-    monkeypatch.setattr("warpdyn.running.run_portfolio.compile_side_by_side", ran)
+    monkeypatch.setattr("warpdyn.running.run_portfolio.compiling", ran)
 
 
 CASES = [

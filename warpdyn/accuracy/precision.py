@@ -8,15 +8,16 @@ from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.model import COUNTING_TURNS
+from warpdyn.kernels.plan import Plan
 
 # A floor that has moved by so many yield drifts is rounded to parts of them that a storey above it moves by in a step:
 # peak drifts were up to 13 % off there, and the more so the shorter the step; below, in one of some thousand samples.
 MOST_YIELD_DRIFTS = 300.0
 
 
-def may_need_float64(run: Ensemble) -> bool:
-    """Return whether float32 may not tell some of a run's samples well enough, which their drifts show."""
-    return run.plan.dtype == "float32" and COUNTING_TURNS in run.plan.law
+def may_need_float64(plan: Plan) -> bool:
+    """Return whether float32 may not tell some samples well enough, which their peak drifts show."""
+    return plan.dtype == "float32" and COUNTING_TURNS in plan.law
 
 
 def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
@@ -27,7 +28,7 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
         samples: The samples.
         outputs: Their outputs, sample last.
     """
-    if not may_need_float64(run):
+    if not may_need_float64(run.plan):
         return np.zeros(samples.size, dtype=bool)
     rows = np.unique(run.row[samples], return_inverse=True)
     parameters = run.model.dynamics.parameters_of(run.drawn, rows[0])

@@ -66,7 +66,7 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
     if isinstance(value, np.ndarray) and value.dtype.kind != "O":
         array = np.ascontiguousarray(value)
         digest.update(f"{array.dtype.str}{array.shape}".encode())
-        digest.update(array.tobytes())
+        digest.update(array.reshape(-1).view(np.uint8).data)  # without a copy, of which some take 100 MB
         return
     if isinstance(value, Mapping):
         value = list(value.items())

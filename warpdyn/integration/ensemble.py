@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -123,13 +123,18 @@ class Ensemble:
             )
         return self.schedule.with_substeps(samples, substeps)
 
-    def start(self, rows: Arrays, advance: Callable[[int], object] = lambda done: None, stays: bool = False) -> None:
+    def start(
+        self,
+        rows: Arrays,
+        advance: Callable[[int], object] = lambda done: None,
+        arriving: Collection[str] | None = None,
+    ) -> None:
         """Start to integrate all samples; `finish` waits for them.
 
         Args:
             rows: Memory for each recorded variable, sample first.
             advance: Called with the number of samples done since its last call, if the launch waits for the device.
-            stays: Whether a GPU keeps all variables, to be used there, so that the status alone comes back.
+            arriving: Variables that come back from a GPU, which keeps all of them to be used there; None for all.
         """
         rows = {name: rows[name] for name in self.model.shapes}
         output = self.queue.blank(rows, self.plan.dtype)
@@ -138,7 +143,7 @@ class Ensemble:
         if packed is None:
             packed = self._pack(np.arange(self.sample.size, dtype=np.int32))
         self._launch(self.plan, packed, output, history, advance=advance)
-        self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, stays)
+        self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
         """Wait until the rows that were given to `start` hold the recorded values."""

@@ -101,7 +101,7 @@ def pack_samples(
     }
     own = {"output": columns, "scale": assignment.scale} | ({} if number is None else {"number": number})
     if repeats == 1:
-        arrays = {name: values[order] for name, values in (common | own).items()}
+        arrays = {name: np.take(values, order) for name, values in (common | own).items()}
     else:
         arrays = {name: np.repeat(values[order], repeats) for name, values in common.items()}
         arrays |= {name: values.reshape(-1, repeats)[order].ravel() for name, values in own.items()}

@@ -6,8 +6,9 @@ processes do not run the user's script again, as those of the standard library d
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import warp as wp
@@ -22,6 +23,7 @@ from warpdyn.kernels.plan import Plan
 # A process takes three to four seconds until it has compiled its first kernel, as long as two kernels take, and half a
 # gigabyte of a GPU's memory until it ends: more of them were no faster on 16 processor cores.
 MOST_PROCESSES, FEWEST_KERNELS = 8, 3
+ONE_BY_ONE = "kernels are compiled one by one: a process that compiled them side by side failed"
 CONFIGURATION = (bool, int, float, str, type(None))  # types of settings that a process is started with
 
 
@@ -46,11 +48,10 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
     helpers = min(threads, MOST_PROCESSES, len(missing)) - 1
     if helpers < 1 or len(missing) < FEWEST_KERNELS:
         return  # each is compiled when it is first launched
-    settings = {name: value for name, value in vars(wp.config).items() if _is_setting(name, value)}
     missing.sort(key=lambda plan: plan.dofs)
     left = deque(missing)
     try:
-        processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(settings,))
+        processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(),))
         with ThreadPoolExecutor(helpers) as threads_that_wait:
             # Helpers begin with what takes longest. This process is ready at once: it compiles from the other end. None
             # is handed a kernel before it has done the last one, so that all end at about the same time.
@@ -67,7 +68,49 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
         processes.shutdown()
     except (BrokenExecutor, OSError) as error:
         # Each is compiled when it is first launched.
-        warn_caller(f"kernels are compiled one by one: a process that compiled them side by side failed ({error})")
+        warn_caller(f"{ONE_BY_ONE} ({error})")
+
+
+@contextmanager
+def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Callable[[Iterable[Plan]], None]]:
+    """Compile the kernels of plans that are not in the kernel cache; yield what waits until some of them are compiled.
+
+    On a processor they are compiled before the first is waited for, since a run takes all of its cores. On a GPU the
+    first of them run while processes compile the rest, in the order of the plans.
+
+    Args:
+        plans: The plans; one that is there twice is compiled once.
+        device: Device that they will run on, such as "cpu" or "cuda:0".
+        threads: Processor cores to use.
+    """
+    if device == "cpu":
+        compile_side_by_side(plans, device, threads)
+        yield lambda some: None
+        return
+    # The first is compiled here, when it is launched.
+    missing = [plan for plan in dict.fromkeys(plans) if not is_compiled(plan, device)][1:]
+    if len(missing) < FEWEST_KERNELS - 1 or threads < FEWEST_KERNELS:
+        yield lambda some: None  # each is compiled when it is first launched
+        return
+    helpers = min(threads - 1, MOST_PROCESSES, len(missing))
+    processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(),))
+    try:
+        tasks = {plan: processes.submit(_compile, plan, device) for plan in missing}
+
+        def wait_for(some: Iterable[Plan]) -> None:
+            try:
+                for plan in some:
+                    if plan in tasks:
+                        result_of(tasks[plan])
+            except (BrokenExecutor, OSError) as error:
+                tasks.clear()
+                warn_caller(f"{ONE_BY_ONE} ({error})")
+
+        yield wait_for
+    except BaseException:  # an interrupted user waits neither for the rest nor for what has begun
+        processes.shutdown(wait=False, kill_workers=True)
+        raise
+    processes.shutdown()
 
 
 def _hand_out(left: deque[Plan], processes: Executor, device: str) -> None:
@@ -84,8 +127,13 @@ def _taken(take: Callable[[], Plan]) -> Plan | None:
         return None
 
 
-def _is_setting(name: str, value: object) -> bool:
-    return not name.startswith("_") and isinstance(value, CONFIGURATION) and name != "version"
+def _settings() -> dict[str, object]:
+    """Return how Warp is configured here."""
+    return {
+        name: value
+        for name, value in vars(wp.config).items()
+        if not name.startswith("_") and isinstance(value, CONFIGURATION) and name != "version"
+    }
 
 
 def _configure(settings: dict[str, object]) -> None:

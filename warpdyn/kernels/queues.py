@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import cycle
@@ -162,7 +162,9 @@ class CpuQueue:
     def hold_until(self, released: Callable[[], Any]) -> None:
         """Leave the outputs that stay on the device in place until an event: there are none."""
 
-    def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]], stays: bool = False) -> None:
+    def start_reading(
+        self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
+    ) -> None:
         """Begin to bring outputs back: they are back."""
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
@@ -211,9 +213,6 @@ class CudaQueue:
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
         """Return outputs that say nothing yet, of the shapes of these arrays but sample last."""
-        if self._held_until is not None:
-            self.stream.wait_event(self._held_until())
-            self._held_until = None
         struct = structs(dtype).Output
         instance = struct()
         with wp.ScopedStream(self.stream):
@@ -244,29 +243,33 @@ class CudaQueue:
         self._kept_alive += [launches, arguments]
         self._advance = partial(advance, sum(launch.steps.size for launch in launches))
 
-    def start_reading(self, output: Any, shapes: dict[str, tuple[int, ...]], stays: bool = False) -> None:
+    def start_reading(
+        self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
+    ) -> None:
         """Queue the outputs' way back: samples come first before they leave the device.
 
         Args:
             output: The outputs.
             shapes: Their shapes, sample first.
-            stays: Whether they are used on the device, so that only the status comes back.
+            arriving: Names of those that come back, where the device keeps all of them; None for all.
         """
         self._arriving, self.staying = {}, {}
+        if arriving is not None and self._held_until is not None:
+            self.stream.wait_event(self._held_until())
+        self._held_until = None
         with wp.ScopedStream(self.stream):
             for name, shape in shapes.items():
                 array = getattr(output, name)
-                if len(shape) > 1:
+                if len(shape) > 1 or arriving is not None:
                     turned = self._array(("turned", name), shape, array.dtype)
-                    wp.copy(turned, array.transpose((1, 0)))
+                    wp.copy(turned, array.transpose((1, 0)) if len(shape) > 1 else array)
                     array = turned
-                if stays:
+                if arriving is not None:
                     self.staying[name] = array
-                    if name != "status":
-                        continue
-                here = self._array(("here", name), shape, array.dtype, pinned=True)
-                wp.copy(here, array, stream=self.stream)
-                self._arriving[name] = here.numpy()
+                if arriving is None or name in arriving:
+                    here = self._array(("here", name), shape, array.dtype, pinned=True)
+                    wp.copy(here, array, stream=self.stream)
+                    self._arriving[name] = here.numpy()
             self._arrived = self.stream.record_event()
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:

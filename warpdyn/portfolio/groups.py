@@ -130,7 +130,8 @@ def groups_of(
         kernel = plan_of(own, dynamics, method, "float32", is_gpu=False)
         members.setdefault((kernel, *_kind(own.structure), longest), []).append(place)
     groups = []
-    for (*_, longest), places in members.items():
+    # The lowest first: their kernels are compiled soonest, and most buildings of a city are low.
+    for (*_, longest), places in sorted(members.items(), key=lambda member: member[0][0].dofs):
         values = [drawn[place] for place in places]
         buildings = np.concatenate([portfolio.first[i] + np.arange(portfolio.counts[i]) for i in places])
         listed = {key: GivenValues(np.concatenate([parameters[key] for parameters in values])) for key in values[0]}

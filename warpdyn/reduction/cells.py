@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -20,33 +20,67 @@ EVENT = {"long_name": "event"}
 
 
 @dataclass(frozen=True, eq=False)
+class Places:
+    """The samples of a row, which are the same ones in all rows.
+
+    Args:
+        cell: What each adds to the number of its row's cell, shape [place].
+        unit: Which of them are counted as one, the worst of them, shape [place].
+    """
+
+    cell: np.ndarray
+    unit: np.ndarray
+
+    @cached_property
+    def units(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The places unit by unit, where each unit starts among them, and the cell of each unit."""
+        order, start, _ = in_order_of(self.unit)
+        return order, start, self.cell[order[start[:-1]]].astype(np.int32)
+
+    @cached_property
+    def cells(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The places cell by cell, where each cell starts among them, and the cells."""
+        order, start, which = in_order_of(self.cell)
+        return order, start, which.astype(np.int32)
+
+
+def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the order of some numbers, where each distinct one starts in it (and where it ends), and these."""
+    order = np.argsort(numbers, kind="stable").astype(np.int32)
+    which, start = np.unique(numbers[order], return_index=True)
+    return order, np.append(start, numbers.size).astype(np.int32), which
+
+
+@cache
+def one_unit(count: int) -> Places:
+    """Return a row of so many samples that are counted as one: a single one, or the components of a draw."""
+    none = np.zeros(count, dtype=np.int64)
+    return Places(none, none)
+
+
+@dataclass(frozen=True, eq=False)
 class Rows:
     """How the samples of a block go to cells.
 
     A cell's number is that of the sample's row and that of its place in the row, added.
 
     Args:
-        samples: Samples of a row; a row is a structure or, where motions differ from sample to sample, one sample.
-        rows_per_structure: Rows of a structure.
+        rows_per_structure: Rows of a structure; a row is a structure or, where motions differ from sample to sample,
+            one sample or one draw.
         structure: Number of each row's structure in the run.
-        cell_of_row: Shape [row].
-        cell_of_place: Shape [place], of each of a row's samples.
-        unit: Which samples of a row are counted as one, the worst of them, shape [place].
+        cell: Shape [row].
+        places: The samples of a row.
     """
 
-    samples: int
     rows_per_structure: int
     structure: np.ndarray
-    cell_of_row: np.ndarray
-    cell_of_place: np.ndarray
-    unit: np.ndarray
+    cell: np.ndarray
+    places: Places
 
-    def units(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return a row's samples unit by unit, where each unit starts among them, and the cell of each unit."""
-        order = np.argsort(self.unit, kind="stable").astype(np.int32)
-        _, start = np.unique(self.unit[order], return_index=True)
-        cell = self.cell_of_place[order[start]].astype(np.int32)
-        return order, np.append(start, self.samples).astype(np.int32), cell
+    @property
+    def samples(self) -> int:
+        """Samples of a row."""
+        return self.places.cell.size
 
 
 class Cells:
@@ -102,6 +136,7 @@ class Cells:
 
     def _lay_out(self, shape: tuple[int, ...]) -> None:
         """Number the cells."""
+        self._found_places: dict[int, Places] = {}
         self.shape, self.count = shape, int(np.prod([float(size) for size in shape]))
         strides = np.cumprod([1, *shape[::-1]])[::-1][1:]
         self._stride = {name: int(stride) for name, stride in zip(self.dims, strides, strict=True)}
@@ -150,9 +185,9 @@ class Cells:
                 row += self._stride[name] * self._places_of(name, structures)
         if self.population.is_sequence:
             row += self._stride["event"] * event
-        place, unit = self._places(event)
+        places = self._places(event)
         if motion is None:
-            return Rows(samples, 1, structures, row, place, unit)
+            return Rows(1, structures, row, places)
         name = "motion" if self.event_of_motion is None else "event"
         stride = self._stride.get(name, 0)
         codes = np.arange(len(self.population.scene.excitation.motions))
@@ -160,12 +195,11 @@ class Cells:
         at_sites = self.population.at_sites
         motion = motion.reshape(structures.size, samples)
         if at_sites is None and (motion == motion[:, :1]).all():
-            return Rows(samples, 1, structures, row + stride * codes[motion[:, 0]], place, unit)
+            return Rows(1, structures, row + stride * codes[motion[:, 0]], places)
         # A row is one sample, or a draw, of whose components the worst counts.
         each = 1 if at_sites is None or self.event_of_motion is None else at_sites.components
-        cell_of_row = (row[:, None] + stride * codes[motion[:, ::each]] + place[::each]).ravel()
-        none = np.zeros(each, dtype=np.int64)
-        return Rows(each, samples // each, np.repeat(structures, samples // each), cell_of_row, none, none)
+        cell_of_row = (row[:, None] + stride * codes[motion[:, ::each]] + places.cell[::each]).ravel()
+        return Rows(samples // each, np.repeat(structures, samples // each), cell_of_row, one_unit(each))
 
     def _places_of(self, name: str, structures: np.ndarray) -> np.ndarray:
         """Return the place along a dimension of some structures."""
@@ -182,7 +216,13 @@ class Cells:
             known[population.structure_dim] = np.arange(population.structures)
         return known
 
-    def _places(self, event: int) -> tuple[np.ndarray, np.ndarray]:
+    def _places(self, event: int) -> Places:
+        """Return the samples of a structure in an event, which are found once."""
+        if event not in self._found_places:
+            self._found_places[event] = Places(*self._cells_and_units(event))
+        return self._found_places[event]
+
+    def _cells_and_units(self, event: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the cell of each of a structure's samples besides its own, and what is counted as one."""
         population, samples = self.population, self.population.samples(event)
         levels = population.levels_of(event)

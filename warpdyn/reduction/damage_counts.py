@@ -132,7 +132,7 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
 
     def find() -> Any:
         places = block.demand(bounds.demands[0]).shape[1] if each_place else 0
-        states = workers.zeros((places + 1, block.samples), np.uint16)
+        states = workers.no_states((places + 1, block.samples))
         kind = population.archetype[block.structures]
         for name, rows in zip(bounds.demands, bounds.compared, strict=True):
             find_states(block, name, rows, kind, states, workers, each_place=each_place)

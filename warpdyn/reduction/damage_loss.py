@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
 from warpdyn.kernels.auxiliary.reductions import reductions
-from warpdyn.reduction.cells import Cells, Coordinates
+from warpdyn.reduction.cells import Cells, Coordinates, Places
 from warpdyn.reduction.damage_counts import Bounds, states_of
 from warpdyn.reduction.demand_statistics import moments
 from warpdyn.reduction.limits import DRIFT, Limit
@@ -100,7 +100,7 @@ class LossReducer(Mergeable):
         states = states_of(block, self.bounds, self.population, workers, each_place=False)
         self.tally.add(block, states, workers)
         rows = block.rows(self.cells)
-        order, start, cell_of_unit = rows.units()
+        order, start, cell_of_unit = rows.places.units
         units, count = cell_of_unit.size, rows.structure.size
         status, loss = workers.empty((count * units,), np.int8), workers.empty((count * units, 2), np.float64)
         kind = self.population.archetype[rows.structure].astype(np.int32)
@@ -114,7 +114,7 @@ class LossReducer(Mergeable):
             return given
 
         workers.run(reductions().losses, 0, count * -(-units // each), arguments, LEAST_SAMPLES // rows.samples + 1)
-        of_units = replace(rows, samples=units, cell_of_place=cell_of_unit, unit=np.arange(units))
+        of_units = replace(rows, places=Places(cell_of_unit, np.arange(units)))
         found = Block(block.structures, block.event, {"status": status, "loss": loss})
         self.losses.add(found, "loss", True, 0, workers, of_units)
         self.scatter.add(found, "loss", True, 1, workers, of_units)

@@ -106,7 +106,7 @@ class SumsReducer(Mergeable):
     def add(self, block: Block, workers: Workers) -> None:
         """Add the samples of a block."""
         places = block.demand(self.demand).shape[1] if self.dim else 0  # a building may be lower than others
-        none = workers.zeros((places + 1, block.samples), np.uint16)
+        none = workers.no_states((places + 1, block.samples))
         self.tally.add(block, none, workers)
         for place in range(places):
             self.sums[place].add(block, self.demand, True, place, workers)
@@ -241,7 +241,7 @@ class HistogramReducer(Mergeable):
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""
-        states = workers.zeros((1, block.samples), np.uint16)
+        states = workers.no_states((1, block.samples))
         kind, edges = np.zeros(len(block.structures), dtype=np.int32), self.edges[None]
         find_states(block, self.demand, edges, kind, states, workers, is_absolute=self._is_absolute)
         self.tally.add(block, states, workers)

@@ -102,8 +102,8 @@ class Tally:
             workers: The threads.
         """
         rows = block.rows(self.cells)
-        order, start, cell_of_unit = rows.units()
-        given = [workers.array(values) for values in (rows.cell_of_row.astype(np.int32), cell_of_unit, order, start)]
+        order, start, cell_of_unit = rows.places.units
+        given = [workers.array(values) for values in (rows.cell.astype(np.int32), cell_of_unit, order, start)]
         tables, each = self._tables_of(workers), workers.units_of_part(cell_of_unit.size)
 
         def arguments(thread: int) -> tuple:
@@ -173,12 +173,10 @@ class Sums:
             nothing = ExactSums.of_nothing(self.cells.count)
             self._sums[workers] = workers.kept(nothing.bins), workers.kept(nothing.largest)
         bad = workers.bad(demand)
-        cell_of_unit, unit = np.unique(rows.cell_of_place, return_inverse=True)
-        units, cell_of_row = cell_of_unit.size, rows.cell_of_row.astype(np.int32)
-        order = np.argsort(unit, kind="stable")
-        start = np.searchsorted(unit[order], np.arange(units + 1))
-        cell_of_unit, order, start, structure = (
-            workers.array(values.astype(np.int32)) for values in (cell_of_unit, order, start, rows.structure)
+        *by_cell, cell_of_unit = rows.places.cells
+        units, cell_of_row = cell_of_unit.size, rows.cell.astype(np.int32)
+        order, start, cell_of_unit, structure = (
+            workers.array(values) for values in (*by_cell, cell_of_unit, rows.structure.astype(np.int32))
         )
         how = rows.samples, int(is_signed), place, structure, block.status, block.demand(demand), order, start
         each = workers.units_of_part(units)

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import warp as wp
 
+from warpdyn.kernels.auxiliary.reductions import reductions
 from warpdyn.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 
 # Samples that a thread takes: a launch takes Python a tenth of a millisecond, in which no other thread runs.
@@ -32,8 +33,8 @@ class Workers(Protocol):
     def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
         """Return memory that the threads write to until the block is reduced."""
 
-    def zeros(self, shape: tuple[int, ...], dtype: Any) -> Any:
-        """Return likewise memory, full of zeros."""
+    def no_states(self, shape: tuple[int, ...]) -> Any:
+        """Return likewise memory for states, full of zeros."""
 
     def kept(self, values: np.ndarray) -> Any:
         """Return these values in memory of their own, which lasts."""
@@ -114,9 +115,9 @@ class Threads:
         """Return new memory."""
         return np.empty(shape, dtype)
 
-    def zeros(self, shape: tuple[int, ...], dtype: Any) -> np.ndarray:
-        """Return new memory, full of zeros."""
-        return np.zeros(shape, dtype)
+    def no_states(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Return new memory for states, full of zeros."""
+        return np.zeros(shape, np.uint16)
 
     def kept(self, values: np.ndarray) -> np.ndarray:
         """Return the values."""
@@ -177,6 +178,9 @@ class Threads:
 class Gpu:
     """A GPU, on a stream of its own: what is reduced there waits for what was before, and nobody waits for it.
 
+    Its calls come from a thread beside the one that launches histories. A device's current stream is the same for all
+    threads of a process, and so nothing here may depend on it: what does is followed by a wait for the whole device.
+
     Args:
         device: The GPU.
     """
@@ -208,21 +212,24 @@ class Gpu:
         kind, size = wp.dtype_from_numpy(np.dtype(dtype)), int(np.prod(shape))
         place, self._taken = self._taken, self._taken + 1
         if place == len(self._held) or self._held[place].dtype is not kind or self._held[place].size < size:
-            with wp.ScopedStream(self.stream):
-                held = wp.empty(max(size, 1), dtype=kind, device=self.device)
+            # With room for somewhat larger blocks, as all that is queued is waited for.
+            held = wp.empty(max(size + size // 4, 1), dtype=kind, device=self.device)
+            wp.synchronize_device(self.device)
             self._held[place : place + 1] = [held]
         return self._held[place][:size].reshape(shape)
 
-    def zeros(self, shape: tuple[int, ...], dtype: Any) -> wp.array:
-        """Return likewise memory, full of zeros."""
-        found = self.empty(shape, dtype)
-        with wp.ScopedStream(self.stream):
-            found.fill_(0)
+    def no_states(self, shape: tuple[int, ...]) -> wp.array:
+        """Return likewise memory for states, full of zeros."""
+        found = self.empty(shape, np.uint16)
+        flat = found.reshape((found.size,))
+        self.run(reductions().zeros, 0, found.size, lambda thread: (flat,))
         return found
 
     def kept(self, values: np.ndarray) -> wp.array:
         """Return a copy of the values in memory of its own."""
-        return wp.array(values, dtype=wp.dtype_from_numpy(values.dtype), device=self.device)
+        copy: wp.array = wp.array(values, dtype=wp.dtype_from_numpy(values.dtype), device=self.device)
+        wp.synchronize_device(self.device)
+        return copy
 
     def read(self, array: wp.array) -> np.ndarray:
         """Return a copy of the values, when all that is queued is done."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 import xarray as xr
@@ -18,7 +19,7 @@ from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.model import dynamics_of, plan_of
 from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.integration.settings import Execution, Integration
-from warpdyn.kernels.compilation import compile_side_by_side
+from warpdyn.kernels.compilation import compiling
 from warpdyn.kernels.plan import Plan
 from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
 from warpdyn.portfolio.labels import Joined, common_attributes, largest_estimate
@@ -58,15 +59,19 @@ def run_portfolio(
     seconds = time.perf_counter() - started
 
     with ExitStack() as stack, counted_histories(portfolio.buildings * samples_per_building):
-        if integration.target_error is None:  # else the method of each group is not chosen yet
-            compile_side_by_side(plans_of(groups, integration, execution, kept), execution.devices[0], execution.cores)
+        plans = [list(plans_of(group, integration, execution, kept)) for group in groups]
+        wait_for: Callable[[list[Plan]], object] = stack.enter_context(
+            compiling(chain(*plans), execution.devices[0], execution.cores)
+        )
         runs = []
         for number, group in enumerate(groups):
+            wait_for(plans[number])
             arguments = group.scene, group.buildings.size, how_of(group, integration), execution, kept, seed
-            finished = _finished(unfinished, number, _digest_of(*arguments))
+            own_digest = digest if unfinished is None else _digest_of(*arguments)
+            finished = _finished(unfinished, number, own_digest)
             with group.named_in_messages(), _place(unfinished, number) as place:
                 own = None if reduced is None else (reduced[0], reduced[1][group.buildings])
-                run = run_scene(*arguments, place, own) if finished is None else finished
+                run = run_scene(*arguments, place, own, own_digest) if finished is None else finished
             if unfinished is not None:
                 stack.callback(run.close)
             runs.append(run)
@@ -131,10 +136,10 @@ def _place(unfinished: Unfinished | None, number: int) -> AbstractContextManager
     return Unfinished(unfinished.kept / f"{number}.nc")
 
 
-def plans_of(groups: list[Group], integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
-    """Yield the plans of the groups' kernels, and of the kernels for their error estimates."""
-    is_checked = kept.checked_share is not None or kept.sample_error is not None
-    for group in groups:
-        dynamics = dynamics_of(group.scene)
-        for dtype in [integration.dtype] + ["float64"] * is_checked:
-            yield plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=execution.is_gpu)
+def plans_of(group: Group, integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
+    """Yield the plans of a group's kernel and of that for its error estimates; none if the method is to be chosen."""
+    if integration.target_error is not None:
+        return
+    dynamics, is_checked = dynamics_of(group.scene), kept.checked_share is not None or kept.sample_error is not None
+    for dtype in [integration.dtype] + ["float64"] * is_checked:
+        yield plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=execution.is_gpu)

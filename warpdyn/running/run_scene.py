@@ -72,6 +72,7 @@ def run_scene(
     seed: int,
     unfinished: Unfinished | None,
     reduced: tuple[Reduction, np.ndarray] | None = None,
+    digest: str | None = None,
 ) -> xr.Dataset:
     """Return what `simulate` returns of a scene of one structure.
 
@@ -85,9 +86,11 @@ def run_scene(
         unfinished: Where the file is written that the samples go to; None to return them in memory.
         reduced: Statistics that the samples are reduced to, and the number of each structure in them; all else of the
             run is then returned.
+        digest: Fingerprint of the run that this one is a part of; None to find its own.
     """
     started = time.perf_counter()
-    digest = fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
+    if digest is None:
+        digest = fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
     journal = None
     if unfinished is not None:
         # What cannot run leaves what stands there.

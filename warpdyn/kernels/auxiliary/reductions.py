@@ -29,6 +29,7 @@ class Reductions:
         least: The least of collapsed samples' largest demands, likewise.
         sums: Sums of the demands of each row by cell, in the order of its samples, likewise.
         counts: Counts of units (samples, or the worst of some of a row's) by cell and outcome.
+        zeros: Nothing, in place of states.
         losses: The loss of each unit, and its variance by the scatter of the loss ratio.
         totals: Exact sums of cells, to which those of rows are added.
     """
@@ -38,6 +39,7 @@ class Reductions:
     least: dict[str, wp.Kernel]
     sums: dict[str, wp.Kernel]
     counts: wp.Kernel
+    zeros: wp.Kernel
     losses: wp.Kernel
     totals: wp.Kernel
 
@@ -48,7 +50,7 @@ def reductions() -> Reductions:
     module = wp.get_module(MODULE)
     module.options.update({"enable_backward": False, **module_options(max_unroll=1)})
     of_reals = [{dtype: make(dtype) for dtype in REALS} for make in (_ratios, _states, _least, _sums)]
-    return Reductions(*of_reals, _counts(), _losses(), _totals())
+    return Reductions(*of_reals, _counts(), _zeros(), _losses(), _totals())
 
 
 def _kernel(name: str) -> Callable:
@@ -205,6 +207,15 @@ def _counts() -> wp.Kernel:
                     wp.atomic_add(counts, column, cell, outcome, wp.int64(1))
 
     return count_states
+
+
+def _zeros() -> wp.Kernel:
+    @_kernel("clear_states")
+    def clear_states(first: int, last: int, step: int, states: wp.array(dtype=wp.uint16)):
+        for place in range(first + wp.tid(), last, step):
+            states[place] = wp.uint16(0)
+
+    return clear_states
 
 
 def _losses() -> wp.Kernel:

@@ -142,8 +142,8 @@ def simulate_statistics(
             _, groups = divided(scene, structures, integration, execution, kept, seed)
             if unfinished is not None:
                 Journal(unfinished, digest, kept.overwrite)
-            if isinstance(workers, Here) and integration.target_error is None:
-                plans = plans_of(groups, integration, execution, kept)
+            if isinstance(workers, Here):
+                plans = (plan for group in groups for plan in plans_of(group, integration, execution, kept))
                 compile_side_by_side(plans, execution.devices[0], execution.cores)
             runs = []
             for number, group in enumerate(groups):
