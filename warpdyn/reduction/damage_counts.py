@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from warpdyn.reduction.limits import (
 from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
-from warpdyn.reduction.tally import FAILURES, Block, Tally, find_states
+from warpdyn.reduction.tally import FAILURES, Block, Tally, find_states, searched
 from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 
@@ -103,13 +104,18 @@ class Bounds:
             population.demand(name)
         return found
 
-    @property
+    @cached_property
+    def values(self) -> tuple[bytes, ...]:
+        """All limits, by which equal ones are found."""
+        return tuple(rows.tobytes() for rows in self.given)
+
+    @cached_property
     def compared(self) -> list[np.ndarray]:
         """Limits by demand without gaps: a state without one is reached with the next state that has one."""
         found = []
         for rows in self.given:
             filled = np.where(np.isnan(rows), np.inf, rows)
-            found.append(np.ascontiguousarray(np.minimum.accumulate(filled[:, ::-1], axis=1)[:, ::-1]))
+            found.append(searched(np.minimum.accumulate(filled[:, ::-1], axis=1)[:, ::-1]))
         return found
 
     def variable(self, population: Population) -> tuple[Variables, Coordinates]:
@@ -138,7 +144,7 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
             find_states(block, name, rows, kind, states, workers, each_place=each_place)
         return states
 
-    return block.shared((bounds.demands, each_place, *(rows.tobytes() for rows in bounds.given)), find)
+    return block.shared((bounds.demands, each_place, bounds.values), find)
 
 
 class DamageReducer(Mergeable):

@@ -88,6 +88,7 @@ class LossReducer(Mergeable):
     def begin(self, cells: Cells) -> None:
         """Begin to count in these cells."""
         self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states), self._threads)
+        self._units: dict[Places, Places] = {}
         self.losses, self.scatter = Sums(cells), Sums(cells)
 
     @property
@@ -104,9 +105,8 @@ class LossReducer(Mergeable):
         units, count = cell_of_unit.size, rows.structure.size
         status, loss = workers.empty((count * units,), np.int8), workers.empty((count * units, 2), np.float64)
         kind = self.population.archetype[rows.structure].astype(np.int32)
-        order, start, ratios, kind, value = (
-            workers.array(values) for values in (order, start, self._ratios, kind, self._values[rows.structure])
-        )
+        order, start, ratios = (workers.constant(values) for values in (order, start, self._ratios))
+        kind, value = workers.array(kind), workers.array(self._values[rows.structure])
         each = workers.units_of_part(units)
         given = each, rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
 
@@ -114,10 +114,17 @@ class LossReducer(Mergeable):
             return given
 
         workers.run(reductions().losses, 0, count * -(-units // each), arguments, LEAST_SAMPLES // rows.samples + 1)
-        of_units = replace(rows, places=Places(cell_of_unit, np.arange(units)))
+        of_units = replace(rows, places=self._units_of(rows.places))
         found = Block(block.structures, block.event, {"status": status, "loss": loss})
         self.losses.add(found, "loss", True, 0, workers, of_units)
         self.scatter.add(found, "loss", True, 1, workers, of_units)
+
+    def _units_of(self, places: Places) -> Places:
+        """Return the units of rows as the places of other rows, the same for the same places."""
+        if places not in self._units:
+            cell = places.units[-1]
+            self._units[places] = Places(cell, np.arange(cell.size))
+        return self._units[places]
 
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return sums, mean and variance of the losses, and the numbers of samples that they are of."""

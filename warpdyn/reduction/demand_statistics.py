@@ -15,7 +15,7 @@ from warpdyn.reduction.limits import DRIFT
 from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
-from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, find_states
+from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, find_states, searched
 from warpdyn.reduction.workers import Workers
 
 MOST_EDGES = 10_000
@@ -228,6 +228,7 @@ class HistogramReducer(Mergeable):
     def __init__(self, statistic: DemandHistogram, population: Population, threads: int) -> None:
         self.population, self.demand, cells = population, statistic.demand, statistic.cells(population)
         self.edges, self.quantiles = np.asarray(statistic.edges), np.array(statistic.quantiles)
+        self._searched = searched(self.edges[None])
         self._is_absolute = bool(population.demand(self.demand).dims)
         if self.demand == DRIFT:
             warn_of_implausible_limits({" of the last edge": float(self.edges[-1])})
@@ -242,8 +243,8 @@ class HistogramReducer(Mergeable):
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""
         states = workers.no_states((1, block.samples))
-        kind, edges = np.zeros(len(block.structures), dtype=np.int32), self.edges[None]
-        find_states(block, self.demand, edges, kind, states, workers, is_absolute=self._is_absolute)
+        kind = np.zeros(len(block.structures), dtype=np.int32)
+        find_states(block, self.demand, self._searched, kind, states, workers, is_absolute=self._is_absolute)
         self.tally.add(block, states, workers)
 
     def variables(self) -> tuple[Variables, Coordinates]:

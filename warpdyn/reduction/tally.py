@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
-from threading import Lock
+from threading import RLock
 from typing import Any
 
 import numpy as np
@@ -38,7 +38,7 @@ class Block:
     event: int
     values: Mapping[str, Any]
     _shared: dict[Hashable, Any] = field(default_factory=dict)
-    _lock: Lock = field(default_factory=Lock)
+    _lock: RLock = field(default_factory=RLock)
 
     def shared(self, name: Hashable, find: Callable[[], Any]) -> Any:
         """Return what several statistics need of the block, which the first of them finds."""
@@ -56,6 +56,10 @@ class Block:
     def samples(self) -> int:
         """Number of samples."""
         return int(self.status.shape[0])
+
+    def array_of_structures(self, workers: Workers, structures: np.ndarray) -> Any:
+        """Return the numbers of the structures of rows, as kernels read them."""
+        return self.shared(("structures", structures.size), lambda: workers.array(structures.astype(np.int32)))
 
     def demand(self, name: str) -> Any:
         """Return a demand by sample and place."""
@@ -103,7 +107,8 @@ class Tally:
         """
         rows = block.rows(self.cells)
         order, start, cell_of_unit = rows.places.units
-        given = [workers.array(values) for values in (rows.cell.astype(np.int32), cell_of_unit, order, start)]
+        places = (workers.constant(values) for values in (cell_of_unit, order, start))
+        given = workers.array(rows.cell.astype(np.int32)), *places
         tables, each = self._tables_of(workers), workers.units_of_part(cell_of_unit.size)
 
         def arguments(thread: int) -> tuple:
@@ -175,9 +180,8 @@ class Sums:
         bad = workers.bad(demand)
         *by_cell, cell_of_unit = rows.places.cells
         units, cell_of_row = cell_of_unit.size, rows.cell.astype(np.int32)
-        order, start, cell_of_unit, structure = (
-            workers.array(values) for values in (*by_cell, cell_of_unit, rows.structure.astype(np.int32))
-        )
+        order, start, cell_of_unit = (workers.constant(values) for values in (*by_cell, cell_of_unit))
+        structure = block.array_of_structures(workers, rows.structure)
         how = rows.samples, int(is_signed), place, structure, block.status, block.demand(demand), order, start
         each = workers.units_of_part(units)
         parts_of_row = -(-units // each)
@@ -229,6 +233,13 @@ class Sums:
         return self.exact.totals
 
 
+def searched(bounds: np.ndarray) -> np.ndarray:
+    """Return bounds, shape [kind, bound], with infinite ones up to 2^k - 1, among which kernels search."""
+    padded = np.full((len(bounds), 2 * 2 ** int(np.log2(bounds.shape[1])) - 1), np.inf)
+    padded[:, : bounds.shape[1]] = bounds
+    return padded
+
+
 def find_states(
     block: Block,
     demand: str,
@@ -245,7 +256,7 @@ def find_states(
     Args:
         block: The samples.
         demand: The demand.
-        bounds: Its bounds, shape [kind, bound].
+        bounds: What `searched` returned of its bounds, shape [kind, bound].
         kind: Which of them are those of each structure of the block.
         states: The states, shape [place, sample], the worst place last.
         workers: The threads.
@@ -258,14 +269,22 @@ def find_states(
     values, bad = block.demand(demand), workers.bad(demand)
     structures = len(block.structures)
     samples, places = block.samples // structures, int(values.shape[1])
-    half = 2 ** int(np.log2(bounds.shape[1]))  # the search is among 2^k - 1 bounds
-    padded = np.full((len(bounds), 2 * half - 1), np.inf)
-    padded[:, : bounds.shape[1]] = bounds
+    half = (bounds.shape[1] + 1) // 2
     rows = samples // workers.units_of_part(samples)  # of a structure, each of which a thread takes
     how = samples // rows, rows, places, int(is_absolute or not is_peak(demand)), int(each_place)
-    structure, kind = (workers.array(numbers.astype(np.int32)) for numbers in (block.structures, kind))
+    structure, kind = block.array_of_structures(workers, block.structures), workers.array(kind.astype(np.int32))
     flat = values.reshape((block.samples * places,))
-    given = *how, structure, block.status, flat, half, workers.array(padded.ravel()), kind, states, bad
+    given = (
+        *how,
+        structure,
+        block.status,
+        flat,
+        half,
+        workers.constant(bounds).reshape((bounds.size,)),
+        kind,
+        states,
+        bad,
+    )
 
     def arguments(thread: int) -> tuple:
         return *given, thread

@@ -30,6 +30,9 @@ class Workers(Protocol):
     def array(self, values: np.ndarray) -> Any:
         """Return values that the threads read until the block is reduced."""
 
+    def constant(self, values: np.ndarray) -> Any:
+        """Return values that the threads read, the same array for all blocks."""
+
     def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
         """Return memory that the threads write to until the block is reduced."""
 
@@ -108,6 +111,10 @@ class Threads:
         self._pool = ThreadPoolExecutor(threads)
 
     def array(self, values: np.ndarray) -> np.ndarray:
+        """Return the values."""
+        return values
+
+    def constant(self, values: np.ndarray) -> np.ndarray:
         """Return the values."""
         return values
 
@@ -192,7 +199,9 @@ class Gpu:
         self.stream = wp.Stream(device)
         # Memory of one block after the other, in the order in which it is asked for: blocks ask alike.
         self._held: list[wp.array] = []
+        self._views: list[tuple[tuple[int, ...], wp.array]] = []  # of that memory, as it was taken last
         self._taken = 0
+        self._constants: dict[int, tuple[np.ndarray, wp.array]] = {}
         self._bad: dict[str, wp.array] = {}
 
     def begin(self) -> None:
@@ -207,16 +216,28 @@ class Gpu:
         wp.copy(there, here, stream=self.stream)  # which has read pageable memory when it returns
         return there
 
+    def constant(self, values: np.ndarray) -> wp.array:
+        """Return a copy of the values on the device, which is made once."""
+        if id(values) not in self._constants:
+            self._constants[id(values)] = values, self.kept(values)  # held, so that no other array has its identity
+        return self._constants[id(values)][1]
+
     def empty(self, shape: tuple[int, ...], dtype: Any) -> wp.array:
         """Return memory on the device, which the next block takes over."""
         kind, size = wp.dtype_from_numpy(np.dtype(dtype)), int(np.prod(shape))
         place, self._taken = self._taken, self._taken + 1
+        if place < len(self._views):
+            taken, view = self._views[place]
+            if taken == shape and view.dtype is kind:
+                return view
         if place == len(self._held) or self._held[place].dtype is not kind or self._held[place].size < size:
             # With room for somewhat larger blocks, as all that is queued is waited for.
             held = wp.empty(max(size + size // 4, 1), dtype=kind, device=self.device)
             wp.synchronize_device(self.device)
             self._held[place : place + 1] = [held]
-        return self._held[place][:size].reshape(shape)
+        view = self._held[place][:size].reshape(shape)
+        self._views[place : place + 1] = [(shape, view)]
+        return view
 
     def no_states(self, shape: tuple[int, ...]) -> wp.array:
         """Return likewise memory for states, full of zeros."""
@@ -279,7 +300,8 @@ class Gpu:
 
     def close(self) -> None:
         """Let go of the memory."""
-        self._held.clear()
+        for held in (self._held, self._views, self._constants):
+            held.clear()
 
 
 def _refuse(demand: str, bad: np.ndarray) -> None:

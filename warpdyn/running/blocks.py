@@ -17,6 +17,9 @@ SHARE_OF_FREE_MEMORY = 0.25
 # holds more histories of few storeys and steps: Python takes 10 ms for any block, and a GPU as long for 2^17 of them.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**15, 4
 LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**19, 2**31
+# Where nothing of a sample leaves the GPU, Python's share of a block is all that is lost: the fewer the better, but for
+# the first and the last one, beside which the GPU has nothing to do.
+BLOCKS_OF_A_REDUCTION = 16
 BLOCKS_AHEAD = 4  # of each GPU that are prepared at a time
 # Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
 WORK_OF_A_BLOCK = 1e9
@@ -34,6 +37,7 @@ def divide(
     first: int = 0,
     last: int | None = None,
     is_journaled: bool = False,
+    is_reduced: bool = False,
 ) -> list[range]:
     """Return the blocks of a run, each as the range of its structures.
 
@@ -45,6 +49,7 @@ def divide(
         first: The first structure that is left to be run.
         last: The structure before which the blocks end; None for all.
         is_journaled: Whether blocks are kept as they finish, and should take half a minute at most.
+        is_reduced: Whether a GPU keeps the samples to itself.
 
     Raises:
         ValueError: If the memory is too small for a single structure.
@@ -70,7 +75,8 @@ def divide(
         return []
     steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
     work = steps * run.model.plan.dofs  # of a sample
-    most = int(np.clip(WORK_OF_A_GPU_BLOCK / work, GPU_BLOCK, LARGEST_GPU_BLOCK)) if is_gpu else CPU_BLOCK
+    larger = samples / BLOCKS_OF_A_REDUCTION if is_reduced else WORK_OF_A_GPU_BLOCK / work
+    most = int(np.clip(larger, GPU_BLOCK, LARGEST_GPU_BLOCK)) if is_gpu else CPU_BLOCK
     count = -(-samples // most)
     if is_gpu:
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))

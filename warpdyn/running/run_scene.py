@@ -120,7 +120,14 @@ def run_scene(
     columns = table.columns
     blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
     first = blocks[-1].stop if blocks else 0
-    blocks += divide(run, columns, execution.memory, first=first, is_journaled=journal is not None)
+    blocks += divide(
+        run,
+        columns,
+        execution.memory,
+        first=first,
+        is_journaled=journal is not None,
+        is_reduced=table.reduces,
+    )
     compile_side_by_side(_plans(run, kept), execution.devices[0], run.model.threads)
     queues = open_queues(execution.devices, run.model.threads)
     findings = _findings(run, blocks, queues[0], integration)

@@ -84,7 +84,8 @@ def run_region(
             one.state, one.seen = state, []
         for queue in prepared.queues:
             queue.spans.clear()
-        blocks = divide(run, table.columns, job.where.memory, first=structures.start, last=structures.stop)
+        some = {"first": structures.start, "last": structures.stop}
+        blocks = divide(run, table.columns, job.where.memory, **some, is_reduced=table.reduces)
         with table:
             pipeline.process(blocks, prepared.queues)
             if isinstance(table, Reduced):
