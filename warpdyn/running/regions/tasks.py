@@ -84,8 +84,8 @@ def run_region(
             one.state, one.seen = state, []
         for queue in prepared.queues:
             queue.spans.clear()
-        some = {"first": structures.start, "last": structures.stop}
-        blocks = divide(run, table.columns, job.where.memory, **some, is_reduced=table.reduces)
+        first, last, memory = structures.start, structures.stop, job.where.memory
+        blocks = divide(run, table.columns, memory, first=first, last=last, is_reduced=table.reduces)
         with table:
             pipeline.process(blocks, prepared.queues)
             if isinstance(table, Reduced):
