@@ -79,6 +79,56 @@ def test_a_run_of_two_processes_has_the_bits_of_one(kind, client, long_run, tmp_
         assert os.listdir(tmp_path) == ["run.zarr"]
 
 
+COUNTED = [
+    wd.DamageCounts({"slight": 0.003, "complete": 0.01}, over=("structure", "motion")),
+    wd.DemandMoments("peak_storey_drift_ratio", over="motion"),
+]
+
+
+@pytest.mark.parametrize("kind", [None, "run.nc", "run.zarr"])
+def test_statistics_of_two_processes_are_those_of_one(kind, client, tmp_path):
+    expected = wd.simulate(make_scene(), statistics=COUNTED, **LONG)
+    path, taken = None if kind is None else tmp_path / kind, []
+    with told_of_regions(taken.append):
+        check_statistics(wd.simulate(make_scene(), statistics=COUNTED, cluster=client, path=path, **LONG), expected)
+    assert sorted(taken) == list(range(15))
+    assert os.listdir(tmp_path) == ([] if kind is None else [kind])
+    limits = {name: {"slight": 0.002, "complete": 0.005} for name in TWO_ARCHETYPES}
+    asked = [wd.DamageCounts(limits, over="building"), wd.DemandMoments("peak_storey_drift_ratio", over="archetype")]
+    settings = {"seed": 2, "device": "cpu", "statistics": asked}
+    check_statistics(wd.simulate(PORTFOLIO, cluster=client, **settings), wd.simulate(PORTFOLIO, **settings))
+
+
+def check_statistics(found, expected):
+    """Check that statistics have the same bits and labels."""
+    assert xr.Dataset(found.data_vars, found.coords).identical(xr.Dataset(expected.data_vars, expected.coords))
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("moment", range(12))
+def test_statistics_when_workers_are_killed_count_every_region_once(moment, cluster, client, tmp_path):
+    draw, killed, taken, timers = random.Random(100 + moment), [], [], []
+    expected = wd.simulate(make_scene(), statistics=COUNTED, **LONG)
+
+    def kill():
+        killed.append(draw.choice([each.pid for each in cluster.workers.values() if each.pid not in (None, *killed)]))
+        os.kill(killed[-1], signal.SIGKILL)
+
+    def tell(place):
+        taken.append(place)
+        if len(taken) == 1 + moment % 6:
+            timers.append(threading.Timer(draw.uniform(0.0, 0.1), kill))
+            timers[-1].start()
+
+    path = tmp_path / "run.nc" if moment % 2 else None
+    with told_of_regions(tell):
+        found = wd.simulate(make_scene(), statistics=COUNTED, cluster=client, path=path, **LONG)
+    timers[0].join()
+    assert len(killed) == 1
+    assert sorted(taken) == list(range(15))  # none lost, none counted twice
+    check_statistics(found, expected)
+
+
 def test_a_portfolio_runs_group_beside_group(client):
     settings = {"seed": 2, "device": "cpu"}
     check_same(wd.simulate(PORTFOLIO, cluster=client, **settings), wd.simulate(PORTFOLIO, **settings))

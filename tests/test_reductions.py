@@ -228,7 +228,7 @@ def test_a_run_that_is_stopped_leaves_no_file(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         simulate(scene_of("crossed"), statistics=wd.DamageCounts(LIMITS, over="motion"), path=tmp_path / "counts.nc")
     assert len(added) == 2
-    assert not list(tmp_path.iterdir())
+    assert not list(tmp_path.iterdir())  # nothing was done: no region had ended
 
 
 def test_fragility_of_an_archetype_from_the_counts_of_all(runs):

@@ -74,11 +74,7 @@ CASES = [
         lambda: wd.DamageCounts({name: CITY_LIMITS[name] for name in list(CITY.archetypes)[1:]}),
         "limits have none for archetype 'low'",
     ),
-    (
-        "city at sites",
-        lambda: wd.DamageCounts(CITY_LIMITS, over="event", events=["a", "b", "a"]),
-        "events= needs a design in which every structure runs under all motions, or under one",
-    ),
+    ("city cloud", lambda: wd.DamageCounts(CITY_LIMITS, over="earthquake"), "unknown over 'earthquake'"),
     ("city cloud", lambda: wd.DamageCounts(CITY_LIMITS | {"lower": LIMITS}), "limits name 'lower'"),
 ]
 

@@ -291,9 +291,6 @@ def test_what_cannot_be_is_said_before_anything_runs(tmp_path, monkeypatch):
         wd.simulate(make_scene(), cluster="tcp://127.0.0.1:8786")
     with pytest.raises(ValueError, match=r"path must be a Zarr store with cluster=, as 'run.zarr', got 'run.nc'"):
         wd.simulate(make_scene(), cluster=object(), path="run.nc")
-    for more in ({"path": path}, {"cluster": object()}):
-        with pytest.raises(ValueError, match="statistics are not made region by region yet"):
-            wd.simulate(make_scene(), structures=2, statistics=[wd.DamageCounts({"slight": 0.003})], **more)
     monkeypatch.setitem(__import__("sys").modules, "zarr", None)
     with pytest.raises(ImportError, match=r"warpdyn\[cluster\]"):
         wd.simulate(make_scene(), structures=2, path=path, device="cpu")

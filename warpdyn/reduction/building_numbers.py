@@ -61,8 +61,7 @@ def losses_of_units(
 class NumberSums:
     """Add up the buildings that samples stand for, by cell and damage state.
 
-    They are added in the order of the run's structures, whatever the blocks and threads, and so have the same bits;
-    whole numbers are exact.
+    They are added exactly, in whatever order.
 
     Args:
         cells: The cells.
@@ -75,6 +74,11 @@ class NumberSums:
         self._of_states, self._of_all = [Sums(cells) for _ in range(states)], Sums(cells)
         # Of each state, a unit that is in it "loses" its number, and others nothing.
         self._ratios = [np.stack([row, np.zeros(states)], axis=1)[None] for row in np.eye(states)]
+
+    @property
+    def sums(self) -> list[Sums]:
+        """Those in each damage state, and of all units."""
+        return [*self._of_states, self._of_all]
 
     def add(self, block: Block, states: Any, workers: Workers) -> None:
         """Add the samples of a block.

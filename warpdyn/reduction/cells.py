@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
-from numbers import Integral
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from warpdyn.core.checks import one_of
 from warpdyn.ground_motions.designs import Stripes
 from warpdyn.ground_motions.motions import motion_names, motion_numbers
-from warpdyn.reduction.population import Population
+from warpdyn.reduction.population import Population, numbered_events
 
 Coordinates = dict[str, tuple]
 EVENT = {"long_name": "event"}
@@ -57,7 +57,11 @@ def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
     return order, np.append(start, numbers.size).astype(np.int32), which
 
 
-ONE_PLACE = Places(np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64))
+@cache
+def one_unit(count: int) -> Places:
+    """Return a row of so many samples that are counted as one: a single one, or the components of a draw."""
+    none = np.zeros(count, dtype=np.int64)
+    return Places(none, none)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +72,7 @@ class Rows:
 
     Args:
         rows_per_structure: Rows of a structure; a row is a structure or, where motions differ from sample to sample,
-            one sample.
+            one sample or one draw.
         structure: Number of each row's structure in the run.
         cell: Shape [row].
         places: The samples of a row.
@@ -107,7 +111,6 @@ class Cells:
         events: Sequence[str] | Sequence[int] | None,
     ) -> None:
         self.population, self._labels = population, dict(labels)
-        self._found_places: dict[int, Places] = {}
         self._check_labels()
         self.event_of_motion, self._event_names = self._checked_events(events)
         own = population.structure_dim
@@ -121,6 +124,7 @@ class Cells:
             "motion": has_motions and events is None,
             "stripe": stripes,
             "event": events is not None or population.is_sequence,
+            "earthquake": population.at_sites is not None,
         }
         known = [name for name, is_so in allowed.items() if is_so] + list(self._labels)
         for name in self.dims:
@@ -131,13 +135,35 @@ class Cells:
             raise ValueError("statistics of an EventSequence are over 'event' and what else is named: add it to `over`")
         self.coordinates: Coordinates = {}
         self._codes: dict[str, np.ndarray] = {}  # of each structure, motion or level, as the name says
-        sizes = [self._size_of(name) for name in self.dims]
-        self.shape = tuple(sizes)
-        self.count = int(np.prod([float(size) for size in sizes]))
+        self._lay_out(tuple(self._size_of(name) for name in self.dims))
         if self.count >= 2**31:
             raise ValueError(f"over {', '.join(self.dims)} there are {self.count:,} cells; at most 2^31 can be counted")
-        strides = np.cumprod([1, *sizes[::-1]])[::-1][1:]
+        self._run, self._structures = self, np.arange(0)
+
+    def _lay_out(self, shape: tuple[int, ...]) -> None:
+        """Number the cells."""
+        self._found_places: dict[int, Places] = {}
+        self.shape, self.count = shape, int(np.prod([float(size) for size in shape]))
+        strides = np.cumprod([1, *shape[::-1]])[::-1][1:]
         self._stride = {name: int(stride) for name, stride in zip(self.dims, strides, strict=True)}
+
+    def of_structures(self, structures: np.ndarray) -> Cells:
+        """Return the cells of some structures alone, given by their numbers, which increase."""
+        part, own = copy(self), self.population.structure_dim
+        part._run, part._structures = self._run, structures
+        part._lay_out(
+            tuple(structures.size if n == own else size for n, size in zip(self.dims, self.shape, strict=True))
+        )
+        return part
+
+    def of_run(self, cells: np.ndarray) -> np.ndarray:
+        """Return the numbers that cells have among those of all structures."""
+        own = self.population.structure_dim
+        if self._run is self or own not in self.dims:
+            return cells
+        place = list(np.unravel_index(cells, self.shape))
+        place[self.dims.index(own)] = self._structures[place[self.dims.index(own)]]
+        return np.ravel_multi_index(tuple(place), self._run.shape)
 
     @property
     def needs_motions(self) -> bool:
@@ -162,21 +188,30 @@ class Cells:
         row = np.zeros(structures.size, dtype=np.int64)
         for name in self.dims:
             if name in self._of_structures:
-                row += self._stride[name] * self._of_structures[name][structures]
+                row += self._stride[name] * self._places_of(name, structures)
         if self.population.is_sequence:
             row += self._stride["event"] * event
         places = self._places(event)
         if motion is None:
             return Rows(1, structures, row, places)
-        motion = motion.reshape(structures.size, samples)
         name = "motion" if self.event_of_motion is None else "event"
         stride = self._stride.get(name, 0)
         codes = np.arange(len(self.population.scene.excitation.motions))
         codes = codes if self.event_of_motion is None else self.event_of_motion
-        if (motion == motion[:, :1]).all():
+        at_sites = self.population.at_sites
+        motion = motion.reshape(structures.size, samples)
+        if at_sites is None and (motion == motion[:, :1]).all():
             return Rows(1, structures, row + stride * codes[motion[:, 0]], places)
-        of_sample = (row[:, None] + stride * codes[motion] + places.cell).ravel()
-        return Rows(samples, np.repeat(structures, samples), of_sample, ONE_PLACE)
+        # A row is one sample, or a draw, of whose components the worst counts.
+        each = 1 if at_sites is None or self.event_of_motion is None else at_sites.components
+        cell_of_row = (row[:, None] + stride * codes[motion[:, ::each]] + places.cell[::each]).ravel()
+        return Rows(samples // each, np.repeat(structures, samples // each), cell_of_row, one_unit(each))
+
+    def _places_of(self, name: str, structures: np.ndarray) -> np.ndarray:
+        """Return the place along a dimension of some structures."""
+        if name == self.population.structure_dim and self._run is not self:
+            return np.searchsorted(self._structures, structures)
+        return self._run._of_structures[name][structures]  # which is found once for all parts
 
     @cached_property
     def _of_structures(self) -> dict[str, np.ndarray]:
@@ -198,8 +233,12 @@ class Cells:
         population, samples = self.population, self.population.samples(event)
         levels = population.levels_of(event)
         place = np.arange(samples)
-        level = place % levels.size
+        level, repeats = place % levels.size, levels.size
         cell = np.zeros(samples, dtype=np.int64)
+        if population.at_sites is not None:
+            draw = place // population.at_sites.components
+            cell += self._stride.get("earthquake", 0) * np.asarray(population.at_sites.earthquake)[draw]
+            level, repeats = draw, samples // population.at_sites.components
         if "stripe" in self.dims:
             cell += self._stride["stripe"] * np.searchsorted(self._levels, levels)[level]
         motion = population.motion_of_place
@@ -208,7 +247,7 @@ class Cells:
         if self.event_of_motion is None:
             return cell + self._stride.get("motion", 0) * motion, place
         of_place = self.event_of_motion[motion]
-        return cell + self._stride.get("event", 0) * of_place, of_place * levels.size + level
+        return cell + self._stride.get("event", 0) * of_place, of_place * repeats + level
 
     @property
     def _levels(self) -> np.ndarray:
@@ -238,6 +277,10 @@ class Cells:
             motions = population.scene.excitation.motions
             coordinates |= {"motion": motion_numbers(len(motions)), "motion_name": motion_names(motions)}
             values = np.arange(len(motions))
+        elif name == "earthquake":
+            assert population.at_sites is not None
+            values = np.array(list(population.at_sites.names or ()), dtype=str)
+            coordinates[name] = (name, values, {"long_name": "name of the earthquake"})
         elif name == "stripe":
             values = self._levels
             coordinates[name] = (name, values, population.level_attributes)
@@ -254,17 +297,29 @@ class Cells:
             return None, np.array(self.population.scene.excitation.event_names)
         if events is None:
             return None, np.arange(0)
-        population = self.population
-        if not population.motions_by_place and population.samples(0) > population.levels_of(0).size:
-            raise ValueError("events= needs a design in which every structure runs under all motions, or under one")
-        return numbered_events(events, len(population.scene.excitation.motions))
+        found = numbered_events(events, len(self.population.scene.excitation.motions))
+        at_sites = self.population.at_sites
+        if at_sites is not None and not self.population.motions_by_place:
+            of_draws = found[0][np.asarray(at_sites.motion)]
+            others = np.argwhere(of_draws != of_draws[..., :1])
+            if len(others):
+                site, earthquake, _ = others[0].tolist()
+                names = " and ".join(
+                    repr(found[1][event].item()) for event in dict.fromkeys(of_draws[site, earthquake])
+                )
+                raise ValueError(
+                    f"events= must name one event for the components of a draw, and those at site {site} in "
+                    f"earthquake {earthquake} are of {names}"
+                )
+        return found
 
     def _check_labels(self) -> None:
         """Raise an error unless each structure has a label, none is missing, and names are free."""
-        taken = ("structure", "building", "structure_group", "archetype", "motion", "stripe", "event", "damage_state")
+        taken = {"structure", "building", "structure_group", "archetype", "motion", "stripe", "event", "earthquake"}
+        taken |= {"damage_state", "failure", "storey", "floor"}
         for name, values in self._labels.items():
             array = np.asarray(values)
-            if not isinstance(name, str) or not name.isidentifier() or name in (*taken, "failure", "storey", "floor"):
+            if not isinstance(name, str) or not name.isidentifier() or name in taken:
                 raise ValueError(f"labels: {name!r} is no free name of a dimension; give another one, such as 'cell'")
             count, what = self.population.structures, self.population.structure_dim
             if array.shape != (count,):
@@ -273,22 +328,3 @@ class Cells:
                 )
             if array.dtype.kind not in "iuUS":
                 raise ValueError(f"labels[{name!r}] must be names or whole numbers, got values of type {array.dtype}")
-
-
-def numbered_events(events: object, motions: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the event of each motion, and the names of the events in the order of their first use.
-
-    Raises:
-        ValueError, TypeError: If there is not one for each motion, or they are not of one kind.
-    """
-    labels = [] if isinstance(events, str) else list(events)  # type: ignore[call-overload]  # checked here
-    if len(labels) != motions:
-        given = f"is {events!r}" if isinstance(events, str) else f"holds {len(labels)}"
-        raise ValueError(f"events must hold the event of each of the {motions} motions, and {given}")
-    for kind in (str, Integral):
-        if all(isinstance(label, kind) and not isinstance(label, bool) for label in labels):
-            break
-    else:
-        raise TypeError(f"events must be names or whole numbers, all of one kind, got {labels[:4]!r}")
-    order = {label: i for i, label in enumerate(dict.fromkeys(labels))}
-    return np.array([order[label] for label in labels]), np.array(list(order))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,9 +13,10 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers
 from warpdyn.core.plausibility import warn_of_implausible_limits
+from warpdyn.integration.dynamics import Arrays
 from warpdyn.kernels.auxiliary.reductions import reductions
 from warpdyn.reduction.building_numbers import NumberSums, checked_number
-from warpdyn.reduction.cells import Coordinates
+from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.limits import (
     DAMAGE_COUNT,
     DRIFT,
@@ -24,9 +26,10 @@ from warpdyn.reduction.limits import (
     Limit,
     limits_by_archetype,
 )
+from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Reducer, Statistic, Variables, failures
-from warpdyn.reduction.tally import FAILURES, Block, Tally, find_states, searched
+from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, find_states, searched
 from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 
@@ -43,7 +46,8 @@ class DamageCounts(Statistic):
         demand: Variable that plain limits are of; of one with a sign, as the residual drift ratio, the absolute value
             is compared.
         events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
-            `damage_shares`. None where every motion counts by itself.
+            `damage_shares`; of MotionsAtSites the worst of each draw, such as both components of a record with
+            `events=[motion.record for motion in design.motions]`. None where every motion counts by itself.
         each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.
         number: Buildings that each structure stands for, shape [structure]: an inventory's column `number`, in the
             order of the portfolio (`inventory["number"].iloc[stock.rows]`). Counts stay those of samples; beside them
@@ -155,7 +159,7 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
     return block.shared((bounds.demands, each_place, bounds.values), find)
 
 
-class DamageReducer:
+class DamageReducer(Mergeable):
     """Count the samples of a run by damage state.
 
     Args:
@@ -166,17 +170,31 @@ class DamageReducer:
 
     def __init__(self, statistic: DamageCounts, population: Population, threads: int) -> None:
         self.population, self.bounds = population, Bounds.of(statistic.limits, statistic.demand, population)
-        self.cells = statistic.cells(population, statistic.events)
+        cells = statistic.cells(population, statistic.events)
         demands = [population.demand(name) for name in self.bounds.demands]
         dims = demands[0].dims
         self.dim = dims[0] if statistic.each_place and len(demands) == 1 and dims else ""
         if statistic.each_place and not self.dim:
             raise ValueError("each_place=True needs limits of one demand that is known at each storey or floor")
-        places = population.scene.structure.dofs if self.dim else 0
-        motions = {"motion_index"} if self.cells.needs_motions else set()
-        self.needs = frozenset({*self.bounds.demands, *motions})
-        self.tally = Tally(self.cells, places + 1, len(self.bounds.states), threads)
+        motions = {"motion_index"} if cells.needs_motions else set()
+        self.needs, self._threads = frozenset({*self.bounds.demands, *motions}), threads
+        self.begin(cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        places = self.population.scene.structure.dofs if self.dim else 0
+        self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states), self._threads)
         self._least: dict[Workers, Any] = {}  # drift ratio at which a sample collapsed
+        self._least_included = np.inf
+
+    def partial(self) -> Arrays:
+        """Return what has been counted, of the cells that samples were counted in."""
+        return super().partial() | {"least_drift": np.array(self._least_drift)}
+
+    def include(self, part: Arrays) -> None:
+        """Add what `partial` returned of structures that are not counted yet."""
+        super().include(part)
+        self._least_included = min(self._least_included, float(part["least_drift"]))
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""
@@ -195,6 +213,11 @@ class DamageReducer:
             return block.status, drift, least, thread
 
         workers.run(reductions().least[block.type_of(DRIFT)], 0, block.samples, arguments, LEAST_SAMPLES)
+
+    @property
+    def _least_drift(self) -> float:
+        found = (float(workers.read(each).min()) for workers, each in self._least.items())
+        return min([self._least_included, *found])
 
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return the counts, the samples that failed, and the limits."""
@@ -215,14 +238,14 @@ class DamageReducer:
             numbered = population.scene.structure.numbered(population.scene.recorders)
             coordinates |= {name: each for name, each in numbered.items() if name == self.dim}
         failed, failure = failures(cells, table[-1, ..., states:])
-        least = min((float(workers.read(each).min()) for workers, each in self._least.items()), default=np.inf)
+        least = self._least_drift
         if np.isfinite(least):
             text = {"long_name": "least storey drift ratio at which a sample collapsed", "units": "1"}
             variables[LEAST_DRIFT] = ((), least, text)
         return variables | failed, coordinates | failure | cells.coordinates
 
 
-class NumberReducer:
+class NumberReducer(Mergeable):
     """Count the samples of a run by damage state, and add up the buildings that they stand for.
 
     Args:
@@ -231,8 +254,29 @@ class NumberReducer:
     """
 
     def __init__(self, counted: DamageReducer, number: np.ndarray) -> None:
-        self.counted, self.cells, self.needs = counted, counted.cells, counted.needs
-        self.sums = NumberSums(counted.cells, number, len(counted.bounds.states))
+        self.counted, self.needs, self._number = counted, counted.needs, number
+        self.begin(counted.cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        self.counted = copy(self.counted)
+        self.counted.begin(cells)
+        self.cells, self.tally = cells, self.counted.tally
+        self.sums = NumberSums(cells, self._number, len(self.counted.bounds.states))
+
+    @property
+    def sums_by_cell(self) -> list[Sums]:
+        """The buildings in each damage state, and those of all units."""
+        return self.sums.sums
+
+    def partial(self) -> Arrays:
+        """Return what has been counted, of the cells that samples were counted in."""
+        return super().partial() | self.counted.partial()
+
+    def include(self, part: Arrays) -> None:
+        """Add what `partial` returned of structures that are not counted yet."""
+        self.counted.include(part)
+        self.include_sums(part)
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count and add the samples of a block."""

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_numbers
 from warpdyn.reduction.building_numbers import losses_of_units
-from warpdyn.reduction.cells import Coordinates
+from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.damage_counts import Bounds, states_of
 from warpdyn.reduction.demand_statistics import moments
 from warpdyn.reduction.limits import DRIFT, Limit
 from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
+from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
 from warpdyn.reduction.tally import Block, Sums, Tally
@@ -37,7 +38,8 @@ class DamageLoss(Statistic):
             `replacement_cost` of an inventory's row is the value of all buildings that the row stands for, so that its
             `number` is applied with it; they are taken to be in one damage state.
         demand: Variable that plain limits are of.
-        events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts.
+        events: The event of each motion, shape [motion], of which a structure's worst sample counts; see
+            `DamageCounts`.
         over: What losses are added up for each of, as "building" or ("archetype", "event"); see `Statistic`.
         labels: Labels of structures that `over` names.
 
@@ -61,7 +63,7 @@ class DamageLoss(Statistic):
         return LossReducer(self, population, threads)
 
 
-class LossReducer:
+class LossReducer(Mergeable):
     """Add up the losses of the samples of a run.
 
     Args:
@@ -72,7 +74,7 @@ class LossReducer:
 
     def __init__(self, statistic: DamageLoss, population: Population, threads: int) -> None:
         self.population, self.bounds = population, Bounds.of(statistic.limits, statistic.demand, population)
-        self.cells = statistic.cells(population, statistic.events)
+        cells = statistic.cells(population, statistic.events)
         states = self.bounds.states[1:]
         names = [""] if population.portfolio is None else list(population.portfolio.archetypes)
         found = ratios_of_archetypes("DamageLoss", names, states, statistic.loss_ratios)
@@ -85,10 +87,19 @@ class LossReducer:
                 f"{population.structure_dim}s, none below 0; got shape {values.shape}"
             )
         self._values = np.ascontiguousarray(np.broadcast_to(values, population.structures))
-        motions = {"motion_index"} if self.cells.needs_motions else set()
-        self.needs = frozenset({*self.bounds.demands, *motions})
-        self.tally = Tally(self.cells, 1, len(self.bounds.states), threads)
-        self.losses, self.scatter = Sums(self.cells), Sums(self.cells)
+        motions = {"motion_index"} if cells.needs_motions else set()
+        self.needs, self._threads = frozenset({*self.bounds.demands, *motions}), threads
+        self.begin(cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states), self._threads)
+        self.losses, self.scatter = Sums(cells), Sums(cells)
+
+    @property
+    def sums_by_cell(self) -> tuple[Sums, Sums]:
+        """The losses, and what the scatter of the loss ratios adds to their variance."""
+        return self.losses, self.scatter
 
     def add(self, block: Block, workers: Workers) -> None:
         """Add the losses of the samples of a block."""
@@ -106,8 +117,9 @@ class LossReducer:
         table = self.tally.counts[-1]
         variables, coordinates = failures(cells, table[:, states:])
         count = table[:, :states].sum(axis=1)
-        mean, variance = moments(count, self.losses.totals)
-        total, of_scatter = (each.totals[:, 0] + each.totals[:, 1] for each in (self.losses, self.scatter))
+        losses, scatter = self.losses.totals, self.scatter.totals
+        mean, variance = moments(count, losses)
+        total, of_scatter = (each[:, 0] + each[:, 1] for each in (losses, scatter))
         money = {"units": "1", "comment": "in the unit of replacement_values"}
         for name, values, text in (
             ("loss_sum", total, "sum of the losses of the samples"),

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
 from warpdyn.core.plausibility import warn_of_implausible_limits
-from warpdyn.reduction.cells import Coordinates
+from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.limits import DRIFT
+from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures
 from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, find_states, searched
@@ -69,7 +70,7 @@ class LargestDemand(Statistic):
         return SumsReducer(self, population, threads)
 
 
-class SumsReducer:
+class SumsReducer(Mergeable):
     """Add up a demand of the samples of a run.
 
     Args:
@@ -81,16 +82,26 @@ class SumsReducer:
     def __init__(self, statistic: DemandMoments | LargestDemand, population: Population, threads: int) -> None:
         self.population, self.demand = population, statistic.demand
         self.is_largest = isinstance(statistic, LargestDemand)
-        self.cells = statistic.cells(population)
+        cells = statistic.cells(population)
         dims = population.demand(self.demand).dims
         if statistic.each_place and not dims:
             raise ValueError(f"each_place=True needs a demand that is known at each storey or floor, not {self.demand}")
         self.dim, self._has_places = dims[0] if statistic.each_place else "", bool(dims)
-        places = population.scene.structure.dofs if self.dim else 0
-        motions = {"motion_index"} if self.cells.needs_motions else set()
-        self.needs = frozenset({self.demand, *motions})
-        self.tally = Tally(self.cells, places + 1, 2, threads)  # samples that stand, and collapsed ones
-        self.sums = [Sums(self.cells) for _ in range(places + 1)]  # of each place, and of the largest of all
+        motions = {"motion_index"} if cells.needs_motions else set()
+        self.needs, self._threads = frozenset({self.demand, *motions}), threads
+        self.begin(cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        places = self.population.scene.structure.dofs if self.dim else 0
+        self.cells = cells
+        self.tally = Tally(cells, places + 1, 2, self._threads)  # samples that stand, and collapsed ones
+        self.sums = [Sums(cells) for _ in range(places + 1)]  # of each place, and of the largest of all
+
+    @property
+    def sums_by_cell(self) -> list[Sums]:
+        """The sums."""
+        return self.sums
 
     def add(self, block: Block, workers: Workers) -> None:
         """Add the samples of a block."""
@@ -205,7 +216,7 @@ class DemandHistogram(Statistic):
         return HistogramReducer(self, population, threads)
 
 
-class HistogramReducer:
+class HistogramReducer(Mergeable):
     """Count the samples of a run by bins of a demand.
 
     Args:
@@ -215,15 +226,19 @@ class HistogramReducer:
     """
 
     def __init__(self, statistic: DemandHistogram, population: Population, threads: int) -> None:
-        self.population, self.demand, self.cells = population, statistic.demand, statistic.cells(population)
+        self.population, self.demand, cells = population, statistic.demand, statistic.cells(population)
         self.edges, self.quantiles = np.asarray(statistic.edges), np.array(statistic.quantiles)
         self._searched = searched(self.edges[None])
         self._is_absolute = bool(population.demand(self.demand).dims)
         if self.demand == DRIFT:
             warn_of_implausible_limits({" of the last edge": float(self.edges[-1])})
-        motions = {"motion_index"} if self.cells.needs_motions else set()
-        self.needs = frozenset({self.demand, *motions})
-        self.tally = Tally(self.cells, 1, self.edges.size + 1, threads)
+        motions = {"motion_index"} if cells.needs_motions else set()
+        self.needs, self._threads = frozenset({self.demand, *motions}), threads
+        self.begin(cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        self.cells, self.tally = cells, Tally(cells, 1, self.edges.size + 1, self._threads)
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""

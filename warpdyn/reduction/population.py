@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 
 import numpy as np
 
@@ -86,6 +87,12 @@ class Population:
         """Whether events follow one another."""
         return isinstance(self.scene.excitation, EventSequence)
 
+    @property
+    def at_sites(self) -> MotionsAtSites | None:
+        """The design, if structures have motions by their sites, in draws."""
+        design = self.designs[0]
+        return design if isinstance(design, MotionsAtSites) and not self.is_sequence else None
+
     @cached_property
     def motion_of_place(self) -> np.ndarray | None:
         """Motion of each of a structure's samples, where all structures have the same ones in the same order."""
@@ -143,3 +150,22 @@ class Population:
                 "name its recorder in the scene's"
             )
         return self.demands[name]
+
+
+def numbered_events(events: object, motions: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of the event of each motion, and the names of the events in the order of their first use.
+
+    Raises:
+        ValueError, TypeError: If there is not one for each motion, or they are not of one kind.
+    """
+    labels = [] if isinstance(events, str) else list(events)  # type: ignore[call-overload]  # checked here
+    if len(labels) != motions:
+        given = f"is {events!r}" if isinstance(events, str) else f"holds {len(labels)}"
+        raise ValueError(f"events must hold the event of each of the {motions} motions, and {given}")
+    for kind in (str, Integral):
+        if all(isinstance(label, kind) and not isinstance(label, bool) for label in labels):
+            break
+    else:
+        raise TypeError(f"events must be names or whole numbers, all of one kind, got {labels[:4]!r}")
+    order = {label: i for i, label in enumerate(dict.fromkeys(labels))}
+    return np.array([order[label] for label in labels]), np.array(list(order))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from typing import Any, Self
 
 import numpy as np
@@ -52,11 +53,12 @@ class Reduction:
         self._reducers = [statistic.reducer(population, threads) for statistic in statistics]
         self.needs = frozenset({"status"}).union(*(reducer.needs for reducer in self._reducers))
         self._failed, self._samples = np.zeros(len(FAILURES), dtype=np.int64), 0
+        reductions()  # made before threads ask for them, of which several would make them at once
         self._threads, self._side_by_side = Threads(threads), ThreadPoolExecutor(len(self._reducers))
         self._gpus: dict[str, Gpu] = {}
-        self.variables()  # names that collide are refused before anything runs
 
     def __enter__(self) -> Self:
+        self.variables()  # names that collide are refused before anything runs
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -133,6 +135,28 @@ class Reduction:
     @property
     def _all_workers(self) -> tuple[Workers, ...]:
         return self._threads, *self._gpus.values()
+
+    def of_structures(self, structures: np.ndarray) -> Reduction:
+        """Return the same statistics of some structures alone, given by their numbers, which increase."""
+        part = copy(self)
+        part._reducers = [reducer.of_structures(structures) for reducer in self._reducers]
+        part._failed, part._samples = np.zeros_like(self._failed), 0
+        return part
+
+    def partial(self) -> Arrays:
+        """Return what the samples so far add to the statistics, which `include` takes."""
+        found = {"failed": self._failed, "samples": np.array(self._samples)}
+        for place, reducer in enumerate(self._reducers):
+            found |= {f"{place}/{name}": values for name, values in reducer.partial().items()}
+        return found
+
+    def include(self, part: Arrays) -> None:
+        """Add what `partial` returned of structures of which no sample has been added, in any order."""
+        self._failed += part["failed"]
+        self._samples += int(part["samples"])
+        for place, reducer in enumerate(self._reducers):
+            before = f"{place}/"
+            reducer.include({name.removeprefix(before): a for name, a in part.items() if name.startswith(before)})
 
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return all variables and coordinates."""

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.integration.dynamics import Arrays
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.tally import FAILURES, Block
@@ -34,6 +35,15 @@ class Reducer(Protocol):
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return the variables of the statistic and the coordinates of their dimensions."""
 
+    def of_structures(self, structures: np.ndarray) -> Reducer:
+        """Return what counts the samples of some structures alone, given by their numbers, which increase."""
+
+    def partial(self) -> Arrays:
+        """Return what has been counted, of the cells that samples were counted in."""
+
+    def include(self, part: Arrays) -> None:
+        """Add what `partial` returned of structures that are not counted yet."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Statistic:
@@ -41,9 +51,9 @@ class Statistic:
 
     Args:
         over: What it is taken for each of: "structure" (in a portfolio "building" says the same), "archetype",
-            "motion", "stripe", "event" (of an EventSequence, or of `events`), "structure_group" (of which fragility's
-            intervals leave out one after the other), or a name in `labels`; or several of them. None of them for one
-            value of the whole run.
+            "motion", "stripe", "event" (of an EventSequence, or of `events`), "earthquake" (of MotionsAtSites),
+            "structure_group" (of which fragility's intervals leave out one after the other), or a name in `labels`; or
+            several of them. None of them for one value of the whole run.
         labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, or a
             column of an inventory in the order of its portfolio: names or whole numbers, shape [structure].
     """

@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp
 
 from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS
+from warpdyn.kernels.auxiliary.exact_sums import BYTES_PER_CELL, ExactSums
 from warpdyn.kernels.auxiliary.reductions import SUMS, reductions
 from warpdyn.kernels.queues import free_memory
 from warpdyn.reduction.cells import Cells, Rows
@@ -94,6 +95,7 @@ class Tally:
         check_fits_memory(cells, size)
         self._tables: dict[Workers, list[Any]] = {}
         self._size, self._shape = size, shape
+        self._included: np.ndarray | None = None
 
     def add(self, block: Block, states: Any, workers: Workers) -> None:
         """Count the samples of a block.
@@ -128,20 +130,25 @@ class Tally:
     def _is_own(self) -> bool:
         return self.cells.population.structure_dim in self.cells.dims
 
+    def include(self, cells: np.ndarray, counts: np.ndarray) -> None:
+        """Add counts of samples of some cells, each of which is named once, to those of samples that were added."""
+        if self._included is None:
+            self._included = np.zeros(self._shape, dtype=np.int64)
+        self._included[:, cells] += counts
+
     @property
     def counts(self) -> np.ndarray:
         """The counts, shape [place, cell, outcome]."""
-        if not self._tables:
-            return np.zeros(self._shape, dtype=np.int64)
-        found = (workers.read(table) for workers, tables in self._tables.items() for table in tables)
-        return functools.reduce(np.add, found)
+        found = [workers.read(table) for workers, tables in self._tables.items() for table in tables]
+        found += [] if self._included is None else [self._included]
+        return functools.reduce(np.add, found) if found else np.zeros(self._shape, dtype=np.int64)
 
 
 class Sums:
     """Sums of a demand and of its squares, and its largest value, by cell.
 
-    They are added in the order of the run's structures, whatever the blocks and threads, with what rounding leaves out
-    of each addition in a sum of its own.
+    The samples of a row are added in their order, with what rounding leaves out of each addition in a sum of its own;
+    rows are added exactly, so that their order, blocks, threads and regions change nothing.
 
     Args:
         cells: The cells.
@@ -149,8 +156,9 @@ class Sums:
 
     def __init__(self, cells: Cells) -> None:
         self.cells = cells
-        check_fits_memory(cells, 8.0 * cells.count * SUMS)
-        self._totals: dict[Workers, Any] = {}
+        check_fits_memory(cells, float(cells.count) * BYTES_PER_CELL)
+        self._sums: dict[Workers, tuple[Any, Any]] = {}
+        self._included: ExactSums | None = None
 
     def add(
         self, block: Block, demand: str, is_signed: bool, place: int, workers: Workers, rows: Rows | None = None
@@ -166,9 +174,10 @@ class Sums:
             rows: How the samples go to cells; None for as the block's do.
         """
         rows = block.rows(self.cells) if rows is None else rows
-        if workers not in self._totals:
-            self._totals[workers] = workers.kept(self._nothing)
-        totals, bad = self._totals[workers], workers.bad(demand)
+        if workers not in self._sums:
+            nothing = ExactSums.of_nothing(self.cells.count)
+            self._sums[workers] = workers.kept(nothing.bins), workers.kept(nothing.largest)
+        bad = workers.bad(demand)
         *by_cell, cell_of_unit = rows.places.cells
         units, cell_of_row = cell_of_unit.size, rows.cell.astype(np.int32)
         order, start, cell_of_unit = (workers.constant(values) for values in (*by_cell, cell_of_unit))
@@ -183,7 +192,7 @@ class Sums:
             cells = cell_of_row[begin:end]
             rows_of_cells, first_of_cell, units_of_part = workers.groups(cells, units)
             given = [workers.array(values) for values in (rows_of_cells, first_of_cell)]
-            into = units_of_part, *given, sums, workers.array(cells), cell_of_unit, totals
+            into = units_of_part, *given, sums, workers.array(cells), cell_of_unit, *self._sums[workers]
             parts = (first_of_cell.size - 1) * -(-units // units_of_part)
 
             def of_samples(thread: int, begin: int = begin) -> tuple:
@@ -198,29 +207,30 @@ class Sums:
             workers.run(reductions().totals, 0, parts, of_rows, least)
         workers.refuse(demand, bad)
 
+    def include(self, cells: np.ndarray, other: ExactSums) -> None:
+        """Add sums of some cells, each of which is named once, to those of samples that were added."""
+        if self._included is None:
+            self._included = ExactSums.of_nothing(self.cells.count)
+        self._included.include(cells, other)
+
+    @property
+    def exact(self) -> ExactSums:
+        """The sums, exactly."""
+        found = [ExactSums(*map(workers.read, arrays)) for workers, arrays in self._sums.items()]
+        found += [] if self._included is None else [self._included]
+        if len(found) == 1:
+            return found[0]
+        total = ExactSums.of_nothing(self.cells.count)
+        for each in found:
+            total.include(slice(None), each)
+        return total
+
     @property
     def totals(self) -> np.ndarray:
         """The sums and largest values, shape [cell, sum]."""
-        found = (workers.read(totals) for workers, totals in self._totals.items())
-        return functools.reduce(added, found, self._nothing)
-
-    @property
-    def _nothing(self) -> np.ndarray:
-        totals = np.zeros((self.cells.count, SUMS))
-        totals[:, -1] = -np.inf
-        return totals
-
-
-def added(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sums of cells of two parts of a run, each with what rounding left out of it."""
-    found = np.empty_like(one)
-    for place in (0, 2):
-        found[:, place] = one[:, place] + other[:, place]
-        of_other = found[:, place] - one[:, place]
-        left_out = (one[:, place] - (found[:, place] - of_other)) + (other[:, place] - of_other)  # Knuth's two-sum
-        found[:, place + 1] = one[:, place + 1] + other[:, place + 1] + left_out
-    found[:, -1] = np.maximum(one[:, -1], other[:, -1])
-    return found
+        if not self._sums and self._included is None:
+            return np.array([[0.0] * 4 + [-np.inf]]).repeat(self.cells.count, axis=0)
+        return self.exact.totals
 
 
 def searched(bounds: np.ndarray) -> np.ndarray:

@@ -59,7 +59,7 @@ def run_portfolio(
     seconds = time.perf_counter() - started
 
     with ExitStack() as stack, counted_histories(portfolio.buildings * samples_per_building):
-        plans = [list(_plans(group, integration, execution, kept)) for group in groups]
+        plans = [list(plans_of(group, integration, execution, kept)) for group in groups]
         wait_for: Callable[[list[Plan]], object] = stack.enter_context(
             compiling(chain(*plans), execution.devices[0], execution.cores)
         )
@@ -136,7 +136,7 @@ def _place(unfinished: Unfinished | None, number: int) -> AbstractContextManager
     return Unfinished(unfinished.kept / f"{number}.nc")
 
 
-def _plans(group: Group, integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
+def plans_of(group: Group, integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
     """Yield the plans of a group's kernel and of that for its error estimates; none if the method is to be chosen."""
     if integration.target_error is not None:
         return

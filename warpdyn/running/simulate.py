@@ -13,7 +13,6 @@ import xarray as xr
 from warpdyn.core.checks import check_kind, whole_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
-from warpdyn.files.netcdf import write_at_once
 from warpdyn.files.unfinished import STORE_SUFFIX, Unfinished
 from warpdyn.ground_motions.designs import OneMotionPerStructure, Stripes
 from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
@@ -22,11 +21,10 @@ from warpdyn.reduction.population import Population
 from warpdyn.reduction.reduction import Reduction, checked_statistics
 from warpdyn.reduction.statistic import Statistic
 from warpdyn.running.histories import Histories
-from warpdyn.running.journal import Journal
 from warpdyn.running.regions.datasets import simulate_in_regions
 from warpdyn.running.regions.job import Where
 from warpdyn.running.run_portfolio import run_portfolio
-from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of, run_scene
+from warpdyn.running.run_scene import Kept, run_scene
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
@@ -94,7 +92,8 @@ def simulate(
         statistics: Statistics that the samples are reduced to as they finish, one or a list: DamageCounts,
             DemandMoments, DemandHistogram, LargestDemand or DamageLoss. The dataset then holds these alone, and no
             `sample`: inputs and demands of single samples are not kept, and neither `histories` nor `sample_error` goes
-            with it. None to keep the samples.
+            with it. With `path` a run that was stopped or killed goes on from the regions that it had counted, each
+            half a minute's work at most. None to keep the samples.
         histories: Samples whose whole histories are kept; None for none. An EventSequence and a portfolio have
             none.
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
@@ -119,7 +118,8 @@ def simulate(
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
             memory. A dataset that is returned in memory is not counted.
         cluster: Client of a `dask.distributed` cluster whose workers run the samples, region by region; None to run
-            them here. `path` is a Zarr store then, on a disk that all workers share, or None; `device`, `threads` and
+            them here. `path` is a Zarr store then, on a disk that all workers share, or None; with `statistics` it may
+            be any file of this process. `device`, `threads` and
             `memory` are of each worker: its first GPU and its own number of threads by default. Results have the same
             bits as here. A worker that dies costs the regions that it was running, and the same call goes on from the
             regions that are in the store. Needs pip install "warpdyn[cluster]".
@@ -151,7 +151,7 @@ def simulate(
         on_unstable=on_unstable,
     )
     is_store = isinstance(path, str | os.PathLike) and os.fspath(path).endswith(STORE_SUFFIX)
-    if cluster is not None and path is not None and not is_store:
+    if cluster is not None and path is not None and not is_store and statistics is None:
         raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")
     # Devices with a cluster are its workers'.
     execution = Execution(device=device if cluster is None else "cpu", threads=threads, memory=memory)
@@ -159,11 +159,6 @@ def simulate(
     for name, value in (("histories", histories), ("sample_error", sample_error)):
         if asked and value is not None:
             raise ValueError(f"{name} is of single samples, of which `statistics` keeps none: leave out one of them")
-    if asked and (cluster is not None or is_store):
-        raise ValueError(
-            "statistics are not made region by region yet: leave out cluster=, and give a path that ends in '.nc', or "
-            "leave out statistics="
-        )
     kept = Kept(
         statistics=asked,
         checked_share=checked_share,
@@ -185,28 +180,19 @@ def simulate(
     _warn_of_copies(scene, structures)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     with interruptible():
-        if cluster is not None or is_store:
+        if cluster is not None or is_store or (asked and path is not None):
             where = Where(device=device, threads=threads, memory=memory)
-            arguments = scene, structures, integration, kept, seed
-            return simulate_in_regions(*arguments, where, execution, cluster, path)
+            return simulate_in_regions(scene, structures, integration, kept, seed, where, execution, cluster, path)
         run = run_portfolio if scene.structure.is_many else run_scene
-        with nullcontext() if path is None else Unfinished(path) as unfinished:
-            if not asked:
-                return run(scene, structures, integration, execution, kept, seed, unfinished)
-            portfolio = scene.structure
-            many = portfolio.buildings if isinstance(portfolio, Portfolio) else None
-            count = whole_number("structures", structures, 1) if many is None else many
-            if unfinished is not None:
-                machines = machines_of(execution)
-                digest = fingerprint_of_run(scene, structures, integration, machines, kept, seed)
-                Journal(unfinished, digest, overwrite)  # refuses to replace another run
-            with Reduction(asked, Population(scene, count), execution.cores) as reduction:
-                of_all = reduction, np.arange(count)
-                rest = run(scene, structures, integration, execution, kept, seed, None, of_all)
-                result = reduction.dataset(rest)
-            if unfinished is not None:
-                write_at_once(result, unfinished)
-            return result
+        arguments = scene, structures, integration, execution, kept, seed
+        if not asked:
+            with nullcontext() if path is None else Unfinished(path) as unfinished:
+                return run(*arguments, unfinished)
+        portfolio = scene.structure
+        many = portfolio.buildings if isinstance(portfolio, Portfolio) else None
+        count = whole_number("structures", structures, 1) if many is None else many
+        with Reduction(asked, Population(scene, count), execution.cores) as reduction:
+            return reduction.dataset(run(*arguments, None, (reduction, np.arange(count))))
 
 
 def _warn_of_copies(scene: Scene, structures: object) -> None:

@@ -16,8 +16,8 @@ from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.motions import motion_numbers
-from warpdyn.reduction.cells import numbered_events
 from warpdyn.reduction.limits import BUILDING_NUMBER, DAMAGE_COUNT, limits_by_archetype
+from warpdyn.reduction.population import numbered_events
 from warpdyn.running.selections import archetypes_of
 from warpdyn.statistics.reduced_counts import counts_over, is_reduced
 from warpdyn.statistics.stripe_counts import decoded_status

@@ -13,6 +13,7 @@ import warp as wp
 
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, OK, STATUS_MEANINGS
 from warpdyn.device.processor import ELEMENT, element_float64, module_options
+from warpdyn.kernels.auxiliary.exact_sums import add_exactly
 
 SUMS = 5  # sum, what its rounding left out, the same of squares, and the largest value
 REALS = {"float32": wp.float32, "float64": wp.float64}
@@ -31,7 +32,7 @@ class Reductions:
         counts: Counts of units (samples, or the worst of some of a row's) by cell and outcome.
         zeros: Nothing, in place of states.
         losses: The loss of each unit, and its variance by the scatter of the loss ratio.
-        totals: Sums of cells, to which those of rows are added row after row.
+        totals: Exact sums of cells, to which those of rows are added.
     """
 
     ratios: dict[str, wp.Kernel]
@@ -376,7 +377,8 @@ def _totals() -> wp.Kernel:
         sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
         cell_of_row: wp.array(dtype=int),
         cell_of_unit: wp.array(dtype=int),
-        totals: wp.array2d(dtype=wp.float64),  # [cell, sum]
+        bins: wp.array3d(dtype=wp.int64),  # [cell, values or squares, uppermost piece and sums of pieces]
+        largest: wp.array(dtype=wp.float64),  # [cell]
     ):
         units = cell_of_unit.shape[0]
         parts = parts_of(units, units_of_part)  # of a group
@@ -389,12 +391,8 @@ def _totals() -> wp.Kernel:
                 for unit in range(first_unit, last_unit):
                     cell = cell_of_row[row] + cell_of_unit[unit]
                     for which in range(2):
-                        term = sums[row, unit, 2 * which]
-                        before = totals[cell, 2 * which]
-                        after = before + term
-                        totals[cell, 2 * which] = after
-                        left_out = rounded_off(before, term, after) + sums[row, unit, 2 * which + 1]
-                        totals[cell, 2 * which + 1] += left_out
-                    totals[cell, 4] = wp.max(totals[cell, 4], sums[row, unit, 4])
+                        add_exactly(sums[row, unit, 2 * which], cell, which, bins)
+                        add_exactly(sums[row, unit, 2 * which + 1], cell, which, bins)
+                    largest[cell] = wp.max(largest[cell], sums[row, unit, 4])
 
     return add_rows

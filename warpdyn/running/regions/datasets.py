@@ -12,13 +12,14 @@ import xarray as xr
 
 from warpdyn.core.checks import whole_number
 from warpdyn.core.messages import tell
-from warpdyn.files.unfinished import STORE_SUFFIX, Unfinished, attributes_of
+from warpdyn.files.unfinished import STORE_SUFFIX, SUFFIX, Unfinished, attributes_of
 from warpdyn.files.zarr_stores import check_zarr
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.portfolio.labels import Joined
 from warpdyn.running.journal import FINGERPRINT, Journal
 from warpdyn.running.regions.drive import RegionRun, run_in_regions
 from warpdyn.running.regions.job import Where
+from warpdyn.running.regions.reduced import simulate_statistics
 from warpdyn.running.regions.workers import Here, Workers, workers_of
 from warpdyn.running.run_portfolio import divided, how_of
 from warpdyn.running.run_scene import Kept, fingerprint_of_run
@@ -39,7 +40,7 @@ def simulate_in_regions(
     cluster: Client | None,
     path: str | os.PathLike | None,
 ) -> xr.Dataset:
-    """Return what `simulate` returns of a run on a cluster, or of one whose samples go to a Zarr store.
+    """Return what `simulate` returns of a run on a cluster, of one whose samples go to a Zarr store, or of statistics.
 
     Args:
         scene, structures, integration, kept, seed: As of `run_scene`.
@@ -47,10 +48,14 @@ def simulate_in_regions(
         execution: Devices and threads of this process; of its CPU, where there is a cluster.
         cluster, path: As of `simulate`.
     """
-    if path is not None:
+    is_store = isinstance(path, str | os.PathLike) and os.fspath(path).endswith(STORE_SUFFIX)
+    if is_store:
         check_zarr()
-    with nullcontext() if path is None else Unfinished(path, STORE_SUFFIX) as unfinished:
+    with nullcontext() if path is None else Unfinished(path, STORE_SUFFIX if is_store else SUFFIX) as unfinished:
         workers: Workers = Here(execution) if cluster is None else workers_of(cluster, where.device, where.threads)
+        if kept.statistics:
+            run_of = scene, structures, integration, kept, seed
+            return simulate_statistics(*run_of, where, execution, workers, unfinished)
         if scene.structure.is_many:
             return _portfolio(scene, structures, integration, kept, seed, workers, where, execution, unfinished)
         run = RegionRun(scene, structures, integration, kept, seed, workers, where, unfinished)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -63,10 +64,11 @@ class RegionRun:
             scene=scene,
             structures=structures,
             integration=integration,
-            kept=kept,
+            kept=replace(kept, statistics=()),  # which travel once for all groups of a portfolio
             seed=seed,
             where=where,
             versions=versions(),
+            is_reduced=bool(kept.statistics),
         )
         layout = self._laid_out(job)  # what cannot run leaves what stands there
         journal = None if unfinished is None else Journal(unfinished, self.digest, kept.overwrite)
@@ -78,19 +80,19 @@ class RegionRun:
             layout = self._laid_out(job)
         for text in layout.messages:
             warn_caller(text)
-        if unfinished is not None:
+        if unfinished is not None and not job.is_reduced:
             job = replace(job, store=unfinished.kept / f"{self.digest[:16]}.zarr")
         self.job, self.layout = _keyed(job), layout
         size = int(settled.get("structures_per_region", layout.structures_per_region))
         self.regions = [range(first, min(first + size, structures)) for first in range(0, structures, size)]
         self.reports: dict[int, Report] = {}
         self.rows: Arrays = {}
-        if journal is None:
+        if journal is not None:
+            self._go_on(journal, size)
+        elif not self.job.is_reduced:
             check_room(self.samples, layout.bytes_per_sample, "run.zarr")
             along = {str(name): v for name, v in layout.template.variables.items() if "sample" in v.dims}
             self.rows = {name: np.empty((self.samples, *v.shape[1:]), v.dtype) for name, v in along.items()}
-        else:
-            self._go_on(journal, size)
 
     @property
     def samples(self) -> int:
@@ -101,6 +103,12 @@ class RegionRun:
     def histories(self) -> int:
         """Number of histories, over all events."""
         return sum(self.layout.samples_by_event)
+
+    @property
+    def chosen(self) -> dict[str, Any]:
+        """What a pilot has chosen, whose timings may choose otherwise next time."""
+        how = self.job.integration
+        return {} if how.target_error is None else {name: getattr(how, name) for name in CHOSEN}
 
     def calls(self) -> Iterator[tuple[Any, ...]]:
         """Yield the calls of the regions that are not done, with the run and the region's number as key."""
@@ -128,6 +136,16 @@ class RegionRun:
 
     def result(self) -> xr.Dataset:
         """Return the dataset, after all regions are done."""
+        rest = self.rest()
+        if self.unfinished is None or self.job.store is None:
+            return self._in_memory(rest)
+        with self.unfinished.named_errors():
+            complete(self.job.store, rest)
+            self.unfinished.move_in_store(self.job.store)
+        return xr.open_zarr(self.unfinished.path)
+
+    def rest(self) -> xr.Dataset:
+        """Return the variables and attributes that are known when all regions are done, without the samples."""
         self._settle_reruns()
         reports = [self.reports[place] for place in range(len(self.regions))]
         for text in dict.fromkeys(text for report in reports for text in report.messages):
@@ -144,12 +162,7 @@ class RegionRun:
         seconds = {name: sum(report.seconds[name] for report in reports) for name in reports[0].seconds}
         attributes = self.layout.template.attrs | self.layout.attributes | {FINGERPRINT: self.digest}
         rest.attrs = attributes | {f"seconds_{name}": value for name, value in seconds.items()}
-        if self.unfinished is None or self.job.store is None:
-            return self._in_memory(rest)
-        with self.unfinished.named_errors():
-            complete(self.job.store, rest)
-            self.unfinished.move_in_store(self.job.store)
-        return xr.open_zarr(self.unfinished.path)
+        return rest
 
     def _laid_out(self, job: Job) -> Layout:
         return self.workers.ask(lay_out_run, _keyed(job), *self.workers.layout)
@@ -163,13 +176,16 @@ class RegionRun:
             region = size * (self.samples // self.job.structures)
             with self.unfinished.named_errors():
                 lay_out(self.job.store, self.layout.template, self.samples, region)
-            how = self.job.integration
-            # The pilot's timings may choose otherwise next time.
-            chosen = {} if how.target_error is None else {name: getattr(how, name) for name in CHOSEN}
-            journal.settle(structures_per_region=size, **chosen)
+            journal.settle(structures_per_region=size, **self.chosen)
         self.workers.check_store(self.job)
+        if laid_out:
+            self._take_finished(self.job.report_of)
+
+    def _take_finished(self, path_of: Callable[[range], Path]) -> None:
+        """Take the reports of the regions that an earlier run has done, from their files, and say how many."""
+        assert self.unfinished is not None
         for place, structures in enumerate(self.regions):
-            report = Report.load(self.job.report_of(structures)) if laid_out else None
+            report = Report.load(path_of(structures))
             if report is not None and report.structures == (structures.start, structures.stop):
                 self.reports[place] = report
         done = sum(len(self.regions[place]) for place in self.reports)
@@ -183,10 +199,10 @@ class RegionRun:
         """Run those regions again of which samples before them decide otherwise which failed samples are run again."""
         states = [Reruns().state for _ in self.reports[0].decisions]
         for place, structures in enumerate(self.regions):
-            after = _after(states, self.reports[place])
+            after = after_region(states, self.reports[place])
             if after is None:
                 self.take(place, self.workers.ask(run_region, self.job, structures, states))
-                after = _after(states, self.reports[place])
+                after = after_region(states, self.reports[place])
                 if after is None:
                     raise RuntimeError(f"structures {structures.start} to {structures.stop - 1} failed in another way")
             states = after
@@ -216,7 +232,7 @@ class RegionRun:
         return (dataset.merge(rest) if rest.variables else dataset).assign_attrs(rest.attrs)
 
 
-def run_in_regions(runs: list[RegionRun], workers: Workers) -> None:
+def run_in_regions(runs: Sequence[RegionRun], workers: Workers) -> None:
     """Run all regions of runs that are not done, those of several runs side by side."""
     for run in runs:
         run.check_limits()
@@ -233,7 +249,7 @@ def _all_calls(runs: Iterable[RegionRun]) -> Iterator[tuple[Any, ...]]:
         yield from run.calls()
 
 
-def _after(states: list[dict[str, Any]], report: Report) -> list[dict[str, Any]] | None:
+def after_region(states: list[dict[str, Any]], report: Report) -> list[dict[str, Any]] | None:
     """Return the states of reruns after a region, or None if it was run from others that decided otherwise."""
     after = [stand(state, made) for state, made in zip(states, report.decisions, strict=True)]
     return None if None in after else [each for each in after if each is not None]

@@ -38,6 +38,9 @@ MOST_PREPARED = 4  # jobs that a process remembers, each with the memory of its 
 # Regions for each worker, so that the last ones end at about the same time; samples of the smallest region on a CPU;
 # blocks of a region on a GPU, where they are under way side by side.
 REGIONS_PER_WORKER, LEAST_CPU_REGION, BLOCKS_OF_A_REGION = 4, 2**10, 4
+# Samples of a region on a GPU where they are reduced to statistics: some seconds' work, beside which it costs little
+# that no kernel runs while the first block of a region is prepared and the last one is collected.
+REDUCED_REGION = 2**24
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +64,8 @@ class Job:
         where: Devices, threads and memory.
         key: Name that no other job has.
         versions: Versions of DECIDING where the run was asked for.
-        store: The Zarr store; None if the samples are handed back.
+        store: The Zarr store; None if the samples are handed back, or reduced to statistics.
+        is_reduced: Whether they are reduced to statistics.
     """
 
     scene: Scene
@@ -73,6 +77,7 @@ class Job:
     key: str = ""
     versions: tuple[str | None, ...] = ()
     store: Path | None = None
+    is_reduced: bool = False
 
     def report_of(self, structures: range) -> Path:
         """Return the file that says that a region is done; with a store alone."""
@@ -203,11 +208,14 @@ def _structures_per_region(prepared: Prepared, job: Job, workers: int, neighbour
     run, samples_each = prepared.run, prepared.run.samples // prepared.run.structures
     steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
     if run.execution.is_gpu:
-        most, least = BLOCKS_OF_A_REGION * GPU_BLOCK * len(run.execution.devices), LEAST_GPU_BLOCK
+        most = REDUCED_REGION if job.is_reduced else BLOCKS_OF_A_REGION * GPU_BLOCK
+        most, least = most * len(run.execution.devices), LEAST_GPU_BLOCK
     else:
         work = WORK_OF_A_BLOCK * run.model.threads / (steps * run.model.plan.dofs)
         most, least = min(CPU_BLOCK, max(1, int(work))), LEAST_CPU_REGION
     samples = min(most, max(least, -(-run.samples // (REGIONS_PER_WORKER * workers))))
+    if job.is_reduced:  # which holds blocks alone
+        return int(max(1, min(samples // samples_each, run.structures)))
     free = SHARE_OF_FREE_MEMORY * min(free_memory("cpu") / neighbours, most_memory or np.inf)
     room = (job.where.memory or free) / bytes_per_structure(run, prepared.columns)[0]
     return int(max(1, min(samples // samples_each, room, run.structures)))

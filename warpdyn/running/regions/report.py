@@ -35,7 +35,8 @@ class Report:
         longest_period: The longest first period [s].
         seconds: Time of sampling, integrating and in kernels [s].
         messages: Warnings.
-        rows: Values of the samples by name, where they are not in a store.
+        statistics: What `Reduction.partial` returns of the region, where samples are reduced to statistics.
+        rows: Values of the samples by name, where they are neither in a store nor reduced.
     """
 
     structures: tuple[int, int]
@@ -47,6 +48,7 @@ class Report:
     longest_period: float
     seconds: dict[str, float]
     messages: list[str]
+    statistics: Arrays = field(default_factory=dict)
     rows: Arrays = field(default_factory=dict)
 
     def save(self, path: Path) -> None:
@@ -54,6 +56,7 @@ class Report:
         plain = {name: getattr(self, name) for name in PLAIN}
         counts = {"decisions": [len(each) for each in self.decisions], "errors": [len(each) for each in self.errors]}
         arrays: Arrays = {f"outcomes/{place}": values for place, values in enumerate(self.outcomes)}
+        arrays |= {f"statistics/{name}": values for name, values in self.statistics.items()}
         for slot, made in enumerate(self.decisions):
             for place, one in enumerate(made):
                 arrays |= {f"decisions/{slot}/{place}/{name}": values for name, values in one.arrays.items()}
@@ -81,18 +84,21 @@ class Report:
             parts: dict[str, list[list[Arrays]]] = {
                 kind: [[{} for _ in range(count)] for count in header[kind]] for kind in ("decisions", "errors")
             }
-            outcomes = {}
+            outcomes, statistics = {}, {}
             for name in kept.files:
                 kind, *rest = name.split("/")
                 if kind == "outcomes":
                     outcomes[int(rest[0])] = kept[name]
+                elif kind == "statistics":
+                    statistics["/".join(rest)] = kept[name]
                 elif kind in parts:
                     parts[kind][int(rest[0])][int(rest[1])][rest[2]] = kept[name]
             plain = {name: header[name] for name in PLAIN}
             plain["structures"] = tuple(plain["structures"])
             decisions = [[Decisions.of_arrays(one) for one in made] for made in parts["decisions"]]
             taken = tuple(outcomes[place] for place in range(len(outcomes)))
-            return cls(decisions=decisions, errors=parts["errors"], outcomes=taken, **plain)
+            errors = parts["errors"]
+            return cls(decisions=decisions, errors=errors, outcomes=taken, statistics=statistics, **plain)
         return None
 
 

@@ -18,7 +18,8 @@ from warpdyn.running.pipeline import Pipeline
 from warpdyn.running.regions.job import Job, Prepared, messages_caught, one_at_a_time, prepared_for
 from warpdyn.running.regions.report import Report, state_of
 from warpdyn.running.regions.rerun_budget import decisions
-from warpdyn.running.sinks import InMemory
+from warpdyn.running.regions.statistics import Asked, reduction_for
+from warpdyn.running.sinks import InMemory, Reduced
 
 
 class Outcomes:
@@ -37,20 +38,33 @@ class Outcomes:
         return tuple(np.concatenate(each) for each in zip(*self.found, strict=True))
 
 
-def run_region(job: Job, structures: range, states: list[dict[str, Any]] | None) -> Report:
-    """Draw and integrate the structures of a region; write their samples to the job's store, or return them.
+def run_region(
+    job: Job,
+    structures: range,
+    states: list[dict[str, Any]] | None,
+    asked: Asked | None = None,
+    numbers: np.ndarray | None = None,
+) -> Report:
+    """Draw and integrate the structures of a region; write their samples to the job's store, reduce or return them.
 
     Args:
         job: The job.
         structures: The structures.
         states: `Reruns.state` after all samples before them, for each event and then for the error estimates of each;
             None where it is not known.
+        asked: Statistics that the samples are reduced to, if they are.
+        numbers: Numbers of the structures among those of the statistics.
     """
     with one_at_a_time, messages_caught() as messages:
         prepared = prepared_for(job)
         run, kept, integration = prepared.run, job.kept, job.integration
         findings = _findings(prepared, job)
-        table = InMemory(run.model, prepared.columns, len(structures) * (run.samples // run.structures))
+        table: InMemory | Reduced
+        if asked is None or numbers is None:
+            table = InMemory(run.model, prepared.columns, len(structures) * (run.samples // run.structures))
+        else:
+            reduction = reduction_for(asked, run.execution.cores).of_structures(numbers)
+            table = Reduced(run, prepared.columns, reduction, numbers)
         estimates = prepared.estimates(kept.checked_share, len(structures))
         outcomes = None if kept.histories is None else Outcomes(kept.histories)
         pipeline = Pipeline(
@@ -70,8 +84,13 @@ def run_region(job: Job, structures: range, states: list[dict[str, Any]] | None)
             one.state, one.seen = state, []
         for queue in prepared.queues:
             queue.spans.clear()
-        blocks = divide(run, prepared.columns, job.where.memory, first=structures.start, last=structures.stop)
-        pipeline.process(blocks, prepared.queues)
+        first, last, memory = structures.start, structures.stop, job.where.memory
+        blocks = divide(run, table.columns, memory, first=first, last=last, is_reduced=table.reduces)
+        with table:
+            pipeline.process(blocks, prepared.queues)
+            if isinstance(table, Reduced):
+                table.finish(xr.Dataset())
+                reduction.finish()
         errors = [estimate.found() for estimate in estimates]
         report = Report(
             structures=(structures.start, structures.stop),
@@ -87,7 +106,10 @@ def run_region(job: Job, structures: range, states: list[dict[str, Any]] | None)
                 "in_kernels": seconds_in_kernels(prepared.queues),
             },
             messages=messages,
+            statistics=reduction.partial() if isinstance(table, Reduced) else {},
         )
+    if isinstance(table, Reduced):
+        return report
     if job.store is None:
         report.rows = table.rows
     else:  # where a worker has several threads, another of its tasks integrates meanwhile

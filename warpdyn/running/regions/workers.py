@@ -13,6 +13,7 @@ from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.messages import say, warn_caller
 from warpdyn.integration.settings import Execution
 from warpdyn.running.regions.job import DECIDING, Job, named, versions
+from warpdyn.running.regions.statistics import Asked
 from warpdyn.running.run_scene import machines_of
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ class OnCluster:
 
     def __init__(self, client: Client, device: str | None, threads: int | None) -> None:
         self.client = client
-        self._jobs: dict[str, Future] = {}
+        self._held: dict[str, Future] = {}
         self._wait_for_one()
         self._check_versions()
         found: dict[str, About] = client.run(_about, device, threads)
@@ -141,7 +142,8 @@ class OnCluster:
                 most = TASKS_PER_WORKER * max(1, len(self.client.nthreads()))
                 while len(waiting) < most and (call := next(calls, None)) is not None:
                     key, function, job, *arguments = call
-                    future = self.client.submit(function, self._sent(job), *arguments, pure=False)
+                    sent = [self._sent(each) if isinstance(each, Asked) else each for each in arguments]
+                    future = self.client.submit(function, self._sent(job), *sent, pure=False)
                     waiting[future] = key, f"{function.__name__} of {_text(arguments)}"
                 if not waiting:
                     return
@@ -162,17 +164,17 @@ class OnCluster:
                 f"cluster: {_some(blind)} cannot write to {job.store}: give a path on a disk that all workers share"
             )
 
-    def _sent(self, job: Job) -> Future:
-        """Return a job on the cluster.
+    def _sent(self, job: Job | Asked) -> Future:
+        """Return a job, or statistics that are asked for, on the cluster.
 
         It is the result of a task and not scattered data: workers hand it to each other as well, and when all that held
         it have died, the scheduler makes it again.
         """
-        if job.key not in self._jobs:
+        if job.key not in self._held:
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Sending large graph")  # it travels once
-                self._jobs[job.key] = self.client.submit(_same, job, pure=False)
-        return self._jobs[job.key]
+                self._held[job.key] = self.client.submit(_same, job, pure=False)
+        return self._held[job.key]
 
     def _finished(self, futures: list[Future]) -> list[Future]:
         """Return those of some tasks that have finished, at least one; Ctrl-C acts meanwhile."""
@@ -266,8 +268,8 @@ def _sees(path: str) -> bool:
     return os.access(path, os.W_OK)
 
 
-def _same(job: Job) -> Job:
-    return job
+def _same(sent: Job | Asked) -> Job | Asked:
+    return sent
 
 
 def _result(future: Future, what: str) -> Any:

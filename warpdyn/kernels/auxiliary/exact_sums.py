@@ -1,0 +1,136 @@
+"""Sums in whole numbers, which are the same in whatever order their terms are added.
+
+A term of float64 is cut at fixed places, every 30 bits from the least number that float64 holds. The pieces of all
+terms that lie between two places are added as whole numbers, exactly; of these sums a cell keeps those of the uppermost
+piece that any of its terms has and of the three pieces below it. What is left out of a term lies more than 90 bits
+below the first bit of the largest term, whatever the order (as Demmel and Nguyen 2015, IEEE Transactions on Computers
+64(7), in floating-point numbers), so that parts of a run are added up as they come.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+PIECES, WIDTH = 4, 30  # a sum of 2^33 pieces of 30 bits fits in an int64
+FRACTION = 52  # bits of float64 after the first one
+LEAST_EXPONENT = 1074  # the least number is 2 to the power of minus this
+BYTES_PER_CELL = 8 * (2 * (1 + PIECES) + 1)
+MASK = 2**WIDTH - 1
+
+
+@wp.func
+def raise_top(own: int, cell: int, which: int, bins: wp.array3d(dtype=wp.int64)):
+    """Let one of a cell's sums begin with a higher piece."""
+    moved = own - int(bins[cell, which, 0])
+    for number in range(wp.static(PIECES)):
+        piece = wp.static(PIECES) - number
+        kept = wp.int64(0)
+        if piece > moved:
+            kept = bins[cell, which, piece - moved]
+        bins[cell, which, piece] = kept
+    bins[cell, which, 0] = wp.int64(own)
+
+
+@wp.func
+def add_exactly(value: wp.float64, cell: int, which: int, bins: wp.array3d(dtype=wp.int64)):
+    """Add a value to one of a cell's sums."""
+    bits = wp.cast(value, wp.uint64)
+    exponent = int((bits >> wp.uint64(wp.static(FRACTION))) & wp.uint64(2047))
+    digits = bits & wp.uint64(wp.static(2**FRACTION - 1))
+    if exponent > 0:
+        digits = digits | wp.uint64(wp.static(2**FRACTION))
+    if digits > wp.uint64(0):
+        first = wp.max(exponent, 1) + wp.static(FRACTION - 1)  # place of the first digit
+        own = first // wp.static(WIDTH)
+        if own > int(bins[cell, which, 0]):
+            raise_top(own, cell, which, bins)
+        piece = 1 + int(bins[cell, which, 0]) - own
+        inside = wp.uint64(first - wp.static(WIDTH) * own)
+        mask = wp.uint64(wp.static(2**WIDTH - 1))
+        sign = wp.cast(bits, wp.int64) >> wp.int64(63)  # -1 of negative values
+        high = wp.int64(digits >> (wp.uint64(wp.static(FRACTION)) - inside))
+        shifted = digits << wp.uint64(wp.static(2 * WIDTH - FRACTION))
+        middle = wp.int64((shifted >> (wp.uint64(wp.static(WIDTH)) - inside)) & mask)
+        low = wp.int64((shifted << inside) & mask)
+        if piece <= wp.static(PIECES):
+            bins[cell, which, piece] = bins[cell, which, piece] + ((high ^ sign) - sign)
+        if piece + 1 <= wp.static(PIECES):
+            bins[cell, which, piece + 1] = bins[cell, which, piece + 1] + ((middle ^ sign) - sign)
+        if piece + 2 <= wp.static(PIECES):
+            bins[cell, which, piece + 2] = bins[cell, which, piece + 2] + ((low ^ sign) - sign)
+
+
+@dataclass(frozen=True, eq=False)
+class ExactSums:
+    """Sums of values and of their squares in whole numbers, and the largest value, of each cell.
+
+    Args:
+        bins: For values and for squares the place of the uppermost piece and the sums of pieces from there on, shape
+            [cell, 2, 1 + piece], as `add_exactly` adds them.
+        largest: Shape [cell].
+    """
+
+    bins: np.ndarray
+    largest: np.ndarray
+
+    @classmethod
+    def of_nothing(cls, cells: int) -> ExactSums:
+        """Return the sums of so many cells to which nothing has been added."""
+        return cls(np.zeros((cells, 2, 1 + PIECES), dtype=np.int64), np.full(cells, -np.inf))
+
+    @property
+    def totals(self) -> np.ndarray:
+        """Sum, what rounding leaves out of it, the same of squares, and the largest value, shape [cell, 5]."""
+        found = np.empty((len(self.bins), 5))
+        for which in range(2):
+            found[:, 2 * which], found[:, 2 * which + 1] = as_floats(self.bins[:, which])
+        found[:, 4] = self.largest
+        return found
+
+    def of_cells(self, cells: np.ndarray) -> ExactSums:
+        """Return the sums of some cells."""
+        return ExactSums(self.bins[cells], self.largest[cells])
+
+    def include(self, cells: np.ndarray | slice, other: ExactSums) -> None:
+        """Add other sums to some cells, each of which is named once."""
+        own = self.bins[cells]
+        top = np.maximum(own[..., :1], other.bins[..., :1])
+        self.bins[cells] = np.concatenate([top, _moved(own, top) + _moved(other.bins, top)], axis=-1)
+        self.largest[cells] = np.maximum(self.largest[cells], other.largest)
+
+
+def as_floats(bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return sums as float64, and what rounding leaves out of each; shape [cell, 1 + piece] becomes [cell]."""
+    top, pieces = bins[:, 0], bins[:, 1:].copy()
+    for place in range(PIECES - 1, 0, -1):  # from the lowest piece on, what is above its 30 bits
+        pieces[:, place - 1] += pieces[:, place] >> WIDTH
+        pieces[:, place] &= MASK
+    exact = [pieces[:, 0] >> WIDTH, pieces[:, 0] & MASK, *(pieces[:, place] for place in range(1, PIECES))]
+    total, left_out = np.zeros(len(bins)), np.zeros(len(bins))
+    for place, piece in enumerate(exact):
+        total, rest = _two_sum(total, piece * 2.0 ** (WIDTH * (PIECES - place)))
+        left_out = left_out + rest
+    total, left_out = _two_sum(total, left_out)
+    exponent = (WIDTH * (top - PIECES + 1) - LEAST_EXPONENT).astype(np.int32)
+    with np.errstate(over="ignore"):
+        return np.ldexp(total, exponent), np.ldexp(left_out, exponent)
+
+
+def _two_sum(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a sum and what rounding left out of it (Knuth's)."""
+    total = one + other
+    part = total - one
+    return total, (one - (total - part)) + (other - part)
+
+
+def _moved(bins: np.ndarray, top: np.ndarray) -> np.ndarray:
+    """Return the sums of pieces, from another uppermost piece on."""
+    moved = top - bins[..., :1]
+    found = np.zeros((*bins.shape[:-1], PIECES), dtype=np.int64)
+    for piece in range(PIECES):
+        for by in range(piece + 1):
+            found[..., piece] += np.where(moved[..., 0] == by, bins[..., 1 + piece - by], 0)
+    return found
