@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.kernels.auxiliary.exact_sums import ExactSums
-from warpdyn.kernels.auxiliary.reductions import reductions
 from warpdyn.kernels.kernel_cache import loaded
+from warpdyn.kernels.reductions.exact_sums import ExactSums
+from warpdyn.kernels.reductions.table import reductions
 
 
 def sums_of(values):
@@ -18,7 +18,7 @@ def sums_of(values):
     rows[:, 0, 0], rows[:, 0, 4] = values, values
     order, cell = np.arange(len(values), dtype=np.int32), np.zeros(len(values), dtype=np.int32)
     start, unit = np.array([0, len(values)], dtype=np.int32), np.zeros(1, dtype=np.int32)
-    given = [1, order, start, rows, cell, unit, sums.bins, sums.largest]
+    given = [1, 1, order, start, rows, cell, unit, sums.bins, sums.largest]
     wp.launch(loaded(reductions().totals), dim=1, inputs=[0, 1, 1, *given], device="cpu")
     return sums
 

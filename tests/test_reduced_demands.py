@@ -16,7 +16,8 @@ from reduced_runs import (
 )
 
 import warpdyn as wd
-from warpdyn.reduction.demand_statistics import moments, quantiles_of
+from warpdyn.reduction.demand_histogram import quantiles_of
+from warpdyn.reduction.demand_moments import moments
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.tally import Block, Sums
 from warpdyn.reduction.workers import Threads

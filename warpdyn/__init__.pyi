@@ -64,13 +64,10 @@ from .ground_motions.pair_measures import (
 )
 from .ground_motions.response_spectra import response_spectra as response_spectra
 from .incremental.capacities import capacities as capacities
-from .reduction.damage_counts import DamageCounts as DamageCounts
-from .reduction.damage_loss import DamageLoss as DamageLoss
-from .reduction.demand_statistics import (
-    DemandHistogram as DemandHistogram,
-    DemandMoments as DemandMoments,
-    LargestDemand as LargestDemand,
-)
+from .reduction.damage.counts import DamageCounts as DamageCounts
+from .reduction.damage.losses import DamageLoss as DamageLoss
+from .reduction.demand_histogram import DemandHistogram as DemandHistogram
+from .reduction.demand_moments import DemandMoments as DemandMoments, LargestDemand as LargestDemand
 from .risk.annual_rates import annual_rates as annual_rates
 from .risk.collapse_margin import (
     collapse_margin as collapse_margin,

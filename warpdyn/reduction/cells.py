@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,79 +13,10 @@ from warpdyn.core.checks import one_of
 from warpdyn.ground_motions.designs import Stripes
 from warpdyn.ground_motions.motions import motion_names, motion_numbers
 from warpdyn.reduction.population import Population, numbered_events
+from warpdyn.reduction.rows import Places, Rows, one_unit
 
 Coordinates = dict[str, tuple]
 EVENT = {"long_name": "event"}
-
-
-@dataclass(frozen=True, eq=False)
-class Places:
-    """The samples of a row, which are the same ones in all rows.
-
-    Args:
-        cell: What each adds to the number of its row's cell, shape [place].
-        unit: Which of them are counted as one, the worst of them, shape [place].
-    """
-
-    cell: np.ndarray
-    unit: np.ndarray
-
-    @cached_property
-    def units(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The places unit by unit, where each unit starts among them, and the cell of each unit."""
-        order, start, _ = in_order_of(self.unit)
-        return order, start, self.cell[order[start[:-1]]].astype(np.int32)
-
-    @cached_property
-    def of_units(self) -> Places:
-        """The units of a row as places of their own."""
-        cell = self.units[-1]
-        return Places(cell, np.arange(cell.size))
-
-    @cached_property
-    def cells(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The places cell by cell, where each cell starts among them, and the cells."""
-        order, start, which = in_order_of(self.cell)
-        return order, start, which.astype(np.int32)
-
-
-def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the order of some numbers, where each distinct one starts in it (and where it ends), and these."""
-    order = np.argsort(numbers, kind="stable").astype(np.int32)
-    which, start = np.unique(numbers[order], return_index=True)
-    return order, np.append(start, numbers.size).astype(np.int32), which
-
-
-@cache
-def one_unit(count: int) -> Places:
-    """Return a row of so many samples that are counted as one: a single one, or the components of a draw."""
-    none = np.zeros(count, dtype=np.int64)
-    return Places(none, none)
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """How the samples of a block go to cells.
-
-    A cell's number is that of the sample's row and that of its place in the row, added.
-
-    Args:
-        rows_per_structure: Rows of a structure; a row is a structure or, where motions differ from sample to sample,
-            one sample or one draw.
-        structure: Number of each row's structure in the run.
-        cell: Shape [row].
-        places: The samples of a row.
-    """
-
-    rows_per_structure: int
-    structure: np.ndarray
-    cell: np.ndarray
-    places: Places
-
-    @property
-    def samples(self) -> int:
-        """Samples of a row."""
-        return self.places.cell.size
 
 
 class Cells:

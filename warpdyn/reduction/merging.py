@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from warpdyn.integration.dynamics import Arrays
-from warpdyn.kernels.auxiliary.exact_sums import ExactSums
+from warpdyn.kernels.reductions.exact_sums import ExactSums
 from warpdyn.reduction.cells import Cells
 from warpdyn.reduction.tally import Sums, Tally
 

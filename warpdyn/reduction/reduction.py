@@ -15,7 +15,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 from warpdyn.files.netcdf import trace
 from warpdyn.integration.dynamics import Arrays
-from warpdyn.kernels.auxiliary.reductions import reductions
+from warpdyn.kernels.reductions.table import reductions
 from warpdyn.reduction.limits import DRIFT
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Coordinates, Statistic, Variables

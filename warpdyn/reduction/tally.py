@@ -12,11 +12,13 @@ import numpy as np
 import warp as wp
 
 from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS
-from warpdyn.kernels.auxiliary.exact_sums import BYTES_PER_CELL, ExactSums
-from warpdyn.kernels.auxiliary.reductions import SUMS, reductions
 from warpdyn.kernels.queues import free_memory
-from warpdyn.reduction.cells import Cells, Rows
+from warpdyn.kernels.reductions.exact_sums import BYTES_PER_CELL, ExactSums
+from warpdyn.kernels.reductions.sums import SUMS
+from warpdyn.kernels.reductions.table import reductions
+from warpdyn.reduction.cells import Cells
 from warpdyn.reduction.limits import is_peak
+from warpdyn.reduction.rows import Rows
 from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 FAILURES = STATUS_MEANINGS[DIVERGED:]
@@ -175,7 +177,7 @@ class Sums:
         """
         rows = block.rows(self.cells) if rows is None else rows
         if workers not in self._sums:
-            nothing = ExactSums.of_nothing(self.cells.count)
+            nothing = ExactSums.of_nothing(self.cells.count * self._copies(workers))
             self._sums[workers] = workers.kept(nothing.bins), workers.kept(nothing.largest)
         bad = workers.bad(demand)
         *by_cell, cell_of_unit = rows.places.cells
@@ -192,8 +194,9 @@ class Sums:
             cells = cell_of_row[begin:end]
             rows_of_cells, first_of_cell, units_of_part = workers.groups(cells, units)
             given = [workers.array(values) for values in (rows_of_cells, first_of_cell)]
-            into = units_of_part, *given, sums, workers.array(cells), cell_of_unit, *self._sums[workers]
-            parts = (first_of_cell.size - 1) * -(-units // units_of_part)
+            copies = self._copies(workers)
+            into = units_of_part, copies, *given, sums, workers.array(cells), cell_of_unit, *self._sums[workers]
+            parts = (first_of_cell.size - 1) * copies * -(-units // units_of_part)
 
             def of_samples(thread: int, begin: int = begin) -> tuple:
                 return each, begin, *how, sums, bad, thread
@@ -213,11 +216,22 @@ class Sums:
             self._included = ExactSums.of_nothing(self.cells.count)
         self._included.include(cells, other)
 
+    def _copies(self, workers: Workers) -> int:
+        """Return how many copies of the cells threads add to, where few cells would leave most threads idle."""
+        is_own = self.cells.population.structure_dim in self.cells.dims
+        return (
+            1
+            if is_own
+            else max(1, min(workers.copies_of_cells, MEMORY_OF_COUNTS // (self.cells.count * BYTES_PER_CELL)))
+        )
+
     @property
     def exact(self) -> ExactSums:
         """The sums, exactly."""
-        found = [ExactSums(*map(workers.read, arrays)) for workers, arrays in self._sums.items()]
-        found += [] if self._included is None else [self._included]
+        found = [] if self._included is None else [self._included]
+        for workers, arrays in self._sums.items():
+            copies = (np.split(workers.read(array), self._copies(workers)) for array in arrays)
+            found += [ExactSums(*copy) for copy in zip(*copies, strict=True)]
         if len(found) == 1:
             return found[0]
         total = ExactSums.of_nothing(self.cells.count)

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 import warp as wp
 
-from warpdyn.kernels.auxiliary.reductions import reductions
 from warpdyn.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
+from warpdyn.kernels.reductions.table import reductions
 
 # Samples that a thread takes: a launch takes Python a tenth of a millisecond, in which no other thread runs.
 LEAST_SAMPLES = 2**15
@@ -22,9 +22,11 @@ class Workers(Protocol):
     Attributes:
         threads: How many there are on a processor; 1 for a GPU, which has thousands.
         memory_of_sums: Bytes that the sums of rows may take at a time.
+        copies_of_cells: Most copies of the cells of sums, so that threads which add to one cell do so side by side.
     """
 
     threads: int
+    copies_of_cells: int
     memory_of_sums: int
 
     def array(self, values: np.ndarray) -> Any:
@@ -104,7 +106,7 @@ class Threads:
         threads: How many there are.
     """
 
-    memory_of_sums = 2**23  # which stay in the cache
+    memory_of_sums, copies_of_cells = 2**23, 1  # which stay in the cache; they share cells by units
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -192,7 +194,7 @@ class Gpu:
         device: The GPU.
     """
 
-    threads, memory_of_sums = 1, 2**30
+    threads, memory_of_sums, copies_of_cells = 1, 2**30, 64
 
     def __init__(self, device: str) -> None:
         self.device = device

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.plausibility import PlausibilityFindings
-from warpdyn.reduction.loss_ratios import Ratios, checked_ratios
+from warpdyn.reduction.damage.loss_ratios import Ratios, checked_ratios
 from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
 from warpdyn.risk.curves import check_hazard, curves_of, interval_attributes, warn_of_crossing
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of

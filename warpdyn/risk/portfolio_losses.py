@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, real_number
+from warpdyn.reduction.damage.loss_ratios import Ratios, check_archetypes, ratios_of_archetypes
 from warpdyn.reduction.limits import NO_DAMAGE
-from warpdyn.reduction.loss_ratios import Ratios, check_archetypes, ratios_of_archetypes
 from warpdyn.risk.event_losses import MONEY, checked_event_rates, rates_of_losses
 from warpdyn.risk.losses import RETURN_PERIODS
 

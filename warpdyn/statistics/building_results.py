@@ -10,8 +10,8 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, check_kind
 from warpdyn.inventories.stock import BuildingStock
+from warpdyn.reduction.damage.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.reduction.limits import DAMAGE_COUNT
-from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.statistics.reduced_counts import archetype_counts, counts_over, part_of_scene
 
 _FUNCTION = "building_results"

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_numbers
-from warpdyn.reduction.building_numbers import losses_of_units
 from warpdyn.reduction.cells import Cells, Coordinates
-from warpdyn.reduction.damage_counts import Bounds, states_of
-from warpdyn.reduction.demand_statistics import moments
+from warpdyn.reduction.damage.building_numbers import losses_of_units
+from warpdyn.reduction.damage.counts import Bounds, states_of
+from warpdyn.reduction.damage.loss_ratios import Ratios, ratios_of_archetypes
+from warpdyn.reduction.demand_moments import moments
 from warpdyn.reduction.limits import DRIFT, Limit
-from warpdyn.reduction.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Statistic, Variables, failures

@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
 from warpdyn.core.output_variables import OK
-from warpdyn.kernels.auxiliary.reductions import reductions
-from warpdyn.reduction.cells import Cells, Rows
+from warpdyn.kernels.reductions.table import reductions
+from warpdyn.reduction.cells import Cells
 from warpdyn.reduction.limits import BUILDING_NUMBER
 from warpdyn.reduction.population import Population
+from warpdyn.reduction.rows import Rows
 from warpdyn.reduction.statistic import Variables
 from warpdyn.reduction.tally import Block, Sums
 from warpdyn.reduction.workers import LEAST_SAMPLES, Workers

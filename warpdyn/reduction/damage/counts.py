@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import real_numbers
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.integration.dynamics import Arrays
-from warpdyn.kernels.auxiliary.reductions import reductions
-from warpdyn.reduction.building_numbers import NumberSums, checked_number
+from warpdyn.kernels.reductions.table import reductions
 from warpdyn.reduction.cells import Cells, Coordinates
+from warpdyn.reduction.damage.building_numbers import NumberSums, checked_number
 from warpdyn.reduction.limits import (
     DAMAGE_COUNT,
     DRIFT,

@@ -1,0 +1,1 @@
+"""Kernels that count and add up the samples of a run by cell."""

@@ -1,0 +1,1 @@
+"""Damage states of samples, the buildings in them, and losses."""
