@@ -57,21 +57,29 @@ class BuildingStock:
         Raises:
             ValueError: If it is another one, whose ids differ.
         """
+        self.check(inventory)
+        return inventory.iloc[self.rows]
+
+    def check(self, inventory: pd.DataFrame) -> None:
+        """Raise a ValueError unless the stock was made of this inventory.
+
+        Args:
+            inventory: The inventory.
+        """
         missing = self.rows.size and self.rows.max() >= len(inventory)
         if missing or "id" not in inventory or len(inventory) != self.rows.size + self.left_out.size:
             raise ValueError(
                 f"the inventory has {len(inventory):,} rows, and the stock was made of one with "
                 f"{self.rows.size + self.left_out.size:,}: give the same one"
             )
-        found = inventory.iloc[self.rows]
-        differs = found["id"].to_numpy() != self.id
+        found = inventory["id"].to_numpy()[self.rows]
+        differs = found != self.id
         if differs.any():
             place = int(np.flatnonzero(differs)[0])
             raise ValueError(
                 f"the stock was made of another inventory: {differs.sum():,} ids differ, such as "
-                f"{found['id'].iloc[place]!r} in row {self.rows[place]}, which was {self.id[place]!r}"
+                f"{found[place]!r} in row {self.rows[place]}, which was {self.id[place]!r}"
             )
-        return found
 
     def replacement_costs(self, inventory: pd.DataFrame) -> np.ndarray:
         """Return the replacement cost of each building, as `DamageLoss` takes it, shape [building].
@@ -84,11 +92,11 @@ class BuildingStock:
         """
         if "replacement_cost" not in inventory:
             raise ValueError("replacement_costs: the inventory has no column replacement_cost")
-        buildings = self.buildings(inventory)
-        cost = buildings["replacement_cost"].to_numpy(dtype=np.float64)
+        self.check(inventory)
+        cost = inventory["replacement_cost"].to_numpy(dtype=np.float64)[self.rows]
         missing = np.isnan(cost)
         if missing.any():
-            named = named_rows(buildings, missing)
+            named = named_rows(self.buildings(inventory), missing)
             raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have no replacement cost")
         return cost
 

@@ -66,7 +66,7 @@ def building_results(
     check_kind(_FUNCTION, "an inventory", inventory, pd.DataFrame, "as the readers of wd.inventories return it")
     name = counts_over(_FUNCTION, counted, ("building",))
     _check_run(counted, stock)
-    buildings = stock.buildings(inventory)
+    stock.check(inventory)
     table = counted[name].transpose("building", "damage_state")
     states = [str(state) for state in table["damage_state"].values]
     failed = counted[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure").values
@@ -74,9 +74,9 @@ def building_results(
     with np.errstate(invalid="ignore", divide="ignore"):
         share = table.values / samples[:, None]
         error = np.sqrt(share * (1 - share) / np.where(samples > 1, samples - 1, np.nan)[:, None])
-    kinds = pd.Categorical.from_codes(stock.archetype_index, list(stock.portfolio.archetypes))
+    order = np.argsort(stock.rows, kind="stable")
     numbers = np.arange(samples.size, dtype=np.int32)
-    columns = {"building": numbers, "archetype": kinds, "sample_count": samples, "failed_count": failed}
+    columns = {"building": numbers, "archetype": stock.archetype_index, "sample_count": samples, "failed_count": failed}
     for place, state in enumerate(states):
         columns |= {PROBABILITY + state: share[:, place], STANDARD_ERROR + state: error[:, place]}
     if loss_ratios is not None:
@@ -89,9 +89,10 @@ def building_results(
         raise ValueError(
             f"{_FUNCTION}: the inventory has a column {taken[0]!r}, which is one of the results: rename it"
         )
-    order = np.argsort(stock.rows, kind="stable")
-    found = pd.concat([buildings.reset_index(drop=True), pd.DataFrame(columns)], axis=1).iloc[order]
-    found = found.reset_index(drop=True)
+    own = pd.DataFrame({key: np.take(values, order) for key, values in columns.items()})
+    own["archetype"] = pd.Categorical.from_codes(own["archetype"], list(stock.portfolio.archetypes))
+    rows = inventory.iloc[stock.rows[order]] if stock.left_out.size else inventory
+    found = pd.concat([rows.reset_index(drop=True), own], axis=1)
     found.attrs = {
         key: str(counted.attrs[key]) for key in ("title", "source", "history", "seed") if key in counted.attrs
     }
@@ -111,8 +112,9 @@ def _loss_ratios(
         loss_ratios: As of `building_results`.
     """
     found = ratios_of_archetypes(_FUNCTION, list(stock.portfolio.archetypes), states[1:], loss_ratios)
+    alike = all(each is found[0] for each in found)  # then one row serves all buildings
     mean, deviation = (
-        np.stack([np.append(0.0, getattr(each, name)) for each in found])[stock.archetype_index]
+        np.stack([np.append(0.0, getattr(each, name)) for each in found])[slice(1) if alike else stock.archetype_index]
         for name in ("mean", "deviation")
     )
     expected = (share * mean).sum(axis=1)
