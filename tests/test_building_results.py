@@ -177,6 +177,43 @@ def test_events_by_which_motions_are_counted(stock):
     assert (results["sample_count"] == 2).all()
 
 
+def test_an_earthquake_that_is_drawn_again_tells_nothing_new(stock):
+    motions = scene_of("cloud", stock.portfolio).excitation.motions
+    grid = [[[0], [1], [2]]]  # one site, so that an earthquake drawn again brings the same motion again
+    once, often = (
+        counted_of(
+            scene_of(
+                wd.MotionsAtSites(motions, grid, 2.0, site=np.zeros((stock.portfolio.buildings, draws), int)),
+                stock.portfolio,
+            )
+        )
+        for draws in (3, 15)
+    )
+    expected, found = (wd.building_results(each, stock, INVENTORY, OF_CITY) for each in (once, often))
+    assert (expected["sample_count"] == 3).all()
+    assert (found["sample_count"] == 15).all()
+    assert (expected["standard_error_none"] > 0).any()
+    # The three earthquakes in another number of draws; shares of 15 and of 3 round differently.
+    for name in found.columns[found.columns.str.contains("probability|error|loss")]:
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-12, atol=1e-15)
+    two = wd.MotionsAtSites(motions, grid, 2.0, np.zeros((stock.portfolio.buildings, 4), int), earthquake=[0, 2, 2, 0])
+    of_two = wd.building_results(counted_of(scene_of(two, stock.portfolio)), stock, INVENTORY)
+    share = of_two["probability_none"]
+    np.testing.assert_allclose(of_two["standard_error_none"], np.sqrt(share * (1 - share)))  # n is 2
+    alone = wd.MotionsAtSites(motions, grid, 2.0, np.zeros((stock.portfolio.buildings, 4), int), earthquake=[1] * 4)
+    one = wd.building_results(counted_of(scene_of(alone, stock.portfolio)), stock, INVENTORY)
+    assert one.filter(like="standard_error").isna().all(axis=None)
+    by_earthquake = simulate(
+        scene_of(two, stock.portfolio), statistics=wd.DamageCounts(LIMITS, over=("building", "earthquake"))
+    )
+    selected = wd.building_results(by_earthquake.sel(earthquake="2"), stock, INVENTORY)
+    assert (selected["sample_count"] == 2).all()
+    assert selected.filter(like="standard_error").isna().all(axis=None)
+    with pytest.warns(UserWarning, match="how many different earthquakes the motions are of .*attribute 'scene'"):
+        unknown = wd.building_results(often.drop_attrs(), stock, INVENTORY)
+    assert unknown["standard_error_none"].max() < found["standard_error_none"].max()
+
+
 def test_losses_of_events(stock):
     costs = stock.replacement_costs(INVENTORY)
     scene, events = scene_of("cloud", stock.portfolio), ["b", "a", "b"]

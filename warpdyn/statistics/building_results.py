@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, check_kind
+from warpdyn.core.messages import warn_caller
 from warpdyn.inventories.stock import BuildingStock
 from warpdyn.reduction.damage.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.reduction.limits import DAMAGE_COUNT
@@ -27,8 +29,12 @@ def building_results(
     A building's samples are its histories under the motions of the run (of each event the worst, if `DamageCounts` was
     told the events). All of them are of the one structure that was drawn for it, so that the standard errors are those
     of the motions alone, which count as independent of each other: name the events, where two motions are the
-    components of one record. A row that stands for several buildings (`number`) was run as one: the probability is that
-    of each of them, and the loss, as the replacement cost, is of them all, which are taken to be in one damage state.
+    components of one record. Of `MotionsAtSites` at most as many samples count as independent as there are earthquakes
+    among the draws, since an earthquake that is drawn again brings no new motions where the site is the same; a warning
+    says where counts do not tell their earthquakes, as without their attributes.
+
+    A row that stands for several buildings (`number`) was run as one: the probability is that of each of them, and the
+    loss, as the replacement cost, is of them all, which are taken to be in one damage state.
 
     Args:
         counted: What `simulate` returned with `statistics=[DamageCounts(stock.limits, over="building")]`; of counts
@@ -45,7 +51,8 @@ def building_results(
         - `building`, its number in the portfolio, and `archetype`;
         - `sample_count`, and `failed_count` of samples that are in no probability;
         - `probability_<state>` of being in each damage state, "none" too, and `standard_error_<state>`, which is
-          sqrt(p (1 - p) / (n - 1)) of n samples; NaN where no sample, or one alone, tells it;
+          sqrt(p (1 - p) / (n - 1)) of n independent samples; NaN where n is 0 or 1; a 0, where p is 0 or 1, says that
+          all samples are alike, not that the probability is exact;
         - with `loss_ratios` the `expected_loss_ratio` [1] and `loss_ratio_standard_deviation` [1] of a sample, the
           scatter of the ratios included, and `expected_loss` and `loss_standard_deviation`, which are these times
           `replacement_cost`, in its currency.
@@ -71,16 +78,18 @@ def building_results(
     states = [str(state) for state in table["damage_state"].values]
     failed = counted[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure").values
     samples = table.values.sum(axis=1)
+    earthquakes = _earthquakes(counted, name)
+    independent = samples if earthquakes is None else np.minimum(samples, earthquakes)
     with np.errstate(invalid="ignore", divide="ignore"):
         share = table.values / samples[:, None]
-        error = np.sqrt(share * (1 - share) / np.where(samples > 1, samples - 1, np.nan)[:, None])
+        error = np.sqrt(share * (1 - share) / np.where(independent > 1, independent - 1, np.nan)[:, None])
     order = np.argsort(stock.rows, kind="stable")
     numbers = np.arange(samples.size, dtype=np.int32)
     columns = {"building": numbers, "archetype": stock.archetype_index, "sample_count": samples, "failed_count": failed}
     for place, state in enumerate(states):
         columns |= {PROBABILITY + state: share[:, place], STANDARD_ERROR + state: error[:, place]}
     if loss_ratios is not None:
-        ratio, deviation = _loss_ratios(share, samples, states, stock, loss_ratios)
+        ratio, deviation = _loss_ratios(share, independent, states, stock, loss_ratios)
         cost = stock.replacement_costs(inventory)
         columns |= {"expected_loss_ratio": ratio, "loss_ratio_standard_deviation": deviation}
         columns |= {"expected_loss": ratio * cost, "loss_standard_deviation": deviation * cost}
@@ -100,13 +109,13 @@ def building_results(
 
 
 def _loss_ratios(
-    share: np.ndarray, samples: np.ndarray, states: list[str], stock: BuildingStock, loss_ratios: Losses
+    share: np.ndarray, independent: np.ndarray, states: list[str], stock: BuildingStock, loss_ratios: Losses
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean and the standard deviation of the loss ratio of each building's samples.
 
     Args:
         share: Share of the samples in each damage state, shape [building, damage_state].
-        samples: Number of samples, shape [building].
+        independent: Number of independent samples, shape [building].
         states: The damage states, no damage first.
         stock: The stock.
         loss_ratios: As of `building_results`.
@@ -120,8 +129,45 @@ def _loss_ratios(
     expected = (share * mean).sum(axis=1)
     between = (share * (mean - expected[:, None]) ** 2).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        variance = between * samples / (samples - 1) + (share * deviation**2).sum(axis=1)
-    return expected, np.sqrt(np.where(samples > 1, variance, np.nan))
+        variance = between * independent / (independent - 1) + (share * deviation**2).sum(axis=1)
+    return expected, np.sqrt(np.where(independent > 1, variance, np.nan))
+
+
+def _earthquakes(counted: xr.Dataset, name: str) -> int | None:
+    """Return the number of different earthquakes among the draws of MotionsAtSites; None of another design.
+
+    It warns where this is not known.
+
+    Args:
+        counted: The counts.
+        name: Those by building.
+    """
+    text, design = str(counted.attrs.get("scene", "")), '{"type":"MotionsAtSites"'
+    if "earthquake" in counted[name].coords:  # counts of one earthquake
+        return 1
+    # The earthquakes of the draws stand behind the sites of all buildings, which are not read; quotes within a text
+    # are escaped in JSON, so that no name looks like this key.
+    begin, key = text.find(f'"excitation":{design}'), '"earthquake":['
+    place = text.find(key, begin) if begin >= 0 else -1
+    if place >= 0:
+        drawn = json.JSONDecoder().raw_decode(text, place + len(key) - 1)[0]
+        return len(set(drawn))
+    if not text or design in text:  # in a sequence the earthquakes of one event are not those of another
+        warn_caller(
+            f"{_FUNCTION}: the counts do not say how many different earthquakes the motions are of (attribute 'scene'),"
+            " so that each sample counts as independent: if earthquakes were drawn repeatedly, standard errors are too "
+            "small; give what simulate returned, with its attributes"
+        )
+    return None
+
+
+def damage_states(results: pd.DataFrame) -> list[str]:
+    """Return the damage states that a table of results has probabilities of, no damage first.
+
+    A column of the user's own may begin with "probability_" too; it has no standard error.
+    """
+    states = [str(name).removeprefix(PROBABILITY) for name in results if str(name).startswith(PROBABILITY)]
+    return [state for state in states if STANDARD_ERROR + state in results]
 
 
 def _check_run(counted: xr.Dataset, stock: BuildingStock) -> None:
