@@ -28,7 +28,9 @@ def make_results(count, seed=0):
             "expected_loss_ratio": random.random(count),
         }
     )
-    return frame.assign(**{f"probability_{name}": shares[:, place] for place, name in enumerate(names)})
+    for place, name in enumerate(names):
+        frame[f"probability_{name}"], frame[f"standard_error_{name}"] = shares[:, place], 0.1
+    return frame
 
 
 def of_kind(axes, kind):
@@ -90,6 +92,15 @@ def test_a_kilometre_is_as_long_to_the_east_as_to_the_north():
     assert per_degree[0] / per_degree[1] == pytest.approx(np.cos(np.radians(59.9)), rel=0.01)
 
 
+def test_a_column_of_the_users_own_is_no_damage_state():
+    results = make_results(50)
+    own = results.assign(probability_of_flooding=0.5)
+    expected, found = (of_kind(wd.plots.damage_map(each, "slight").axes[0], PathCollection) for each in (results, own))
+    np.testing.assert_array_equal(found.get_array(), expected.get_array())
+    with pytest.raises(ValueError, match=r"unknown damage state 'of_flooding'.*allowed: 'none', 'slight', 'complete'$"):
+        wd.plots.damage_map(own, "of_flooding")
+
+
 def test_what_the_map_is_of_is_written_on_it():
     results = make_results(50)
     figure = wd.plots.damage_map(results, "slight")
@@ -118,6 +129,12 @@ def test_buildings_without_a_value_and_undamaged_ones():
         ([], {"state": "sligt"}, r"unknown damage state 'sligt' \(did you mean 'slight'\?\)"),
         (["expected_loss_ratio"], {}, "the table has no losses; name a damage state"),
         (["number"], {"state": "slight"}, "the table has no column 'number'"),
+        (["replacement_cost"], {}, "the table has no column 'replacement_cost'"),
+        (
+            [f"standard_error_{state}" for state in ("none", "slight", "complete")],
+            {"state": "slight"},
+            r"no probabilities of damage and standard errors: draw what building_results",
+        ),
         ([], {"cell": 0.0}, "cell must be a finite number above 0"),
     ],
 )
@@ -128,3 +145,5 @@ def test_what_cannot_be_drawn_is_refused(changed, how, message):
         wd.plots.damage_map({})
     with pytest.raises(ValueError, match="no building has a value"):
         wd.plots.damage_map(make_results(5).assign(expected_loss_ratio=np.nan))
+    with pytest.raises(ValueError, match="no building has a replacement_cost above 0"):
+        wd.plots.damage_map(make_results(5).assign(replacement_cost=0.0))

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from warpdyn.core.checks import check_kind, one_of, real_number
 from warpdyn.plots.style import SMALL, Drawn, panels, title
-from warpdyn.statistics.building_results import PROBABILITY
+from warpdyn.statistics.building_results import PROBABILITY, damage_states
 
 MOST_BUILDINGS = 3000  # that are drawn as points; more are put together in cells
 CELLS = 70  # along the longer side of the map
@@ -43,8 +43,8 @@ def damage_map(
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the table has no such state or no losses, holds no building with a value, or the side is not
-            above 0.
+        ValueError: If the table is none of `building_results`, has no such state or no losses, holds no building with a
+            value (or a replacement cost, for losses), or the side is not above 0.
         TypeError: If `results` is no DataFrame.
 
     Example:
@@ -57,6 +57,10 @@ def damage_map(
     places = results[["longitude", "latitude"]].to_numpy(dtype=np.float64)
     known = np.isfinite(value) & np.isfinite(places).all(axis=1) & (weight > 0)
     if not known.any():
+        if state is None and not (weight > 0).any():
+            raise ValueError(
+                "plots.damage_map: no building has a replacement_cost above 0, which a cell's loss ratio is weighed by"
+            )
         raise ValueError("plots.damage_map: no building has a value: select others")
     value, weight, (longitude, latitude) = value[known], weight[known], places[known].T
     if cell is not None:
@@ -106,13 +110,16 @@ def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np
             raise ValueError(
                 "plots.damage_map: the table has no losses; name a damage state, or give building_results loss ratios"
             )
+        if "replacement_cost" not in results:
+            raise ValueError(f"plots.damage_map: the table has no column 'replacement_cost': {_ADVICE}")
         weight = results["replacement_cost"].to_numpy(dtype=np.float64)
         return results["expected_loss_ratio"].to_numpy(), weight, "Expected loss over replacement cost"
-    names = [str(name) for name in results.columns if str(name).startswith(PROBABILITY)]
-    states = [name.removeprefix(PROBABILITY) for name in names]
+    states = damage_states(results)
+    if not states:
+        raise ValueError(f"plots.damage_map: the table has no probabilities of damage and standard errors: {_ADVICE}")
     one_of("damage state", state, states)
     place = states.index(state)
-    value = results[names[place:]].sum(axis=1, skipna=False).to_numpy()
+    value = results[[PROBABILITY + each for each in states[place:]]].sum(axis=1, skipna=False).to_numpy()
     words = f"Share of buildings in {state} damage" + (" or worse" if place < len(states) - 1 else "")
     return value, results["number"].to_numpy(dtype=np.float64), words
 
