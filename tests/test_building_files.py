@@ -212,12 +212,26 @@ def test_r2d_results(tmp_path):
     assert [each["R2Dres_std_RepairCost_loss_ratio"] for each in own] == [0.25] * 4
     assert [each["R2Dres_mean_RepairCost"] for each in own] == pytest.approx(ratios * [1e5, 2e5, 3e5, 4e5])
     assert [each["R2Dres_std_RepairCost"] for each in own] == pytest.approx([2.5e4, 5e4, 7.5e4, 1e5])
-    again = wd.inventories.read_geojson(path, columns={"id": "AIM_id"})
+    again = wd.inventories.read_geojson(path)
     assert again["id"].tolist() == RESULTS["id"].tolist()
     np.testing.assert_allclose(again["plan_area"], RESULTS["plan_area"], rtol=1e-10)
     assert again["longitude"].to_numpy() == pytest.approx(RESULTS["longitude"].to_numpy(), abs=1e-10)
     with pytest.raises(ValueError, match="unknown area_unit 'acre'"):
         wd.write_r2d_results(RESULTS, path, area_unit="acre")
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.geojson"])
+def test_readers_of_r2d_read_the_files_back(name, tmp_path):
+    path = wd.write_building_results(RESULTS, tmp_path / name)
+    read = wd.inventories.read_r2d if name == "a.csv" else wd.inventories.read_geojson
+    again = read(path)  # plan_area is in m2, whatever the unit of R2D's PlanArea
+    assert again["id"].tolist() == RESULTS["id"].tolist()
+    np.testing.assert_allclose(again["plan_area"], RESULTS["plan_area"], rtol=1e-10)  # ten digits after the point
+    renamed = RESULTS.rename(columns={"plan_area": "PlanArea"})
+    feet = read(wd.write_building_results(renamed, path))
+    np.testing.assert_allclose(feet["plan_area"], RESULTS["plan_area"] * 0.3048**2, rtol=1e-10)
+    feet = read(wd.write_building_results(RESULTS.rename(columns={"plan_area": "A"}), path), columns={"plan_area": "A"})
+    np.testing.assert_allclose(feet["plan_area"], RESULTS["plan_area"] * 0.3048**2, rtol=1e-10)
 
 
 WRITERS = {

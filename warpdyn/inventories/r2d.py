@@ -26,6 +26,7 @@ R2D_NAMES = {
     "plan_area": "PlanArea",
     "replacement_cost": "ReplacementCost",
 }
+ASSET_ID = "AIM_id"  # the id in R2D's files of results
 
 
 def read_r2d(
@@ -37,7 +38,8 @@ def read_r2d(
         path: The file, with columns `id`, `Latitude`, `Longitude` and, if it has them, `NumberOfStories`, `YearBuilt`,
             `OccupancyClass`, `StructureType`, `PlanArea` and `ReplacementCost`; case does not matter. All others are
             kept under their names.
-        area_unit: Unit of `PlanArea`, which the file does not say: "ft2", as in SimCenter's examples, or "m2".
+        area_unit: Unit of `PlanArea`, which the file does not say: "ft2", as in SimCenter's examples, or "m2". A column
+            `plan_area`, as in files that `write_building_results` wrote, is in m2.
         columns: Other names of columns by their meaning, as `from_table` takes them.
 
     Returns:
@@ -58,12 +60,13 @@ def read_geojson(
 ) -> pd.DataFrame:
     """Read a GeoJSON file (RFC 7946) of buildings as SimCenter's R2D tool and its BRAILS write it.
 
-    A building lies where its properties `Latitude` and `Longitude` say, or else at its point, or at the mean of the
+    The id is the property `id`, or else `AIM_id`, as in R2D's results, or else the feature's own. A building lies where
+    its properties `Latitude` and `Longitude` say, or else at its point, or at the mean of the
     corners of its polygon's outer ring.
 
     Args:
         path: The file, a FeatureCollection of points or polygons whose properties are named as `read_r2d` says.
-        area_unit: Unit of `PlanArea`: "ft2" or "m2".
+        area_unit: Unit of `PlanArea`: "ft2" or "m2"; `plan_area` is in m2.
         columns: Other names of properties by their meaning, as `from_table` takes them.
 
     Returns:
@@ -87,7 +90,7 @@ def read_geojson(
     _check_degrees(path, told)
     table = pd.DataFrame.from_records([each.get("properties") or {} for each in features])
     names = {str(name).lower(): str(name) for name in table.columns}
-    if "id" not in names:
+    if "id" not in names and ASSET_ID.lower() not in names:
         table["id"] = [each.get("id") for each in features]
     if "latitude" not in names or "longitude" not in names:
         places = np.array([_place(path, number, each.get("geometry")) for number, each in enumerate(features)])
@@ -99,10 +102,13 @@ def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[
     """Return a table with R2D's names as an inventory."""
     names = {str(name).lower(): name for name in table.columns}
     known = {meaning: names[name.lower()] for meaning, name in R2D_NAMES.items() if name.lower() in names}
+    if "id" not in names and ASSET_ID.lower() in names:
+        known["id"] = names[ASSET_ID.lower()]
     for meaning in ("id", "longitude", "latitude"):
         known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error says R2D's name
-    inventory = checked_inventory(what, table, known | dict(columns))
-    if "plan_area" in inventory:
+    source = known | dict(columns)
+    inventory = checked_inventory(what, table, source)
+    if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":  # warpdyn's own is in m2
         inventory["plan_area"] *= FACTORS[area_unit]
     return inventory
 

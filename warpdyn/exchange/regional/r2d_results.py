@@ -13,13 +13,13 @@ from warpdyn.core.checks import one_of
 from warpdyn.exchange.regional import geojson
 from warpdyn.exchange.regional.building_table import checked_results
 from warpdyn.exchange.text_files import checked_path, write_in_place
-from warpdyn.inventories.r2d import R2D_NAMES
+from warpdyn.inventories.r2d import ASSET_ID, R2D_NAMES
 from warpdyn.inventories.table import FACTORS
 from warpdyn.statistics.building_results import PROBABILITY
 
 _FUNCTION = "write_r2d_results"
 CRS = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
-ASSET_ID, ASSET_TYPE = "AIM_id", "Buildings"
+ASSET_TYPE = "Buildings"
 
 
 def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_unit: str = "ft2") -> Path:
