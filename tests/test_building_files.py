@@ -234,6 +234,15 @@ def test_readers_of_r2d_read_the_files_back(name, tmp_path):
     np.testing.assert_allclose(feet["plan_area"], RESULTS["plan_area"] * 0.3048**2, rtol=1e-10)
 
 
+@pytest.mark.parametrize("write", [wd.write_building_results, wd.write_r2d_results])
+def test_geojson_holds_text_with_any_end_of_a_line(write, tmp_path):
+    # Everything that `str.splitlines` breaks at, the separators of Unicode among them.
+    texts = ["a\u2028b", "c\u2029d\x85e", "f\ng\r\nh\x0b\x0c", "\x1ci\x1dj\x1e"]
+    path = write(RESULTS.assign(remark=texts), tmp_path / "a.geojson")
+    features = json.loads(path.read_text(encoding="utf-8"))["features"]
+    assert [each["properties"]["remark"] for each in features] == texts
+
+
 WRITERS = {
     "write_building_results": (wd.write_building_results, "a.csv", "'.parquet' or '.csv' or '.geojson' or '.nc'"),
     "write_openquake_damages": (wd.write_openquake_damages, "a.csv", "'.csv'"),

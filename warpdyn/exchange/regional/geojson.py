@@ -27,8 +27,10 @@ def write_points(name: str, properties: pd.DataFrame, places: pd.DataFrame, head
         file.write('{"type": "FeatureCollection",\n' + members + '"features": [\n')
         before = ""
         for part, of_part in zip(parts_of(properties), parts_of(places), strict=True):
-            # A row's JSON has no line feeds in it: they are escaped in text.
-            rows = part.to_json(orient="records", lines=True, double_precision=DIGITS, force_ascii=False).splitlines()
+            # A row's JSON has no line feeds in it, as they are escaped in text. What else Unicode takes for the end of
+            # a line, such as U+2028, is not, so that `splitlines` would cut rows.
+            lines = part.to_json(orient="records", lines=True, double_precision=DIGITS, force_ascii=False)
+            rows = lines.rstrip("\n").split("\n")
             longitude, latitude = (of_part[column].tolist() for column in ("longitude", "latitude"))
             file.write(before)
             file.write(
