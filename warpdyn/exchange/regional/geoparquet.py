@@ -9,6 +9,7 @@ import pandas as pd
 
 from warpdyn.exchange.regional.building_table import parts_of
 
+FUNCTION = "write_building_results"
 VERSION, GEOMETRY = "1.1.0", "geometry"
 LOOKED_AT = 10_000  # rows that tell whether a column's values repeat
 # A point of well-known binary (OGC 06-103r4): little-endian, of type 1, and its two coordinates.
@@ -21,6 +22,9 @@ def write_points(name: str, table: pd.DataFrame) -> None:
     Args:
         name: The file.
         table: The table, with columns `longitude` and `latitude` [degree].
+
+    Raises:
+        ValueError: If a column holds values of several kinds, such as text and numbers.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -29,7 +33,7 @@ def write_points(name: str, table: pd.DataFrame) -> None:
     # Without a `crs` places are longitude and latitude on WGS 84 (OGC:CRS84), as the specification has it.
     column = {"encoding": "WKB", "geometry_types": ["Point"], "bbox": [*low, *high]}
     geo = {"version": VERSION, "primary_column": GEOMETRY, "columns": {GEOMETRY: column}}
-    plain = pa.Schema.from_pandas(table, preserve_index=False)
+    plain = _schema(table)
     said = (plain.metadata or {}) | {
         b"geo": json.dumps(geo).encode(),
         b"PANDAS_ATTRS": json.dumps(table.attrs).encode(),
@@ -42,6 +46,24 @@ def write_points(name: str, table: pd.DataFrame) -> None:
             found = pa.Table.from_pandas(part, schema=plain, preserve_index=False)
             columns = [*found.columns, _binary(part)]
             writer.write_table(pa.Table.from_arrays(columns, schema=schema))
+
+
+def _schema(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
+    """Return the table's schema; raise a ValueError that names the column that has none."""
+    import pyarrow as pa
+
+    try:
+        return pa.Schema.from_pandas(table, preserve_index=False)
+    except pa.ArrowException:
+        for name in table:
+            try:
+                pa.array(table[name], from_pandas=True)
+            except pa.ArrowException as error:
+                raise ValueError(
+                    f"{FUNCTION}: column {name!r} holds values that Parquet has no single type for ({error}): make "
+                    "them all text or all numbers, or leave the column out"
+                ) from None
+        raise
 
 
 def _binary(part: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types

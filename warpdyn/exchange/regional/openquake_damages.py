@@ -38,8 +38,8 @@ def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, l
         The path.
 
     Raises:
-        ValueError: If the name has another ending, the table lacks a column or a place, the loss type is unknown, or
-            buildings have no probability, because all their samples failed.
+        ValueError: If the name has another ending, the table lacks a column or a place or has values that cannot be,
+            the loss type is unknown, or buildings have no probability, because all their samples failed.
         TypeError: If `results` is no DataFrame.
         OSError: If the file cannot be written.
 

@@ -19,7 +19,14 @@ from warpdyn.statistics.building_results import PROBABILITY
 
 _FUNCTION = "write_r2d_results"
 CRS = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
-ASSET_TYPE = "Buildings"
+ASSET_TYPE, TYPE, MOST_LIKELY = "Buildings", "assetType", "R2Dres_MostLikelyCriticalDamageState"
+LOSSES = {
+    "expected_loss_ratio": "R2Dres_mean_RepairCost_loss_ratio",
+    "loss_ratio_standard_deviation": "R2Dres_std_RepairCost_loss_ratio",
+    "expected_loss": "R2Dres_mean_RepairCost",
+    "loss_standard_deviation": "R2Dres_std_RepairCost",
+}
+NAMES = R2D_NAMES | {"id": ASSET_ID} | LOSSES
 
 
 def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_unit: str = "ft2") -> Path:
@@ -41,7 +48,8 @@ def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_un
         The path.
 
     Raises:
-        ValueError: If the name has another ending, the table lacks a column or a place, or the unit is unknown.
+        ValueError: If the name has another ending, the table lacks a column or a place, has values that
+            cannot be or a column named as one of the file, or the unit is unknown.
         TypeError: If `results` is no DataFrame.
         OSError: If the file cannot be written.
 
@@ -51,21 +59,20 @@ def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_un
     path = checked_path(_FUNCTION, path, ".geojson")
     one_of("area_unit", area_unit, tuple(FACTORS))
     table, states = checked_results(_FUNCTION, results)
+    written = [*(new for name, new in NAMES.items() if name in table), TYPE, MOST_LIKELY]
+    taken = [name for name in written if name in table]
+    if taken:
+        raise ValueError(
+            f"{_FUNCTION}: the table has a column {taken[0]!r} of its own, which is one of the file's: rename it or "
+            "leave it out"
+        )
     shares = table[[PROBABILITY + state for state in states]].to_numpy()
     is_most = shares == shares.max(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):  # of buildings all of whose samples failed
         most_likely = (is_most * np.arange(len(states))).sum(axis=1) / is_most.sum(axis=1)
-    properties = table.rename(columns=R2D_NAMES | {"id": ASSET_ID}).assign(assetType=ASSET_TYPE)
+    properties = table.rename(columns=NAMES).assign(**{TYPE: ASSET_TYPE, MOST_LIKELY: most_likely})
     if "PlanArea" in properties:
         properties["PlanArea"] = properties["PlanArea"] / FACTORS[area_unit]
-    properties["R2Dres_MostLikelyCriticalDamageState"] = most_likely
-    for mean, deviation, unit in (
-        ("expected_loss_ratio", "loss_ratio_standard_deviation", "_loss_ratio"),
-        ("expected_loss", "loss_standard_deviation", ""),
-    ):
-        if mean in properties:
-            names = {mean: f"R2Dres_mean_RepairCost{unit}", deviation: f"R2Dres_std_RepairCost{unit}"}
-            properties = properties.rename(columns=names)
     metadata = {
         "Name": str(table.attrs.get("title", "")),
         "Units": {"length": "ft" if area_unit == "ft2" else "m"},
