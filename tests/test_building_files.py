@@ -261,6 +261,19 @@ def test_a_column_that_parquet_has_no_type_for_is_named(column, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", ["A.CSV", "A.GeoJSON", "A.NC", "A.Parquet"])
+def test_endings_are_read_in_any_case(name, tmp_path):
+    if name == "A.Parquet":
+        pytest.importorskip("pyarrow")
+    as_usual = wd.write_building_results(RESULTS, tmp_path / f"b{name[1:].lower()}")
+    path = wd.write_building_results(RESULTS, tmp_path / name)
+    if name == "A.NC":  # a file of HDF5 holds times
+        with xr.open_dataset(path) as found, xr.open_dataset(as_usual) as expected:
+            xr.testing.assert_equal(found, expected)
+    else:
+        assert path.read_bytes() == as_usual.read_bytes()
+
+
 def edited(name, value):
     """Return results with another value of a column in row 1."""
     return RESULTS.assign(**{name: RESULTS[name].astype(float).where(RESULTS["id"] != "001", value)})

@@ -50,7 +50,7 @@ def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Seq
     """
     path = checked_path(FUNCTION, path, ".csv", ".parquet")
     check_kind(FUNCTION, "a Dataset", dataset, xr.Dataset)
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         try:
             import pyarrow  # noqa: F401 # asked for before anything is computed
         except ImportError:
@@ -59,7 +59,7 @@ def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Seq
                 "or write CSV"
             ) from None
     table = _long_table(dataset, _row_dimensions(dataset, rows))
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         return write_in_place(path, lambda name: table.to_csv(name, index=False, lineterminator="\n"))
     table.attrs = {str(name): _plain(value) for name, value in dataset.attrs.items()}
     return write_in_place(path, lambda name: table.to_parquet(name, index=False))

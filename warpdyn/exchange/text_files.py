@@ -14,7 +14,7 @@ def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path
     Args:
         function: The public function that writes it.
         path: The file, in a folder that exists.
-        suffixes: Endings that its name may have.
+        suffixes: Endings that its name may have, in any case.
 
     Raises:
         TypeError: If it is no path.
@@ -24,7 +24,7 @@ def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"{function}: path must name a file, got {path!r}")
     path = Path(path)
-    if path.suffix not in suffixes:
+    if path.suffix.lower() not in suffixes:
         allowed = " or ".join(repr(suffix) for suffix in suffixes)
         raise ValueError(f"{function}: the name of {path} must end in {allowed}")
     if path.is_dir():

@@ -46,7 +46,7 @@ def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
         raise IsADirectoryError(f"cannot write {path}: it is a directory; name a file in it")
     if path.exists() and not (path.is_dir() if is_store else path.is_file()):
         raise OSError(f"cannot write {path}: what is there is no {'folder' if is_store else 'file'}")
-    if path.suffix != suffix:
+    if path.suffix.lower() != suffix:
         kind = "Zarr stores" if is_store else "netCDF"
         raise ValueError(f"cannot write {path}: datasets are written as {kind}, to a name that ends in {suffix!r}")
     try:

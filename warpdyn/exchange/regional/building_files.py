@@ -16,7 +16,7 @@ from warpdyn.exchange.text_files import checked_path, write_in_place
 from warpdyn.files import netcdf
 from warpdyn.statistics.building_results import PROBABILITY, STANDARD_ERROR
 
-_FUNCTION = "write_building_results"
+_FUNCTION = geoparquet.FUNCTION
 _MONEY = {"units": "1", "comment": "in the currency of replacement_cost"}
 # What netCDF says of columns with a meaning; of the user's own no units are known.
 _SAID: dict[str, dict[str, str]] = {
@@ -56,7 +56,8 @@ def write_building_results(results: pd.DataFrame, path: str | os.PathLike) -> Pa
         The path.
 
     Raises:
-        ValueError: If the name has another ending, or the table lacks a column or a place.
+        ValueError: If the name has another ending, or the table lacks a column or a place, or has values that
+            cannot be, such as a probability above 1.
         ImportError: If the file is GeoParquet and pyarrow is not installed.
         TypeError: If `results` is no DataFrame.
         OSError: If the file cannot be written.
@@ -68,12 +69,12 @@ def write_building_results(results: pd.DataFrame, path: str | os.PathLike) -> Pa
     """
     path = checked_path(_FUNCTION, path, ".parquet", ".csv", ".geojson", ".nc")
     table, states = checked_results(_FUNCTION, results)
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         return write_in_place(path, lambda name: table.to_csv(name, index=False, lineterminator="\n"))
-    if path.suffix == ".geojson":
+    if path.suffix.lower() == ".geojson":
         properties = table.drop(columns=["longitude", "latitude"])
         return write_in_place(path, lambda name: geojson.write_points(name, properties, table, {}))
-    if path.suffix == ".nc":
+    if path.suffix.lower() == ".nc":
         return netcdf.write(_dataset(table, states), path)
     try:
         import pyarrow  # noqa: F401 # asked for before anything is written
