@@ -4,7 +4,8 @@ import os
 import subprocess
 import sys
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
@@ -93,3 +94,56 @@ def test_a_process_that_fails_stops_no_run(monkeypatch):
     monkeypatch.setattr(compilation, "ProcessPoolExecutor", fail)
     with pytest.warns(UserWarning, match=r"compiled one by one: .* \(no semaphores\)"):
         compilation.compile_side_by_side(plans(3), "cpu", threads=2)
+
+
+class Processes:
+    """Processes that compile when they are asked for a result."""
+
+    def __init__(self, helpers, **options):
+        self.ended = None
+
+    def submit(self, work, plan, device):
+        compiled_for_gpu.append(plan)
+        return SimpleNamespace(plan=plan)
+
+    def shutdown(self, wait=True, kill_workers=False):
+        self.ended = "killed" if kill_workers else "waited for"
+        compiled_for_gpu.append(self.ended)
+
+
+compiled_for_gpu = []
+
+
+@pytest.fixture
+def gpu(monkeypatch):
+    """Pretend that kernels are compiled for a GPU by other processes; the fourth plan is compiled."""
+    compiled_for_gpu.clear()
+    there = plans(6)[3]
+    monkeypatch.setattr(compilation, "is_compiled", lambda plan, device: plan == there)
+    monkeypatch.setattr(compilation, "ProcessPoolExecutor", Processes)
+    monkeypatch.setattr(compilation, "result_of", lambda task: task.result() if hasattr(task, "result") else None)
+
+
+def test_kernels_of_a_gpu_are_compiled_in_the_order_of_the_plans(gpu):
+    asked = plans(6)
+    with compilation.compiling([*asked, asked[1]], "cuda:0", threads=16) as wait_for:
+        wait_for(asked[:1])  # which is compiled here, when it is launched
+        wait_for(asked)
+    assert compiled_for_gpu == [asked[1], asked[2], asked[4], asked[5], "waited for"]
+
+
+def test_nobody_waits_for_kernels_after_an_interruption(gpu):
+    with pytest.raises(KeyboardInterrupt), compilation.compiling(plans(6), "cuda:0", threads=16):
+        raise KeyboardInterrupt
+    assert compiled_for_gpu[-1] == "killed"
+
+
+def test_a_process_that_fails_leaves_the_rest_to_this_one(gpu, monkeypatch):
+    def fail(task):
+        raise BrokenExecutor("killed")
+
+    with compilation.compiling(plans(6), "cuda:0", threads=16) as wait_for:
+        monkeypatch.setattr(compilation, "result_of", fail)
+        with pytest.warns(UserWarning, match="kernels are compiled one by one"):
+            wait_for(plans(6)[1:])
+        wait_for(plans(6)[1:])  # nothing is waited for any more

@@ -1,4 +1,4 @@
-"""Compile the kernels of several plans side by side, before the first of them is launched.
+"""Compile the kernels of several plans side by side: before the first of them is launched or, on a GPU, while it runs.
 
 Warp generates a kernel's code in Python, which holds the interpreter's lock: threads would wait for each other. The
 compiling is shared with processes instead, which leave their results in Warp's kernel cache. They come from loky, whose

@@ -87,6 +87,10 @@ class CpuQueue:
         self.spans: list[tuple[float, float]] = []
         self._pace: dict[Plan, float] = {}  # steps of rows of lanes that a thread takes in a piece's time
 
+    def begin(self) -> None:
+        """Begin with another run."""
+        self.spans.clear()
+
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
         """Return a struct of `structs` with these arrays, each as the type its field has."""
         struct = getattr(structs(dtype), kind)
@@ -151,17 +155,6 @@ class CpuQueue:
             pool.shutdown(cancel_futures=True)
             self.spans.append((started, time.perf_counter()))
 
-    @property
-    def staying(self) -> dict[str, Any]:
-        """Outputs that are left on the device: none, all are where they are used."""
-        return {}
-
-    def put_back(self, staying: dict[str, Any], rows: dict[str, np.ndarray]) -> None:
-        """Copy rows over outputs that have stayed on the device: there are none."""
-
-    def hold_until(self, released: Callable[[], Any]) -> None:
-        """Leave the outputs that stay on the device in place until an event: there are none."""
-
     def start_reading(
         self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
     ) -> None:
@@ -198,6 +191,11 @@ class CudaQueue:
         self.staying: dict[str, Any] = {}  # outputs that are left on the device, sample first
         self._held_until: Callable[[], wp.Event] | None = None
         self._advance: Callable[[], object] = lambda: None
+
+    def begin(self) -> None:
+        """Begin with another run: nothing of the last one, which may have been stopped, is waited for or told."""
+        self.spans.clear()
+        self.staying, self._held_until = {}, None
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
         """Return a struct of `structs` with these arrays copied to the device, each as the type its field has."""
@@ -251,12 +249,13 @@ class CudaQueue:
         Args:
             output: The outputs.
             shapes: Their shapes, sample first.
-            arriving: Names of those that come back, where the device keeps all of them; None for all.
+            arriving: Names of the outputs that are copied back; the device then keeps all of them in `staying`. None
+                where all are copied back, and none is kept.
         """
         self._arriving, self.staying = {}, {}
-        if arriving is not None and self._held_until is not None:
-            self.stream.wait_event(self._held_until())
-        self._held_until = None
+        held_until, self._held_until = self._held_until, None
+        if arriving is not None and held_until is not None:
+            self.stream.wait_event(held_until())
         with wp.ScopedStream(self.stream):
             for name, shape in shapes.items():
                 array = getattr(output, name)

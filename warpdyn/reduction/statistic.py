@@ -19,7 +19,7 @@ Variables = dict[str, tuple]
 
 
 class Reducer(Protocol):
-    """What adds the blocks of a run to a statistic, in the order of its structures.
+    """What adds the blocks of a run to a statistic, in whatever order.
 
     Args:
         cells: The cells of the statistic.

@@ -22,6 +22,7 @@ from warpdyn.reduction.rows import Rows
 from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 FAILURES = STATUS_MEANINGS[DIVERGED:]
+ENOUGH_CELLS = 2**16  # of sums, with their copies, for the threads of a GPU
 MEMORY_OF_COUNTS = 2**28  # bytes that threads may take for counts of their own
 
 
@@ -78,6 +79,11 @@ class Block:
         return cells.rows(self.structures, self.values["motion_index"] if cells.needs_motions else None, self.event)
 
 
+def has_own_cells(cells: Cells) -> bool:
+    """Return whether each structure has cells of its own."""
+    return cells.population.structure_dim in cells.dims
+
+
 class Tally:
     """Counts of samples by place, cell and outcome: each state of a demand, and after them failures by status.
 
@@ -117,20 +123,18 @@ class Tally:
             return each, rows.samples, block.status, states, *given, tables[thread % len(tables)]
 
         # Threads take different structures, whose cells are different ones where a cell is of one structure.
-        most, least = 0 if self._is_own else len(tables), LEAST_SAMPLES // rows.samples + 1
+        most, least = 0 if has_own_cells(self.cells) else len(tables), LEAST_SAMPLES // rows.samples + 1
         parts = rows.structure.size * -(-cell_of_unit.size // each)
         workers.run(reductions().counts, 0, parts, arguments, least, most, rows.rows_per_structure)
 
     def _tables_of(self, workers: Workers) -> list[Any]:
         """Return the counts that threads add to: the same ones, if their cells differ, or each its own."""
         if workers not in self._tables:
-            count = 1 if self._is_own else int(max(1, min(workers.threads, MEMORY_OF_COUNTS // self._size)))
+            count = (
+                1 if has_own_cells(self.cells) else int(max(1, min(workers.threads, MEMORY_OF_COUNTS // self._size)))
+            )
             self._tables[workers] = [workers.kept(np.zeros(self._shape, dtype=np.int64)) for _ in range(count)]
         return self._tables[workers]
-
-    @property
-    def _is_own(self) -> bool:
-        return self.cells.population.structure_dim in self.cells.dims
 
     def include(self, cells: np.ndarray, counts: np.ndarray) -> None:
         """Add counts of samples of some cells, each of which is named once, to those of samples that were added."""
@@ -218,12 +222,9 @@ class Sums:
 
     def _copies(self, workers: Workers) -> int:
         """Return how many copies of the cells threads add to, where few cells would leave most threads idle."""
-        is_own = self.cells.population.structure_dim in self.cells.dims
-        return (
-            1
-            if is_own
-            else max(1, min(workers.copies_of_cells, MEMORY_OF_COUNTS // (self.cells.count * BYTES_PER_CELL)))
-        )
+        if has_own_cells(self.cells):
+            return 1
+        return max(1, min(workers.copies_of_cells, ENOUGH_CELLS // self.cells.count))
 
     @property
     def exact(self) -> ExactSums:

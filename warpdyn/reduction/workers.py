@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Protocol
@@ -10,6 +11,7 @@ import numpy as np
 import warp as wp
 
 from warpdyn.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
+from warpdyn.kernels.queues import BLOCKS_ON_A_GPU
 from warpdyn.kernels.reductions.table import reductions
 
 # Samples that a thread takes: a launch takes Python a tenth of a millisecond, in which no other thread runs.
@@ -194,7 +196,7 @@ class Gpu:
         device: The GPU.
     """
 
-    threads, memory_of_sums, copies_of_cells = 1, 2**30, 64
+    threads, memory_of_sums, copies_of_cells = 1, 2**28, 64
 
     def __init__(self, device: str) -> None:
         self.device = device
@@ -204,19 +206,23 @@ class Gpu:
         self._held: list[wp.array] = []
         self._views: list[tuple[tuple[int, ...], wp.array]] = []  # of that memory, as it was taken last
         self._taken = 0
+        # What the last blocks were uploaded from: some GPUs read the host's memory after a copy was asked for.
+        self._kept_alive: deque[list[wp.array]] = deque([[]], maxlen=BLOCKS_ON_A_GPU + 1)
         self._constants: dict[int, tuple[np.ndarray, wp.array]] = {}
         self._bad: dict[str, wp.array] = {}
 
     def begin(self) -> None:
         """Begin with another block, which takes the memory of the last one after it."""
         self._taken = 0
+        self._kept_alive.append([])
 
     def array(self, values: np.ndarray) -> wp.array:
         """Return a copy of the values on the device."""
         values = np.ascontiguousarray(values)
         there = self.empty(values.shape, values.dtype)
         here: Any = wp.array(values, dtype=there.dtype, device="cpu", copy=False)
-        wp.copy(there, here, stream=self.stream)  # which has read pageable memory when it returns
+        wp.copy(there, here, stream=self.stream)
+        self._kept_alive[-1].append(here)
         return there
 
     def constant(self, values: np.ndarray) -> wp.array:
@@ -298,6 +304,7 @@ class Gpu:
     def finish(self) -> None:
         """Wait until all is reduced; raise a ValueError if a sample that is ok had no valid demand."""
         wp.synchronize_stream(self.stream)
+        self._constants.clear()  # of a region's rows, which come once
         for demand, bad in self._bad.items():
             _refuse(demand, bad.numpy())
 

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
-from warpdyn.accuracy.precision import may_need_float64, rerun_in_float64
+from warpdyn.accuracy.precision import beyond_float32, may_need_float64, rerun_in_float64
 from warpdyn.accuracy.sample_errors import fill_sample_errors
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.interruption import stop_if_asked
@@ -24,7 +24,7 @@ from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.run import Run
 from warpdyn.integration.stability_guard import Reruns, StabilityFindings, blank_failed, guard
-from warpdyn.kernels.queues import Queue
+from warpdyn.kernels.queues import CudaQueue, Queue
 from warpdyn.running.blocks import blocks_ahead
 from warpdyn.running.cost import tell_cost
 from warpdyn.running.journal import Journal
@@ -93,8 +93,8 @@ class Pipeline:
     """Launch blocks while the next ones are prepared, and complete them when their device has finished.
 
     A CPU's threads all run kernels, so that one block follows the other. While GPUs run, some threads prepare the next
-    blocks and others fill in known values, but only the calling thread launches. Samples that fail or collapse in an
-    event are not run in later ones.
+    blocks and others fill in known values, but only the calling thread launches histories; another one launches their
+    reductions, on a stream of its own. Samples that fail or collapse in an event are not run in later ones.
 
     Args:
         run: The run.
@@ -254,7 +254,7 @@ class Pipeline:
                 in_float64 = self.journal.restore(block.structures, event, whole, block.found, self.reruns[event])
             else:
                 block.started.finish(block.found, map_function)
-                is_mended = self._bring_back(block)
+                is_mended = self._bring_back(block, found)
                 if self.on_unstable == "substep":
                     self.reruns[event].settle(whole, block.standing, found)
                 in_float64 = rerun_in_float64(whole, block.standing, found)
@@ -268,7 +268,7 @@ class Pipeline:
             self.journal.keep(block.structures, event, whole, block.found, self.reruns[event], in_float64)
         outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)
-        if is_mended:
+        if is_mended and isinstance(whole.queue, CudaQueue):
             whole.queue.put_back(block.staying, block.own)
         fill_outcomes(whole, block.own)
         if self.kept is not None:
@@ -285,12 +285,14 @@ class Pipeline:
                 block.rows[name][:, event] = np.repeat(block.own[name], copies, axis=0)
         block.outputs = outputs
 
-    def _bring_back(self, block: Block) -> bool:
+    def _bring_back(self, block: Block, found: Arrays) -> bool:
         """Bring all outputs that have stayed on a GPU into their rows, if some may be changed; return whether."""
-        block.staying = {} if self._arriving is None else dict(block.whole.queue.staying)
-        may_change = bool(block.unstable[0].any() or block.own["status"].max() >= DIVERGED)
-        may_change |= may_need_float64(block.whole.plan)
-        if not block.staying or not may_change:
+        queue = block.whole.queue
+        if self._arriving is None or not isinstance(queue, CudaQueue):
+            return False
+        block.staying = dict(queue.staying)
+        may_change = block.unstable[0].any() or block.own["status"].max() >= DIVERGED
+        if not may_change and not beyond_float32(block.whole, block.standing, found).any():
             return False
         for name, array in block.staying.items():
             np.copyto(block.own[name], array.numpy())

@@ -116,7 +116,7 @@ def run_scene(
         if journal is not None:
             journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
     run = build_run(scene, structures, integration, execution, seed)
-    table = _table(run, columns_kept(run, kept), unfinished, reduced)
+    table = _table(run, columns_kept(run, kept), unfinished, reduced, kept)
     columns = table.columns
     blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
     first = blocks[-1].stop if blocks else 0
@@ -200,10 +200,11 @@ def _table(
     columns: dict[str, Column],
     unfinished: Unfinished | None,
     reduced: tuple[Reduction, np.ndarray] | None,
+    kept: Kept,
 ) -> Table:
     """Return the table that takes the samples of a run."""
     if reduced is not None:
-        return Reduced(run, columns, *reduced)
+        return Reduced(run, columns, *reduced, is_estimated=kept.checked_share is not None)
     if unfinished is None:
         check_room(run.samples, bytes_per_row(run, columns))
         return InMemory(run.model, columns, run.samples)

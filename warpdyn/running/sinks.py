@@ -18,6 +18,7 @@ from warpdyn.files.netcdf import GrowingFile
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.model import Model
 from warpdyn.integration.run import Run
+from warpdyn.kernels.queues import CudaQueue
 from warpdyn.reduction.reduction import Reduction
 from warpdyn.running.labels import Arrays, Column, labelled, lengths
 
@@ -138,11 +139,20 @@ class Reduced:
         columns: Variables with one value for each sample, of which those that the statistics read are held.
         reduction: The statistics.
         structures: Numbers of the run's structures among those of the statistics.
+        is_estimated: Whether errors are estimated, from samples on the host.
     """
 
-    def __init__(self, run: Run, columns: dict[str, Column], reduction: Reduction, structures: np.ndarray) -> None:
+    def __init__(
+        self,
+        run: Run,
+        columns: dict[str, Column],
+        reduction: Reduction,
+        structures: np.ndarray,
+        *,
+        is_estimated: bool = False,
+    ) -> None:
         self.model = run.model
-        self.reduces = run.execution.is_gpu and len(run.samples_by_event) == 1
+        self.reduces = run.execution.is_gpu and len(run.samples_by_event) == 1 and not is_estimated
         on_host = reduction.needs & {"status", "motion_index"} if self.reduces else reduction.needs
         self.columns = {name: columns[name] for name in on_host}
         self._reduction, self._structures, self._done = reduction, structures, 0
@@ -173,6 +183,7 @@ class Reduced:
             heights = run.heights if "height" in run.drawn else run.heights[:1]
             what = structures, rows, dict(staying), heights, run.queue.device
             released = self._adding.submit(self._reduce_on_gpu, *what)
+            assert isinstance(run.queue, CudaQueue)  # nothing stays anywhere else
             run.queue.hold_until(partial(result_of, released))
             self._under_way.append(released)
         else:
@@ -180,7 +191,10 @@ class Reduced:
         self._wait_for(MOST_UNDER_WAY)
 
     def finish(self, rest: xr.Dataset) -> xr.Dataset:
-        """Return the variables and attributes that are known at the end, without the statistics."""
+        """Return the variables and attributes that are known at the end, without the statistics.
+
+        A GPU may still reduce: memory that is let go of meanwhile is freed on the default stream, which waits for it.
+        """
         self._wait_for(0)
         return rest
 

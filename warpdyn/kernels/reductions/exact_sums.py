@@ -42,7 +42,8 @@ def add_exactly(value: wp.float64, cell: int, which: int, bins: wp.array3d(dtype
     digits = bits & wp.uint64(wp.static(2**FRACTION - 1))
     if exponent > 0:
         digits = digits | wp.uint64(wp.static(2**FRACTION))
-    if digits > wp.uint64(0):
+    # What rounding leaves out of an infinite sum is not a number: the infinite one tells enough.
+    if digits > wp.uint64(0) and not wp.isnan(value):
         first = wp.max(exponent, 1) + wp.static(FRACTION - 1)  # place of the first digit
         own = first // wp.static(WIDTH)
         if own > int(bins[cell, which, 0]):

@@ -1,7 +1,8 @@
-"""Reductions of samples: the damage state of each, counts of states, and sums in a fixed order.
+"""Reductions of samples: the damage state of each, counts of states, and sums that no order changes.
 
-Rows are structures, or samples one by one. A launch takes every `step`-th of them from `first` on: on a processor one
-thread takes a range of them (step 1) and others take other ranges; on a GPU each thread takes one.
+Rows are structures, draws or samples, and a part is some of a row's units. A launch takes every `step`-th part from
+`first` on: on a processor one thread takes a range of them (step 1) and others take other ranges; on a GPU each thread
+takes one.
 """
 
 import functools

@@ -64,7 +64,8 @@ def run_region(
             table = InMemory(run.model, prepared.columns, len(structures) * (run.samples // run.structures))
         else:
             reduction = reduction_for(asked, run.execution.cores).of_structures(numbers)
-            table = Reduced(run, prepared.columns, reduction, numbers)
+            is_estimated = kept.checked_share is not None
+            table = Reduced(run, prepared.columns, reduction, numbers, is_estimated=is_estimated)
         estimates = prepared.estimates(kept.checked_share, len(structures))
         outcomes = None if kept.histories is None else Outcomes(kept.histories)
         pipeline = Pipeline(
@@ -83,7 +84,7 @@ def run_region(
         for one, state in zip(reruns, states or [Reruns().state] * len(reruns), strict=True):
             one.state, one.seen = state, []
         for queue in prepared.queues:
-            queue.spans.clear()
+            queue.begin()
         first, last, memory = structures.start, structures.stop, job.where.memory
         blocks = divide(run, table.columns, memory, first=first, last=last, is_reduced=table.reduces)
         with table:
