@@ -38,7 +38,7 @@ def main() -> None:
     times["inventory"] = time.perf_counter()
     stock = wd.inventories.portfolio(inventory, scatter=SCATTER, correlation=CORRELATION)
     pairs = wd.records.pairs(wd.records.near_field())[:PAIRS]
-    design = shaking(inventory, stock.rows, pairs, arguments.seed)
+    design = shaking(inventory, stock, pairs, arguments.seed)
     times["portfolio and motions"] = time.perf_counter()
 
     scene = wd.Scene(

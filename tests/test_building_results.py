@@ -149,6 +149,7 @@ def test_what_does_not_belong_together_is_refused(stock):
     renamed = INVENTORY.assign(id=INVENTORY["id"].where(INVENTORY["id"] != "b4", "c4"))
     refuses("made of another inventory: 1 ids differ, such as 'c4' in row 4, which was 'b4'", inventory=renamed)
     refuses("the inventory has 20 rows, and the stock was made of one with 26", inventory=INVENTORY.iloc[:20])
+    refuses("no column 'id', only longitude, latitude", inventory=INVENTORY.drop(columns="id"))
     refuses("takes an inventory, got dict", inventory={}, kind=TypeError)
     refuses("takes a BuildingStock, got Portfolio", of=stock.portfolio, kind=TypeError)
     without = INVENTORY.drop(columns="replacement_cost")
@@ -163,6 +164,7 @@ def test_what_does_not_belong_together_is_refused(stock):
             damage_count_by_motion=(("motion", "damage_state"), np.ones((3, 3)))
         ),
     )
+    refuses("the dataset holds no damage counts: it is not what simulate", run=simulate(scene_of("cloud", CITY)))
     several = counted_of(scene_of("crossed", stock.portfolio))
     refuses(r"the counts mix 3 levels of intensity; count over \('building', 'stripe'\)", run=several)
     fewer = INVENTORY[INVENTORY["id"] != INVENTORY["id"].iloc[stock.rows[-1]]]
@@ -251,7 +253,7 @@ def test_losses_that_are_not_one_a_building_are_refused(stock):
     for design, over, message in (
         ("crossed", "motion", "motions have 75 to 75 samples, and each building must have one"),
         ("at sites", "motion", "motions have .* samples, and each building must have one"),
-        ("cloud", "archetype", "no losses by event or motion alone"),
+        ("cloud", "archetype", "no losses by event, motion or earthquake alone"),
     ):
         counted = simulate(scene_of(design, stock.portfolio), statistics=wd.DamageLoss(LIMITS, OF_CITY, over=over))
         with pytest.raises(ValueError, match=message):

@@ -119,6 +119,19 @@ def test_failures_are_judged_by_buildings_not_by_samples():
         wd.damage_shares(run, LIMITS, events=[0] * 100)
 
 
+def test_failures_of_buildings_that_stand_for_several_are_of_these():
+    status = np.zeros(100, np.int8)
+    status[0] = 2
+    run = made(np.full((100, 1, 2), 0.5), status, (50, 50)).drop_dims("motion")
+    run = run.assign(motion_name=("motion", ["m0"]))
+    number = np.where(np.arange(100) == 0, 2000.0, 1.5)  # 1.5 of the 99 others: 148.5
+    with pytest.raises(ValueError, match=r"^2,000 of 2,148\.5 buildings failed; at most 1 %"):
+        wd.damage_shares(run, LIMITS, number=number)
+    number[0] = 1.0
+    with pytest.warns(UserWarning, match=r": 1 of 74\.5 of archetype 'light' in motion 0"):
+        wd.damage_shares(run, LIMITS, number=number)
+
+
 def test_one_archetype_of_some_of_the_samples():
     run = made()
     some = run.isel(sample=[0, 5, 13, 18, 3])

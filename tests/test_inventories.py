@@ -134,6 +134,20 @@ def test_an_exposure_of_openquake(tmp_path):
     assert archetypes_of(stock, inventory) == {"a1": "C3M low 5", "a2": "URML pre 2", "a3": "W1 moderate 1"}
 
 
+def test_costs_that_an_exposure_does_not_have(tmp_path):
+    path = tmp_path / "exposure.csv"
+    path.write_text(EXPOSURE)
+    with pytest.raises(TypeError, match=r"a sequence of names, such as \('structural',\), got 'structural'"):
+        wd.inventories.read_openquake(path, costs="structural")
+    for costs in (["contents"], ["structural", "contents"]):
+        with pytest.raises(ValueError, match=r"exposure\.csv: there is no cost 'contents'; the columns are id,"):
+            wd.inventories.read_openquake(path, costs=costs)
+    with pytest.raises(ValueError, match=r"no cost 'structurall' \(did you mean 'structural'\?\)"):
+        wd.inventories.read_openquake(path, costs=("structurall",))
+    path.write_text(EXPOSURE.replace(",structural,", ",own,"))
+    assert "replacement_cost" not in wd.inventories.read_openquake(path)
+
+
 def test_an_exposure_model_of_xml(tmp_path):
     head, *rows = EXPOSURE.replace("id,lon", "ASSET,LON").replace("number,structural", "number,COST_USD").splitlines()
     rows[0] = rows[0].replace("a1", "007")
@@ -203,6 +217,7 @@ BROKEN = {
     "more in every row": ("id,Latitude,Longitude\n1,37,-122,5\n2,37,-122,5\n", "."),
     "a column twice": (R2D.replace("YearBuilt", "NumberOfStories"), "'NumberOfStories' twice"),
     "no places": (R2D.replace("Latitude", "y"), "no column 'Latitude'"),
+    "semicolons": (R2D.replace(",", ";"), "columns are separated by ';'"),
     "no rows": (R2D.splitlines()[0] + "\n", "no building"),
     "nothing": ("", "."),
 }
@@ -348,6 +363,19 @@ def test_a_missing_replacement_cost_is_named_where_loss_is_asked_for():
         stock.replacement_values(inventory)
     with pytest.raises(ValueError, match="no column replacement_cost"):
         stock.replacement_values(inventory.drop(columns="replacement_cost"))
+    below = inventory.assign(replacement_cost=[2.0, -5.0])
+    with pytest.raises(ValueError, match=r"1 \('b1' \(-5\.0\)\) of 2 buildings have a replacement cost below 0"):
+        stock.replacement_costs(below)
+
+
+def test_ids_of_another_type_are_told():
+    inventory = table([("W1", 1, 2000), ("C1", 5, 2000)]).assign(id=["15", "16"])
+    stock = wd.inventories.portfolio(inventory)
+    assert stock.buildings(inventory)["id"].tolist() == stock.id.tolist()
+    with pytest.raises(
+        ValueError, match=r"ids of the inventory are of type int, such as 15, and .* type str, such as '15'"
+    ):
+        stock.check(inventory.assign(id=[15, 16]))
 
 
 def test_buildings_and_scatter_are_the_users():

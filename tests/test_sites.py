@@ -176,6 +176,20 @@ def test_draws_have_the_probabilities_of_their_weights(tmp_path):
     assert own.im_level == pytest.approx(own.scale * peaks[own.motion] / STANDARD_GRAVITY)
 
 
+def test_a_stock_has_its_buildings_in_the_order_of_the_portfolio(tmp_path):
+    write_grid(tmp_path)
+    grid = wd.sites.read_event_grid(tmp_path, unit="g")
+    random = np.random.default_rng(1)
+    inventory = buildings(random.uniform(-122, -121.92, 60), random.uniform(37, 37.048, 60))
+    inventory = inventory.assign(structure_type=["URM", "W1", "C1"] * 20, storeys=1, year=1990)
+    stock = wd.inventories.portfolio(inventory)
+    assert not np.array_equal(stock.rows, np.arange(60))
+    found = np.asarray(grid.at(inventory, stock, draws=5, seed=2).site)
+    assert np.array_equal(found, np.asarray(grid.at(inventory, draws=5, seed=2).site)[stock.rows])
+    with pytest.raises(ValueError, match="made of another inventory: 60 ids differ"):
+        grid.at(inventory.iloc[::-1].assign(id=lambda frame: "x" + frame["id"]), stock)
+
+
 def test_draws_depend_on_the_seed_and_the_row_alone(tmp_path):
     write_grid(tmp_path)
     grid = wd.sites.read_event_grid(tmp_path, unit="g")

@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 
 from warpdyn.core.checks import one_of
+from warpdyn.core.near_misses import did_you_mean
 from warpdyn.inventories.table import checked_inventory, named_rows
 from warpdyn.inventories.text_tables import read_csv
 
@@ -23,13 +24,14 @@ OPENQUAKE_NAMES = {
     "number": "number",
 }
 AREA = "area"  # of the floors, by which costs per area are taken times
+STRUCTURAL = ("structural",)
 COST_KINDS = ("aggregated", "per_asset", "per_area")
 
 
 def read_openquake(
     path: str | os.PathLike,
     *,
-    costs: Sequence[str] = ("structural",),
+    costs: Sequence[str] = STRUCTURAL,
     columns: Mapping[str, str] | None = None,
 ) -> pd.DataFrame:
     """Read an exposure model of the OpenQuake engine.
@@ -41,7 +43,7 @@ def read_openquake(
             kept, with tags and occupants.
         costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). Of an XML file
             they are taken times the number or the area, as their kind says; of a CSV file alone they are of the whole
-            asset. Columns that the file does not have are no error if it has none of them: it then has no costs.
+            asset. A file without the default's column has no costs; any other column must be there.
         columns: Other names of columns by their meaning, as `from_table` takes them.
 
     Returns:
@@ -49,12 +51,15 @@ def read_openquake(
         Storeys are those of a column that `columns` names, or else of the taxonomy (see `portfolio`).
 
     Raises:
-        ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if the XML is no exposure model, or
-            holds its assets itself; or if there is no such file.
+        ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if a column of `costs` is not
+            there, the XML is no exposure model, or holds its assets itself; or if there is no such file.
+        TypeError: If `costs` is one name and no sequence of names.
 
     Example:
         >>> inventory = wd.inventories.read_openquake("exposure_model.xml", costs=("structural", "nonstructural"))
     """
+    if isinstance(costs, str):
+        raise TypeError(f"read_openquake: costs must be a sequence of names, such as ({costs!r},), got {costs!r}")
     path = Path(path)
     kinds: dict[str, str] = {}
     fields: dict[str, str] = {}
@@ -105,8 +110,18 @@ def _with_costs(
         kinds: What each cost is of: the asset, a building or an area.
         area_kind: Whether areas are of the asset or of one building.
     """
-    if "replacement_cost" in inventory or not any(places[name] in inventory for name in costs):
+    if "replacement_cost" in inventory or not costs:
         return inventory
+    absent = [name for name in costs if places[name] not in inventory]
+    if absent == list(costs) == list(STRUCTURAL):  # nobody asked for costs, and there are none
+        return inventory
+    if absent:
+        known = [*kinds, *(str(name) for name in inventory.columns)]
+        raise ValueError(
+            f"{what}: there is no cost {absent[0]!r}{did_you_mean(absent[0], known)}; "
+            + (f"the kinds of costs are {', '.join(kinds)}, and " if kinds else "")
+            + f"the columns are {', '.join(map(str, inventory.columns))}"
+        )
     total: Any = 0.0
     for name in costs:
         cost, kind = _numbers(what, inventory, places[name]), kinds.get(name, "aggregated")

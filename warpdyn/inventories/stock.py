@@ -51,23 +51,35 @@ class BuildingStock:
     def buildings(self, inventory: pd.DataFrame) -> pd.DataFrame:
         """Return the rows of the inventory in the order of the portfolio.
 
+        A column of these goes where a value of each building is asked for. A column of the inventory itself does not:
+        its rows are in another order, as a portfolio's buildings stand archetype by archetype.
+
         Args:
             inventory: The inventory that the stock was made of.
 
         Raises:
             ValueError: If it is another one, whose ids differ.
+
+        Example:
+            >>> labels = {"occupancy": stock.buildings(inventory)["occupancy"]}
+            >>> wd.DamageCounts(stock.limits, over="occupancy", labels=labels)
         """
         self.check(inventory)
         return inventory.iloc[self.rows]
 
     def check(self, inventory: pd.DataFrame) -> None:
-        """Raise a ValueError unless the stock was made of this inventory.
+        """Raise a ValueError unless the stock was made of this inventory: as many rows, with the same ids.
 
         Args:
             inventory: The inventory.
         """
+        if "id" not in inventory:
+            raise ValueError(
+                f"the inventory has no column 'id', only {', '.join(map(str, inventory.columns))}: give the one that "
+                "the stock was made of"
+            )
         missing = self.rows.size and self.rows.max() >= len(inventory)
-        if missing or "id" not in inventory or len(inventory) != self.rows.size + self.left_out.size:
+        if missing or len(inventory) != self.rows.size + self.left_out.size:
             raise ValueError(
                 f"the inventory has {len(inventory):,} rows, and the stock was made of one with "
                 f"{self.rows.size + self.left_out.size:,}: give the same one"
@@ -76,9 +88,16 @@ class BuildingStock:
         differs = found != self.id
         if differs.any():
             place = int(np.flatnonzero(differs)[0])
+            one, other = found[place : place + 1].tolist()[0], self.id[place : place + 1].tolist()[0]
+            if (found.astype(str) == self.id.astype(str)).all():
+                raise ValueError(
+                    f"the ids of the inventory are of type {type(one).__name__}, such as {one!r}, and those that the "
+                    f"stock was made of are of type {type(other).__name__}, such as {other!r}: give the inventory as "
+                    "the reader returned it"
+                )
             raise ValueError(
                 f"the stock was made of another inventory: {differs.sum():,} ids differ, such as "
-                f"{found[place]!r} in row {self.rows[place]}, which was {self.id[place]!r}"
+                f"{one!r} in row {self.rows[place]}, which was {other!r}"
             )
 
     def replacement_costs(self, inventory: pd.DataFrame) -> np.ndarray:
@@ -88,7 +107,8 @@ class BuildingStock:
             inventory: The inventory that the stock was made of.
 
         Raises:
-            ValueError: If there is no replacement cost, or some buildings have none; the message counts and names them.
+            ValueError: If there is no replacement cost, or some buildings have none or one below 0; the message counts
+                and names them.
         """
         if "replacement_cost" not in inventory:
             raise ValueError("replacement_costs: the inventory has no column replacement_cost")
@@ -98,6 +118,9 @@ class BuildingStock:
         if missing.any():
             named = named_rows(self.buildings(inventory), missing)
             raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have no replacement cost")
+        if np.any(cost < 0):
+            named = named_rows(self.buildings(inventory), cost < 0, "replacement_cost")
+            raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have a replacement cost below 0")
         return cost
 
     def replacement_values(self, inventory: pd.DataFrame) -> dict[str, float]:

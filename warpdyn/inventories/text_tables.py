@@ -17,12 +17,15 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
         identifier: The column, in any case, that is text: "007" is another building than "7".
 
     Raises:
-        ValueError: If it is empty, has a column twice, or has a row with more values than columns.
+        ValueError: If it is empty, its columns are separated by semicolons, it has a column twice, or has a row with
+            more values than columns.
         FileNotFoundError: If there is no such file.
     """
     try:
         with open(path, encoding="utf-8-sig") as file:
             line = next((line for line in file if not comment or not line.startswith(comment)), "")
+        if "," not in line and ";" in line:
+            raise ValueError("its columns are separated by ';', and by ',' in the files that are read")
         names = [name.strip().strip('"') for name in line.rstrip("\r\n").split(",")]
         twice = sorted({name for name in names if name and names.count(name) > 1})
         if twice:

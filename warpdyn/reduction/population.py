@@ -156,7 +156,7 @@ def numbered_events(events: object, motions: int) -> tuple[np.ndarray, np.ndarra
     """Return the number of the event of each motion, and the names of the events in the order of their first use.
 
     Raises:
-        ValueError, TypeError: If there is not one for each motion, or they are not of one kind.
+        ValueError, TypeError: If there is not one for each motion, they are not of one kind, or a name is empty.
     """
     labels = [] if isinstance(events, str) else list(events)  # type: ignore[call-overload]  # checked here
     if len(labels) != motions:
@@ -167,5 +167,10 @@ def numbered_events(events: object, motions: int) -> tuple[np.ndarray, np.ndarra
             break
     else:
         raise TypeError(f"events must be names or whole numbers, all of one kind, got {labels[:4]!r}")
+    if "" in labels:
+        raise ValueError(
+            f"events must have names, and that of motion {labels.index('')} is '': name the records, as in "
+            "GroundMotion(acceleration, step, record='RSN182')"
+        )
     order = {label: i for i, label in enumerate(dict.fromkeys(labels))}
     return np.array([order[label] for label in labels]), np.array(list(order))

@@ -55,7 +55,8 @@ class Statistic:
             "structure_group" (of which fragility's intervals leave out one after the other), or a name in `labels`; or
             several of them. None of them for one value of the whole run.
         labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, or a
-            column of an inventory in the order of its portfolio: names or whole numbers, shape [structure].
+            column of an inventory in the order of its portfolio, `stock.buildings(inventory)["occupancy"]`: names or
+            whole numbers, shape [structure].
     """
 
     over: str | Sequence[str] = ()

@@ -15,6 +15,7 @@ from warpdyn.risk.losses import RETURN_PERIODS, checked_periods
 from warpdyn.statistics.reduced_counts import archetype_counts
 
 _FUNCTION = "event_losses"
+EARTHQUAKE = "earthquake"  # of MotionsAtSites, which each building has in several draws
 MONEY = {"units": "1", "comment": "in the unit of replacement_values"}
 
 
@@ -28,22 +29,28 @@ def event_losses(
 
     Args:
         counted: What `simulate` returned with `statistics=[DamageLoss(..., over="event")]` (or over "motion", where
-            each motion is an event of its own), in which each building has one sample in each event.
-        event_rates: Annual rate of each event [1/year], shape [event], in the order of the losses, or a DataArray along
-            it, which goes by its labels; None where all events are equally likely draws of one earthquake.
+            each motion is an event of its own), in which each building has one sample in each event. Motions at sites
+            need `over="earthquake"`: a building has a sample in each draw of an earthquake, and the loss is the mean
+            over the draws. Name the motions of one record by `DamageLoss(events=...)`, so that of its components the
+            worse counts; without, both count as draws.
+        event_rates: Annual rate of each event [1/year], shape [event], in the order of the losses (of earthquakes that
+            of the design), or a DataArray along `event` (or `earthquake`), which goes by their names; None where all
+            events are equally likely draws of one earthquake.
         return_periods: Return periods [year] of the loss, if events have rates.
 
     Returns:
         `loss(event)` and `loss_deviation(event)`, the standard deviation that the scatter of the loss ratios alone
-        makes, independent from building to building; `counted_buildings(event)` and `failed_buildings(event)`, whose
-        losses are not in it. Without rates `exceedance_probability(event)` [1], the share of the events with a larger
-        loss. With rates `expected_annual_loss`, `loss_exceedance_rate(event)` [1/year], at which losses above that of
+        makes, independent from building to building (of a single draw, where there are several); `counted_buildings`
+        and `failed_buildings(event)`, whose losses are not in it (both the mean over the draws). The dimension is that
+        of `over`. Without rates `exceedance_probability(event)` [1], the share of the events with a larger loss. With
+        rates `expected_annual_loss`, `loss_exceedance_rate(event)` [1/year], at which losses above that of
         the event occur, and `return_period_loss(return_period)`, the least loss of an event that is exceeded no more
         often (0 where events are rarer). `plots.loss_exceedance` draws either.
 
     Raises:
         ValueError: If there are no losses by event, events have different numbers of samples or each building several
-            in an event, more than 1 % of an event's failed, or rates are not one for each event, or negative.
+            in an event, an earthquake has no draw, more than 1 % of an event's samples failed, or rates are not one for
+            each event, or negative.
         TypeError: If `counted` is no Dataset.
 
     Example:
@@ -52,15 +59,18 @@ def event_losses(
     """
     advice = "give what simulate(..., statistics=[DamageLoss(..., over='event')]) returned"
     check_dataset(_FUNCTION, counted, advice=advice)
-    along = next((dim for dim in ("event", "motion") if f"loss_sum_by_{dim}" in counted), "")
+    along = next((dim for dim in (EARTHQUAKE, "event", "motion") if f"loss_sum_by_{dim}" in counted), "")
     if not along or counted[f"loss_sum_by_{along}"].dims != (along,):
-        raise ValueError(f"{_FUNCTION}: the dataset has no losses by event or motion alone: {advice}")
-    loss = counted[f"loss_sum_by_{along}"]
+        raise ValueError(
+            f"{_FUNCTION}: the dataset has no losses by event, motion or earthquake alone: {advice}, of MotionsAtSites "
+            f"over={EARTHQUAKE!r}"
+        )
     buildings, failed = counted[f"counted_count_by_{along}"], counted[f"failed_count_by_{along}"].sum("failure")
-    _check_samples(counted, along, buildings.values, failed.values)
+    draws = _draws_of_events(counted, along, buildings.values, failed.values)
+    loss, buildings, failed = counted[f"loss_sum_by_{along}"] / draws, buildings / draws, failed / draws
     variables = {
         "loss": loss.assign_attrs(MONEY, long_name="loss of all buildings"),
-        "loss_deviation": (counted[f"loss_scatter_variance_by_{along}"] ** 0.5).assign_attrs(
+        "loss_deviation": ((counted[f"loss_scatter_variance_by_{along}"] / draws) ** 0.5).assign_attrs(
             MONEY, long_name="standard deviation of the loss by the scatter of the loss ratios"
         ),
         "counted_buildings": buildings.assign_attrs(units="1", long_name="buildings with a loss"),
@@ -89,6 +99,10 @@ def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLik
     """
     (along,) = map(str, loss.dims)
     if isinstance(event_rates, xr.DataArray) and along in event_rates.coords and event_rates.dims == (along,):
+        if not loss.indexes[along].is_unique:
+            raise ValueError(
+                f"{function}: {along}s have a name twice: give event_rates in the order of the {along}s, without names"
+            )
         if set(event_rates[along].values.tolist()) != set(loss[along].values.tolist()):
             raise ValueError(
                 f"{function}: event_rates are of the {along}s {event_rates[along].values.tolist()}, and the losses of "
@@ -140,20 +154,37 @@ def rates_of_losses(loss: xr.DataArray, rates: np.ndarray, return_periods: Seque
     )
 
 
-def _check_samples(counted: xr.Dataset, along: str, buildings: np.ndarray, failed: np.ndarray) -> None:
-    """Raise a ValueError unless each event has each building once, and few failed."""
+def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, failed: np.ndarray) -> np.ndarray:
+    """Return how many samples each building has in each event; raise a ValueError if not all have as many.
+
+    Args:
+        counted: As of `event_losses`.
+        along: The dimension of the events.
+        buildings: Samples of each event that have a loss.
+        failed: Those that failed.
+    """
     total, counts = buildings + failed, archetype_counts(counted)
     least, most = int(total.min()), int(total.max())
-    if least < most or (counts is not None and most != sum(counts.values())):
+    if along == EARTHQUAKE:
+        size = 0 if counts is None else sum(counts.values())
+        if not size or not least or np.any(total % size):
+            raise ValueError(
+                f"{_FUNCTION}: earthquakes have {least:,} to {most:,} samples of {size:,} buildings, and each building "
+                "of a portfolio must have the same number of draws, and at least one, of each earthquake"
+            )
+    elif least < most or (counts is not None and most != sum(counts.values())):
         raise ValueError(
             f"{_FUNCTION}: {along}s have {least:,} to {most:,} samples, and each building must have one in "
-            "each: name the events of motions by DamageLoss(events=...), and take one level of stripes by itself"
+            "each: name the events of motions by DamageLoss(events=...), take one level of stripes by itself, and of "
+            f"MotionsAtSites take the losses over={EARTHQUAKE!r}"
         )
     many = failed > LARGEST_EXCLUDED_FRACTION * total
     if many.any():
         place = int(many.argmax())
+        units = "samples" if along == EARTHQUAKE else "buildings"
         raise ValueError(
-            f"{_FUNCTION}: {failed[place]:,} of {total[place]:,} buildings failed in {along} "
+            f"{_FUNCTION}: {failed[place]:,} of {total[place]:,} {units} failed in {along} "
             f"{counted[along].values[place].item()!r}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: take a "
             "smaller step or another method"
         )
+    return total // size if along == EARTHQUAKE else np.ones_like(total)

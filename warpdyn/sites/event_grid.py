@@ -45,7 +45,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
 
     Example:
         >>> grid = wd.sites.read_event_grid("records/EventGrid.csv", unit="g")
-        >>> design = grid.at(inventory, stock.rows, draws=25, seed=1)
+        >>> design = grid.at(inventory, stock, draws=25, seed=1)
     """
     file, names, places, rows = _read_stations(path)
     if rows[0] and MOTIONS not in rows[0][0]:

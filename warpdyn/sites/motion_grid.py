@@ -15,6 +15,7 @@ from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.inventories.stock import BuildingStock
 from warpdyn.sites.places import inverse_distance_weights, nearest_points
 
 DRAW, MEAN = "draw", "mean"
@@ -52,7 +53,7 @@ class MotionGrid:
     def at(
         self,
         inventory: pd.DataFrame,
-        rows: np.ndarray | None = None,
+        rows: BuildingStock | np.ndarray | None = None,
         *,
         draws: int | None = None,
         neighbours: int = 4,
@@ -69,7 +70,8 @@ class MotionGrid:
 
         Args:
             inventory: The buildings, as a reader of `wd.inventories` returned them.
-            rows: Row of each building of the portfolio: `stock.rows`; None for all rows in their order.
+            rows: The stock that was made of the inventory, for its buildings in the order of the portfolio, or the row
+                of each building; None for all rows in their order, which is not that of a stock's portfolio.
             draws: How many times each building draws, 25 in SimCenter's Bay Area testbed: draw `i` is of earthquake
                 `i`, with the first again after the last. None for as many as there are earthquakes.
             neighbours: How many points are near.
@@ -83,10 +85,11 @@ class MotionGrid:
             The excitation for a Scene of the portfolio.
 
         Raises:
-            ValueError: If buildings are farther from the grid than that, or an argument is out of its range.
+            ValueError: If buildings are farther from the grid than that, the stock was made of another inventory, or an
+                argument is out of its range.
 
         Example:
-            >>> design = grid.at(inventory, stock.rows, draws=25, seed=1)
+            >>> design = grid.at(inventory, stock, draws=25, seed=1)
             >>> run = wd.simulate(wd.Scene(stock.portfolio, design, recorders=("drift",)))
         """
         check_kind("MotionGrid.at", "an inventory", inventory, pd.DataFrame)
@@ -94,6 +97,9 @@ class MotionGrid:
         count = len(self.earthquakes) if draws is None else whole_number("draws", draws, 1)
         neighbours, seed = whole_number("neighbours", neighbours, 1), whole_number("seed", seed, 0)
         reach = None if reach is None else real_number("reach [m]", reach, above=0)
+        if isinstance(rows, BuildingStock):
+            rows.check(inventory)
+            rows = rows.rows
         rows = np.arange(len(inventory)) if rows is None else np.asarray(rows)
         places = inventory[["id", "longitude", "latitude"]].iloc[rows]
         index, distance = nearest_points("MotionGrid.at", places, self.longitude, self.latitude, neighbours, reach)

@@ -52,8 +52,9 @@ def damage_shares(
             coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
             itself, or as counts were made.
         number: Buildings that each building of the portfolio stands for, shape [building]: an inventory's column
-            `number`, in the order of the portfolio. Shares, and the buildings counted and failed, are of these numbers
-            then. Counts have it from `DamageCounts(number=...)`. None where every one is a single building.
+            `number`, in the order of the portfolio (`stock.buildings(inventory)["number"]`). Shares, and the buildings
+            counted and failed, are of these numbers then. Counts have it from `DamageCounts(number=...)`. None for one
+            building each.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
@@ -250,17 +251,18 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
     """Raise an error if too many buildings failed; warn if many of an archetype failed in an event.
 
     Args:
-        failures: Buildings that failed, shape [archetype, event, stripe].
+        failures: Buildings that failed, shape [archetype, event, stripe]; sums of `number` are no integers.
         counted: Buildings that did not.
         names: Names of the archetypes.
         events: Names of the events; None if motions are counted by themselves.
     """
     allowed, total = f"{100 * LARGEST_EXCLUDED_FRACTION:g} %", failures + counted
     if failures.sum() > LARGEST_EXCLUDED_FRACTION * total.sum():
-        unit = "samples" if events is None else "buildings, each counted once an event,"
+        once = "" if events is None else ", each counted once an event,"
+        unit = "samples" if events is None and failures.dtype.kind in "iu" else f"buildings{once}"
         raise ValueError(
-            f"{failures.sum()} of {total.sum()} {unit} failed; at most {allowed} may: take a smaller step or another "
-            "method"
+            f"{failures.sum():,.12g} of {total.sum():,.12g} {unit} failed; at most {allowed} may: take a smaller step "
+            "or another method"
         )
     failures, total = failures.sum(axis=2), total.sum(axis=2)
     many = np.argwhere(failures > LARGEST_EXCLUDED_FRACTION * total)
@@ -268,7 +270,7 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
         return
     worst = sorted(many.tolist(), key=lambda place: -failures[tuple(place)] / total[tuple(place)])
     shown = [
-        f"{failures[i, j]} of {total[i, j]} of archetype {str(names[i])!r} in "
+        f"{failures[i, j]:,.12g} of {total[i, j]:,.12g} of archetype {str(names[i])!r} in "
         + (f"motion {j}" if events is None else f"event {events[j].item()!r}")
         for i, j in worst[:3]
     ]

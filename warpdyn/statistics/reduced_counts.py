@@ -30,6 +30,11 @@ def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -
         for name, variable in dataset.data_vars.items():
             if str(name).startswith(DAMAGE_COUNT) and set(variable.dims) == {*dims, _STATE}:
                 return str(name)
+    if not is_reduced(dataset):
+        raise ValueError(
+            f"{function}: the dataset holds no damage counts: it is not what simulate(..., "
+            f"statistics=DamageCounts(limits, over={choices[0]!r})) returned"
+        )
     over = " or ".join(str(dims) for dims in choices)
     found = [f"{name}{variable.dims}" for name, variable in dataset.data_vars.items() if DAMAGE_COUNT in str(name)]
     raise ValueError(

@@ -95,7 +95,7 @@ def median_field(inventory: pd.DataFrame) -> xr.DataArray:
     return xr.DataArray(median[None], coordinates, ("earthquake", "point"), "PGA", said)
 
 
-def shaking(inventory: pd.DataFrame, rows: np.ndarray, pairs: list, seed: int) -> wd.MotionsAtSites:
+def shaking(inventory: pd.DataFrame, stock: wd.inventories.BuildingStock, pairs: list, seed: int) -> wd.MotionsAtSites:
     """Return the motions of all buildings: a correlated field of peak accelerations for each pair of records."""
     median = median_field(inventory)
     field = wd.sites.correlated_fields(
@@ -109,4 +109,4 @@ def shaking(inventory: pd.DataFrame, rows: np.ndarray, pairs: list, seed: int) -
     largest = median.values * np.exp(MOST_DEVIATIONS * np.hypot(BETWEEN, WITHIN))
     field = field.copy(data=np.minimum(field.values, largest))
     grid = wd.sites.scale_records(field, pairs, record=np.arange(len(pairs)))
-    return grid.at(inventory, rows, seed=seed)
+    return grid.at(inventory, stock, seed=seed)

@@ -50,7 +50,7 @@ class DamageCounts(Statistic):
             `events=[motion.record for motion in design.motions]`. None where every motion counts by itself.
         each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.
         number: Buildings that each structure stands for, shape [structure]: an inventory's column `number`, in the
-            order of the portfolio (`inventory["number"].iloc[stock.rows]`). Counts stay those of samples; beside them
+            order of the portfolio (`stock.buildings(inventory)["number"]`). Counts stay those of samples; beside them
             `number_of_buildings_by_...` adds up the numbers, and `damage_shares` takes these. None where every
             structure is one building.
         over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`. For

@@ -34,9 +34,10 @@ class DamageLoss(Statistic):
         loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation; of a portfolio
             the same for all archetypes, or of each archetype such a mapping.
         replacement_values: Replacement value of each structure (or of a portfolio's building), shape [structure], or of
-            all alike; 1 for loss ratios. A value weighs its building's loss in sums over events, cells or the city. The
-            `replacement_cost` of an inventory's row is the value of all buildings that the row stands for, so that its
-            `number` is applied with it; they are taken to be in one damage state.
+            all alike; 1 for loss ratios. A value weighs its building's loss in sums over events, cells or the city. Of
+            an inventory they are `stock.replacement_costs(inventory)`, not its column, whose rows are in another order
+            than the portfolio's buildings. A row's cost is the value of all buildings that the row stands for, so that
+            its `number` is applied with it; they are taken to be in one damage state.
         demand: Variable that plain limits are of.
         events: The event of each motion, shape [motion], of which a structure's worst sample counts; see
             `DamageCounts`.
