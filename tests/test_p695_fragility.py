@@ -151,6 +151,7 @@ FIGURES = {
     "hazard_and_rates": "run, hazard",
     "disaggregation": "wd.disaggregate(run, hazard)",
     "vulnerability": "wd.vulnerability(run, wd.hazus_loss_ratios('RES3'))",
+    "damage_map": "results, 'extensive'",
     "loss_exceedance": "wd.annual_losses(run, hazard, wd.hazus_loss_ratios('RES3'))",
 }
 
@@ -162,11 +163,13 @@ WITH_PYPLOT = pytest.param("import matplotlib.pyplot as plt", marks=pytest.mark.
 def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, str], pyplot: str) -> None:
     assert set(FIGURES) == set(wd.plots.__all__)
     lines = [
-        f"import numpy as np, xarray as xr, warpdyn as wd\n{pyplot}",
+        f"import numpy as np, pandas as pd, xarray as xr, warpdyn as wd\n{pyplot}",
         f"run = xr.open_dataset({str(main_job[0] / 'p695_fragility.nc')!r})\n"
         "building = wd.ShearBuilding.from_hazus('C1M', 'high', 5)\n"
         "motion = wd.GroundMotion(np.sin(np.arange(200.0) / 9), 0.01)\n"
-        "hazard = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])",
+        "hazard = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])\n"
+        "columns = ['longitude', 'latitude', 'number', 'probability_extensive', 'standard_error_extensive']\n"
+        "results = pd.DataFrame([[-122.3, 37.8, 1, 0.1, 0.1], [-122.2, 37.9, 1, 0.4, 0.1]], columns=columns)",
         *(f"wd.plots.{name}({arguments})" for name, arguments in FIGURES.items()),
         "building",
         "wd.summary(run)",
