@@ -1,12 +1,20 @@
 """Runs whose statistics are compared with numpy's of their full table, and that comparison's parts."""
 
 import numpy as np
+import pytest
 import xarray as xr
 from test_portfolio import DAMPED, chain
 from test_simulate import MOTIONS, SEEDED, make_building
 
 import warpdyn as wd
 
+# Of tests that compare such runs, which mean their scenes as they are.
+MARKS = [
+    pytest.mark.usefixtures("unoptimised"),
+    pytest.mark.meant_as_given(
+        "first_period", "yield_base_shear_coefficient", "drift_limit", "intensity_level", "scale_factor"
+    ),
+]
 LEVELS = [0.8, 1.6, 3.2]
 PGA = wd.PeakGroundAcceleration()
 DESIGNS = {

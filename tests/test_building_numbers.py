@@ -3,17 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
-from reduced_runs import CITY, CITY_LIMITS, assert_made_of, scene_of, simulate, small_blocks, with_failures
+from reduced_runs import CITY, CITY_LIMITS, MARKS, assert_made_of, scene_of, simulate, small_blocks, with_failures
 from test_reduced_losses import RATIOS
 
 import warpdyn as wd
 
-pytestmark = [
-    pytest.mark.usefixtures("unoptimised"),
-    pytest.mark.meant_as_given(
-        "first_period", "yield_base_shear_coefficient", "drift_limit", "intensity_level", "scale_factor"
-    ),
-]
+pytestmark = MARKS
 STATES = ("none", "slight", "complete")
 # Some are parts of a building, as in exposure models where a count was divided among cells.
 NUMBER = np.where(np.arange(CITY.buildings) % 3 == 0, 12.375, 1.0 + np.arange(CITY.buildings) % 5)

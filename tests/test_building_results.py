@@ -4,17 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from reduced_runs import CITY, CITY_LIMITS, scene_of, simulate, with_failures
+from reduced_runs import CITY, CITY_LIMITS, MARKS, scene_of, simulate, with_failures
 from test_building_numbers import states_of
 
 import warpdyn as wd
 
-pytestmark = [
-    pytest.mark.usefixtures("unoptimised"),
-    pytest.mark.meant_as_given(
-        "first_period", "yield_base_shear_coefficient", "drift_limit", "intensity_level", "scale_factor"
-    ),
-]
+pytestmark = MARKS
 RATIOS = {"slight": (0.05, 0.5), "complete": (0.8, 0.2)}
 OF_CITY = {name: RATIOS if place else {"slight": 0.02, "complete": 1.0} for place, name in enumerate(CITY.archetypes)}
 STATES = ("none", "slight", "complete")

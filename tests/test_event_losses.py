@@ -3,19 +3,14 @@
 import numpy as np
 import pytest
 import xarray as xr
-from reduced_runs import CITY, MOTIONS, scene_of, simulate
+from reduced_runs import CITY, MARKS, MOTIONS, scene_of, simulate
 from test_building_results import INVENTORY, LIMITS, OF_CITY, make_stock
 from test_reductions_at_sites import BOTH, EARTHQUAKE, EVENTS
 
 import warpdyn as wd
 from warpdyn.core.units import STANDARD_GRAVITY
 
-pytestmark = [
-    pytest.mark.usefixtures("unoptimised"),
-    pytest.mark.meant_as_given(
-        "first_period", "yield_base_shear_coefficient", "drift_limit", "intensity_level", "scale_factor"
-    ),
-]
+pytestmark = MARKS
 
 
 def losses_by_hand(run, costs, draws):

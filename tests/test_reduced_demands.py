@@ -7,6 +7,7 @@ import pytest
 from labels import check_labels
 from reduced_runs import (
     CITY,
+    MARKS,
     assert_made_of,
     scene_of,
     simulate,
@@ -22,12 +23,7 @@ from warpdyn.reduction.population import Population
 from warpdyn.reduction.tally import Block, Sums
 from warpdyn.reduction.workers import Threads
 
-pytestmark = [
-    pytest.mark.usefixtures("unoptimised"),
-    pytest.mark.meant_as_given(
-        "first_period", "yield_base_shear_coefficient", "drift_limit", "intensity_level", "scale_factor"
-    ),
-]
+pytestmark = MARKS
 DRIFT, RESIDUAL, SHEAR = "peak_storey_drift_ratio", "residual_drift_ratio", "input_energy"
 # Sums of a few dozen numbers in float64, by numpy pairwise and here with what rounding leaves out, differ by some 1e-15
 # of the sum of squares, which is a few times the variance here.

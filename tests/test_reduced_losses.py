@@ -8,6 +8,7 @@ from reduced_runs import (
     CITY,
     CITY_LIMITS,
     LIMITS,
+    MARKS,
     assert_made_of,
     scene_of,
     simulate,
@@ -18,12 +19,7 @@ from reduced_runs import (
 
 import warpdyn as wd
 
-pytestmark = [
-    pytest.mark.usefixtures("unoptimised"),
-    pytest.mark.meant_as_given(
-        "first_period", "yield_base_shear_coefficient", "drift_limit", "intensity_level", "scale_factor"
-    ),
-]
+pytestmark = MARKS
 RATIOS = {"slight": (0.05, 0.5), "complete": (0.8, 0.2)}
 OF_CITY = {name: RATIOS if place else {"slight": 0.02, "complete": 1.0} for place, name in enumerate(CITY.archetypes)}
 VALUES = np.linspace(1e5, 3e6, CITY.buildings)

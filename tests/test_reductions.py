@@ -8,6 +8,7 @@ from reduced_runs import (
     CITY,
     CITY_LIMITS,
     LIMITS,
+    MARKS,
     MOTIONS,
     STRUCTURES,
     assert_made_of,
@@ -21,12 +22,7 @@ from reduced_runs import (
 
 import warpdyn as wd
 
-pytestmark = [
-    pytest.mark.usefixtures("unoptimised"),
-    pytest.mark.meant_as_given(
-        "first_period", "yield_base_shear_coefficient", "drift_limit", "intensity_level", "scale_factor"
-    ),
-]
+pytestmark = MARKS
 DRIFT = "peak_storey_drift_ratio"
 FAILURES = ("diverged", "unstable_step", "not_converged")
 

@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
-from reduced_runs import CITY, CITY_LIMITS, LIMITS, scene_of, simulate, statistics_of
+from reduced_runs import CITY, CITY_LIMITS, LIMITS, MARKS, scene_of, simulate, statistics_of
 from test_regions import failing, interrupted_after, small_regions  # noqa: F401  (a fixture by its name)
 
 import warpdyn as wd
@@ -19,12 +19,7 @@ from warpdyn.running.regions import job as jobs, reduced
 from warpdyn.running.regions.report import Report
 from warpdyn.running.regions.tasks import run_region
 
-pytestmark = [
-    pytest.mark.usefixtures("unoptimised"),
-    pytest.mark.meant_as_given(
-        "first_period", "yield_base_shear_coefficient", "drift_limit", "intensity_level", "scale_factor"
-    ),
-]
+pytestmark = MARKS
 DRIFT = "peak_storey_drift_ratio"
 VALUES = np.linspace(1e5, 3e6, CITY.buildings)
 OF_ONE = [
