@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from functools import cached_property
 from typing import Any
@@ -100,6 +100,10 @@ class Cells:
         """Whether the motion of every sample must be known."""
         by_motion = "motion" in self.dims or self.event_of_motion is not None
         return by_motion and not self.population.motions_by_place
+
+    def needs(self, demands: Iterable[str]) -> frozenset[str]:
+        """Return the variables of samples that are read to take a statistic of some demands over these cells."""
+        return frozenset(demands) | ({"motion_index"} if self.needs_motions else set())
 
     @property
     def suffix(self) -> str:

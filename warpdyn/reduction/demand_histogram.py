@@ -79,8 +79,7 @@ class HistogramReducer(Mergeable):
         self._is_absolute = bool(population.demand(self.demand).dims)
         if self.demand == DRIFT:
             warn_of_implausible_limits({" of the last edge": float(self.edges[-1])})
-        motions = {"motion_index"} if cells.needs_motions else set()
-        self.needs, self._threads = frozenset({self.demand, *motions}), threads
+        self.needs, self._threads = cells.needs([self.demand]), threads
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:

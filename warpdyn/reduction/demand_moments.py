@@ -82,8 +82,7 @@ class SumsReducer(Mergeable):
         if statistic.each_place and not dims:
             raise ValueError(f"each_place=True needs a demand that is known at each storey or floor, not {self.demand}")
         self.dim, self._has_places = dims[0] if statistic.each_place else "", bool(dims)
-        motions = {"motion_index"} if cells.needs_motions else set()
-        self.needs, self._threads = frozenset({self.demand, *motions}), threads
+        self.needs, self._threads = cells.needs([self.demand]), threads
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:

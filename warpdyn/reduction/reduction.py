@@ -53,7 +53,6 @@ class Reduction:
         self._reducers = [statistic.reducer(population, threads) for statistic in statistics]
         self.needs = frozenset({"status"}).union(*(reducer.needs for reducer in self._reducers))
         self._failed, self._samples = np.zeros(len(FAILURES), dtype=np.int64), 0
-        reductions()  # made before threads ask for them, of which several would make them at once
         self._threads, self._side_by_side = Threads(threads), ThreadPoolExecutor(len(self._reducers))
         self._gpus: dict[str, Gpu] = {}
 

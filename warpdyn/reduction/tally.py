@@ -189,8 +189,9 @@ class Sums:
         order, start, cell_of_unit = (workers.constant(values) for values in (*by_cell, cell_of_unit))
         structure = block.array_of_structures(workers, rows.structure)
         how = rows.samples, int(is_signed), place, structure, block.status, block.demand(demand), order, start
-        each = workers.units_of_part(units)
+        each, copies = workers.units_of_part(units), self._copies(workers)
         parts_of_row = -(-units // each)
+        kernel, least_rows = reductions().sums[block.type_of(demand)], LEAST_SAMPLES // rows.samples + 1
         together = min(cell_of_row.size, max(1, workers.memory_of_sums // (8 * SUMS * units)))
         sums = workers.empty((together, units, SUMS), np.float64)
         for begin in range(0, cell_of_row.size, together):
@@ -198,7 +199,6 @@ class Sums:
             cells = cell_of_row[begin:end]
             rows_of_cells, first_of_cell, units_of_part = workers.groups(cells, units)
             given = [workers.array(values) for values in (rows_of_cells, first_of_cell)]
-            copies = self._copies(workers)
             into = units_of_part, copies, *given, sums, workers.array(cells), cell_of_unit, *self._sums[workers]
             parts = (first_of_cell.size - 1) * copies * -(-units // units_of_part)
 
@@ -208,8 +208,7 @@ class Sums:
             def of_rows(thread: int, into: tuple = into) -> tuple:
                 return into
 
-            kernel, least = reductions().sums[block.type_of(demand)], LEAST_SAMPLES // rows.samples + 1
-            workers.run(kernel, begin * parts_of_row, end * parts_of_row, of_samples, least)
+            workers.run(kernel, begin * parts_of_row, end * parts_of_row, of_samples, least_rows)
             least = max(1, LEAST_SAMPLES // ((end - begin) * units_of_part))
             workers.run(reductions().totals, 0, parts, of_rows, least)
         workers.refuse(demand, bad)

@@ -74,7 +74,7 @@ class Workers(Protocol):
         """Return how many of a row's units a thread takes at a time, where each can be taken by itself."""
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return how the sums of rows are added to those of cells, each in the order of its rows.
+        """Return how the sums of rows are added to those of cells, so that no two threads add to one.
 
         Args:
             cell_of_row: The cells of rows.

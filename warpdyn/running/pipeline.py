@@ -134,7 +134,7 @@ class Pipeline:
         self.seconds_sampling = self.seconds_integrating = 0.0
         # What a GPU reduces need not come back, but for what samples are judged by.
         self._arriving: set[str] | None = None
-        if table.reduces and not (estimates or sample_error or journal or kept):
+        if table.reduces:
             judging = {"peak_storey_drift"} if may_need_float64(run.model.plan) else set()
             self._arriving = {"status", "energy_balance_error", *judging}
         # Columns of the dataset along `event`, as they are for one event.

@@ -176,8 +176,7 @@ class DamageReducer(Mergeable):
         self.dim = dims[0] if statistic.each_place and len(demands) == 1 and dims else ""
         if statistic.each_place and not self.dim:
             raise ValueError("each_place=True needs limits of one demand that is known at each storey or floor")
-        motions = {"motion_index"} if cells.needs_motions else set()
-        self.needs, self._threads = frozenset({*self.bounds.demands, *motions}), threads
+        self.needs, self._threads = cells.needs(self.bounds.demands), threads
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:

@@ -88,8 +88,7 @@ class LossReducer(Mergeable):
                 f"{population.structure_dim}s, none below 0; got shape {values.shape}"
             )
         self._values = np.ascontiguousarray(np.broadcast_to(values, population.structures))
-        motions = {"motion_index"} if cells.needs_motions else set()
-        self.needs, self._threads = frozenset({*self.bounds.demands, *motions}), threads
+        self.needs, self._threads = cells.needs(self.bounds.demands), threads
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
