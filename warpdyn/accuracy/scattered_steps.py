@@ -28,7 +28,7 @@ def longest_steps(run: Ensemble, vibration: Vibration, row: np.ndarray, duration
     with np.errstate(divide="ignore"):
         remembered = np.minimum(duration, 1 / decay)
     bound = accurate_step(run.model.method, period, remembered / period, LARGEST_PHASE_ERROR)
-    return np.maximum(bound, period / STEPS_PER_PERIOD)
+    return np.maximum(bound, period / (STEPS_PER_PERIOD * run.model.refinement))
 
 
 def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindings, *, divides: bool) -> None:

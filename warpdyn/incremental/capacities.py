@@ -140,6 +140,7 @@ def capacities(
         warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
     count = structures if structures is not None else scene.structures_given or 1
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
+    integration = run.integration
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, which collapse alone passes, and nothing collapses "

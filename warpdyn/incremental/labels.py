@@ -169,6 +169,7 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
             "launches": found.waves,
             "seed": run.model.seed,
             "method": integration.method,
+            **({"method_chosen_because": integration.reason} if integration.reason else {}),
             "dtype": integration.dtype,
             "device": device_names(run.execution.devices),
             "kernel": run.model.kernel_name,

@@ -81,9 +81,10 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
     if scene.structure.is_many:
         raise ValueError("source() takes a scene of one structure, got a Portfolio, which runs several kernels")
     integration = Integration.from_arguments(method=method, dtype=dtype, target_error=None)
-    dynamics = dynamics_of(scene)
-    check_fits(integration.method, dynamics.fitting_law, scene.structure.damping)
+    dynamics, damping = dynamics_of(scene), scene.structure.damping
     is_gpu = checked_devices(device)[0] != "cpu"
+    integration = integration.settled(dynamics.fitting_law, damping, is_gpu=is_gpu)
+    check_fits(integration.method, dynamics.fitting_law, damping)
     plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
     return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text
 
@@ -101,6 +102,7 @@ class Model:
         tolerance: Relative error that an adaptive method allows itself in a step.
         seed: Seed of every random draw.
         threads: CPU threads.
+        refinement: Number of steps that are taken in each step of the default rule.
     """
 
     scene: Scene
@@ -111,6 +113,7 @@ class Model:
     tolerance: float
     seed: int
     threads: int
+    refinement: int = 1
     _loads: dict[tuple[str, str], object] = field(default_factory=dict, repr=False)  # by device and dtype
 
     @cached_property

@@ -15,6 +15,7 @@ from warpdyn.integration.sampler import Sampler
 from warpdyn.integration.settings import DEFAULT_TOLERANCE, Execution, Integration
 from warpdyn.integration.time_grid import build_schedule, build_timeline
 from warpdyn.kernels.queues import Queue, open_queues
+from warpdyn.methods.defaults import FALLBACK
 from warpdyn.methods.table import METHODS, check_fits
 from warpdyn.scene.scene import Scene
 
@@ -33,6 +34,7 @@ class Run:
         structures: Number of structures.
         first: Scattered parameters of the first of them.
         execution: Devices, threads and memory.
+        integration: How samples are integrated, with the method that was settled.
     """
 
     model: Model
@@ -40,6 +42,7 @@ class Run:
     structures: int
     first: Arrays
     execution: Execution
+    integration: Integration
 
     @property
     def samples(self) -> int:
@@ -104,8 +107,10 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
     """
     check_kind("simulate", "a Scene", scene, Scene)
     excitation, dynamics = scene.excitation, dynamics_of(scene)
+    law, damping = dynamics.fitting_law, scene.structure.damping
+    integration = integration.settled(law, damping, is_gpu=execution.is_gpu)
     method, row = integration.method, METHODS[integration.method]
-    check_fits(method, dynamics.fitting_law, scene.structure.damping)
+    check_fits(method, law, damping)
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if structures * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(
@@ -121,11 +126,20 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
     # A scatter out of bounds is reported for a drawn value, not for its median.
     first = sampler.draw(np.arange(1))
     central = central_vibration(scene, dynamics, row)
-    timeline = build_timeline(scene, central, integration.step, integration.longest_step, integration.resample)
+    if integration.refinement > 1:  # of the steps that RK4 would take
+        central = central_vibration(scene, dynamics, METHODS[FALLBACK])
+    timeline = build_timeline(
+        scene,
+        central,
+        integration.step,
+        integration.longest_step,
+        integration.resample,
+        refinement=integration.refinement,
+    )
     plan = plan_of(scene, dynamics, method, integration.dtype, is_gpu=execution.is_gpu)
     tolerance = DEFAULT_TOLERANCE if integration.tolerance is None else integration.tolerance
-    model = Model(scene, dynamics, row, plan, timeline, tolerance, seed, execution.cores)
-    return Run(model, sampler, structures, first, execution)
+    model = Model(scene, dynamics, row, plan, timeline, tolerance, seed, execution.cores, integration.refinement)
+    return Run(model, sampler, structures, first, execution, integration)
 
 
 def prepare(

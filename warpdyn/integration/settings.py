@@ -9,6 +9,7 @@ from typing import Any, Self
 from warpdyn.core.checks import one_of, real_number, whole_number
 from warpdyn.core.thread_pool import cores
 from warpdyn.kernels.queues import checked_devices
+from warpdyn.methods.defaults import default_method
 from warpdyn.methods.table import METHODS
 
 ON_UNSTABLE = ("substep", "raise", "flag")
@@ -23,8 +24,11 @@ class Integration:
     """How samples are integrated; arguments as of `simulate`.
 
     Args:
-        left_open: Which of "method" and "dtype" are chosen for the target error.
+        left_open: Which of "method" and "dtype" are chosen for the target error, or, without one, whether the method
+            is the default of the scene's law.
         divides_steps: Whether the caller left the steps open, so that they are divided where a sample needs it.
+        refinement: Number of steps that are taken in each step of the default rule, which is RK4's.
+        reason: Why the method is the default; "" where it is given.
     """
 
     method: str = "rk4"
@@ -37,6 +41,8 @@ class Integration:
     on_unstable: str = "substep"
     left_open: tuple[str, ...] = ()
     divides_steps: bool = False
+    refinement: int = 1
+    reason: str = ""
 
     def __post_init__(self) -> None:
         one_of("on_unstable", self.on_unstable, ON_UNSTABLE)
@@ -70,11 +76,29 @@ class Integration:
                 raise ValueError(
                     "target_error chooses the step: give simulate() no step, longest_step or tolerance beside it"
                 )
-        # Without a target error there is no choice: what is left open is the default, as if it were given.
-        left_open = tuple(name for name, value in given.items() if value is None and target_error is not None)
+        is_stepped = any(rest.get(name) is not None for name in ("step", "longest_step", "tolerance"))
+        # Without a target error the dtype is the default, as if it were given, and so is the method beside a step:
+        # the table of default methods is of default steps.
+        chosen = ("method", "dtype") if target_error is not None else () if is_stepped else ("method",)
+        left_open = tuple(name for name in chosen if given[name] is None)
         settled: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | rest
-        found = cls(target_error=target_error, left_open=left_open, **settled)
+        reason = "a step is given, and other methods are measured at default steps" if is_stepped else ""
+        found = cls(target_error=target_error, left_open=left_open, reason="" if method else reason, **settled)
         return replace(found, divides_steps=found.on_unstable == "substep" and not found.is_stepped)
+
+    def settled(self, law: str, damping: str, *, is_gpu: bool) -> Self:
+        """Return the settings with the default method of a structure, where neither method nor step is given.
+
+        Args:
+            law: Law of the structure.
+            damping: Its damping.
+            is_gpu: Whether it is run on a GPU.
+        """
+        if "method" not in self.left_open or self.target_error is not None:
+            return self
+        default = default_method(law, damping, is_gpu=is_gpu)
+        chosen: dict[str, Any] = {"method": default.method, "refinement": default.steps, "reason": default.reason}
+        return replace(self, left_open=(), **chosen)
 
     @property
     def is_stepped(self) -> bool:

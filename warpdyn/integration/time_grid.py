@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -83,6 +83,7 @@ def build_timeline(
     step: float | None = None,
     longest_step: float | None = None,
     resample: bool = False,
+    refinement: int = 1,
 ) -> Timeline:
     """Return the time grid of a scene's motions.
 
@@ -93,6 +94,7 @@ def build_timeline(
         step: Integration step [s] that divides the step of every motion; None to choose one for each motion.
         longest_step: Upper bound of chosen steps [s]; None for the default step.
         resample: Whether motions whose step is no multiple of `step` are resampled at it.
+        refinement: Number of steps that are taken in each of these.
 
     Raises:
         ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
@@ -119,7 +121,8 @@ def build_timeline(
                 f"at {step:g} s, {skipped} of {len(excitation.motions)} motions are resampled at less than their own "
                 "rate: what they hold between is left out"
             )
-    return excitation.timeline(step, target, resample=resample)
+    timeline = excitation.timeline(step, target, resample=resample)
+    return timeline if refinement == 1 else replace(timeline, substeps=refinement * timeline.substeps)
 
 
 def warn_of_short_tail(scene: Scene, longest_period: float) -> None:

@@ -147,7 +147,7 @@ class Joined:
 def common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
     """Return the attributes of how the runs were integrated; where runs differ, the values of all."""
     attributes = {name: runs[0].attrs[name] for name in ("on_unstable", "device")}
-    for name in ("method", "dtype", "kernel", "resampled"):
+    for name in ("method", "method_chosen_because", "dtype", "kernel", "resampled"):
         texts = dict.fromkeys(str(run.attrs[name]) for run in runs if name in run.attrs)
         attributes |= {name: "; ".join(texts)} if texts else {}
     for name in ("step", "longest_step", "target_error", "tolerance"):

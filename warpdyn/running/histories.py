@@ -74,7 +74,7 @@ class KeptHistories:
         self.histories = histories
         asked = np.array(histories.samples)
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
-        findings = StabilityFindings(whole.sample.size, integration.method)  # the run's own are told
+        findings = StabilityFindings(whole.sample.size, run.integration.method)  # the run's own are told
         shorten_steps(whole, vibration, findings, divides=integration.divides_steps)
         guard(whole, vibration, integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))

@@ -23,6 +23,8 @@ from warpdyn.kernels.output_table import HISTORY
 from warpdyn.running.selections import select_event
 from warpdyn.scene.scene import Scene
 
+BECAUSE = "method_chosen_because"  # the attribute of a run that says why its method is the default
+
 
 @dataclass(frozen=True)
 class Column:
@@ -275,6 +277,7 @@ def summary(run: xr.Dataset) -> str:
         f"{run.sizes['sample']:,} samples: {outcomes}",
         f"{run.attrs['method']} in {run.attrs['dtype']} on {run.attrs['device']}, "
         f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
+        *([f"{run.attrs['method']}: {run.attrs[BECAUSE]}"] if BECAUSE in run.attrs else []),
         *_collapses(run),
     ]
     if "estimated_relative_error" in run:

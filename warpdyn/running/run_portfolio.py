@@ -141,5 +141,7 @@ def plans_of(group: Group, integration: Integration, execution: Execution, kept:
     if integration.target_error is not None:
         return
     dynamics, is_checked = dynamics_of(group.scene), kept.checked_share is not None or kept.sample_error is not None
+    damping, is_gpu = group.scene.structure.damping, execution.is_gpu
+    integration = integration.settled(dynamics.fitting_law, damping, is_gpu=is_gpu)
     for dtype in [integration.dtype] + ["float64"] * is_checked:
-        yield plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=execution.is_gpu)
+        yield plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=is_gpu)

@@ -31,7 +31,7 @@ from warpdyn.reduction.statistic import Statistic
 from warpdyn.running.blocks import bytes_per_row, check_room, divide
 from warpdyn.running.histories import Histories, KeptHistories
 from warpdyn.running.journal import FINGERPRINT, Journal, fingerprint_of
-from warpdyn.running.labels import Column, columns_of
+from warpdyn.running.labels import BECAUSE, Column, columns_of
 from warpdyn.running.pipeline import Pipeline
 from warpdyn.running.sinks import InFile, InMemory, Reduced, Table
 from warpdyn.scene.scene import Scene
@@ -116,6 +116,7 @@ def run_scene(
         if journal is not None:
             journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
     run = build_run(scene, structures, integration, execution, seed)
+    integration = run.integration
     table = _table(run, columns_kept(run, kept), unfinished, reduced, kept)
     columns = table.columns
     blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
@@ -248,7 +249,8 @@ def attributes_of_run(run: Run, integration: Integration) -> dict[str, object]:
     steps = np.unique(run.model.timeline.steps)
     attributes = {
         "seed": run.model.seed,
-        "method": integration.method,
+        "method": run.integration.method,
+        BECAUSE: run.integration.reason or None,
         "step": steps if steps.size > 1 else float(steps[0]),
         "on_unstable": integration.on_unstable,
         "dtype": integration.dtype,

@@ -209,7 +209,7 @@ class RegionRun:
 
     def _findings(self) -> list[StabilityFindings]:
         pairs = zip(self.layout.samples_by_event, self.layout.events, strict=True)
-        return [StabilityFindings(count, self.job.integration.method, name) for count, name in pairs]
+        return [StabilityFindings(count, str(self.layout.attributes["method"]), name) for count, name in pairs]
 
     def _estimates(self, reports: list[Report], share: float) -> xr.Dataset:
         """Return the error estimates of all regions."""

@@ -165,4 +165,4 @@ def _findings(prepared: Prepared, job: Job) -> list[StabilityFindings]:
     """Return findings of each event, of all samples of the run as far as messages say of how many they are."""
     events = prepared.run.model.scene.excitation.event_names
     counts = zip(prepared.run.samples_by_event, events, strict=True)
-    return [StabilityFindings(count, job.integration.method, name) for count, name in counts]
+    return [StabilityFindings(count, prepared.run.integration.method, name) for count, name in counts]

@@ -1,0 +1,123 @@
+"""Ensembles of shear buildings by storey law, and the errors and times of methods on them."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from peers.storey_laws import LAWS
+
+import warpdyn as wd
+from parts.accuracy_speed.scenes import strong_part
+from warpdyn.core.output_variables import DIVERGED
+from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.ground_motions.records import far_field
+from warpdyn.integration.ensemble import Ensemble
+from warpdyn.integration.run import prepare
+from warpdyn.integration.stability_guard import guard, integrate_guarded
+from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
+
+YIELD_DRIFT, FLOOR_MASS, HEIGHT, TAIL = 0.015, 2.0e5, 3.0, 1.0  # m, kg, m, s
+FINER = 16  # steps of the reference, in float64, in each default step
+SCATTER = {
+    "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.2)),
+    "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1)),
+}
+
+
+@cache
+def records() -> tuple[wd.GroundMotion, ...]:
+    """Return the strong parts of the far-field records, recorded every 5, 10 and 20 ms."""
+    return tuple(strong_part(motion) for motion in far_field())
+
+
+def build_scene(
+    law: str,
+    storeys: int,
+    period: float,
+    motions: list[wd.GroundMotion],
+    levels: tuple[float, ...],
+    recorders: tuple[str, ...] | None = ("drift",),
+) -> wd.Scene:
+    """Return buildings of a law under records.
+
+    Args:
+        law: Row of `peers.storey_laws.LAWS`.
+        storeys: Number of storeys.
+        period: First period [s].
+        motions: The records.
+        levels: Spectral accelerations at the first period, over that at which the building yields.
+        recorders: As of `Scene`.
+    """
+    relative, mass = np.linspace(1.5, 1.0, storeys), np.full(storeys, FLOOR_MASS)
+    first = circular_frequencies(mass[None], relative[None])[0, 0]
+    stiffness = relative * (2 * np.pi / period / first) ** 2
+    own = {} if law == "elastic" else {"yield_force": stiffness * YIELD_DRIFT, **LAWS[law].parameters(YIELD_DRIFT)}
+    building = wd.ShearBuilding(mass, stiffness, HEIGHT, law=law, damping="rayleigh", damping_ratio=0.05, **own)
+    yielding = 1.25 * stiffness[0] * YIELD_DRIFT / mass.sum() / STANDARD_GRAVITY  # g, some of it in higher modes
+    measure = wd.SpectralAcceleration(building.fundamental_period)
+    design = wd.Stripes(list(motions), [yielding * level for level in levels], measure)
+    return wd.Scene(building, design, scatter=SCATTER, recorders=recorders, tail=TAIL)
+
+
+@dataclass
+class Case:
+    """An ensemble, its steps by the default rule and its reference.
+
+    Args:
+        scene: The scene.
+        structures: Number of structures.
+        device: Device that it runs on.
+        seed: Seed of every random draw.
+        known: Drawn structures, as `prepare` keeps them.
+    """
+
+    scene: wd.Scene
+    structures: int
+    device: str
+    seed: int = 1
+    known: dict = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        self.substeps = self._prepared("rk4", "float32")[0].schedule.substeps.copy()
+        method = "exact" if self.scene.structure.law == "elastic" else "rk4"
+        run = self.run(method, FINER, "float64")
+        self.reference = integrate_guarded(run, np.arange(run.sample.size))
+
+    def _prepared(self, method: str, dtype: str) -> tuple:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            terms = {"seed": self.seed, "device": self.device, "threads": 1, "known": self.known}
+            return prepare(self.scene, structures=self.structures, method=method, dtype=dtype, **terms)
+
+    def run(self, method: str, steps: float, dtype: str = "float32") -> Ensemble:
+        """Return the ensemble with so many steps of a method in each default step of RK4, and more for stability."""
+        run, vibration = self._prepared(method, dtype)
+        finer = np.maximum(1, np.ceil(steps * self.substeps - 1e-9).astype(np.int64))
+        run.schedule = run.restepped(np.arange(run.sample.size), finer)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            guard(run, vibration, "substep")
+        return run
+
+    def errors(self, run: Ensemble) -> np.ndarray:
+        """Return each sample's error of the peak drifts over its largest; infinite where it failed."""
+        found = integrate_guarded(run, np.arange(run.sample.size))
+        own, true = (each["peak_storey_drift"].astype(np.float64) for each in (found, self.reference))
+        error = np.abs(own - true).max(axis=0) / np.abs(true).max(axis=0)
+        return np.where(np.isfinite(error) & (found["status"] < DIVERGED), error, np.inf)
+
+
+def seconds_of(run: Ensemble) -> float:
+    """Return the time that an integration takes [s]: of the processor on a CPU, by the clock on a GPU."""
+    clock = time.process_time if run.queue.device == "cpu" else time.perf_counter
+    part = run.select(np.arange(run.sample.size))
+    part.pack()
+    rows = part.model.blank_outputs(part.sample.size)
+    started = clock()
+    part.start(rows)
+    part.finish(rows)
+    return clock() - started
