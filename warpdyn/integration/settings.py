@@ -28,7 +28,7 @@ class Integration:
             is the default of the scene's law.
         divides_steps: Whether the caller left the steps open, so that they are divided where a sample needs it.
         refinement: Number of steps that are taken in each step of the default rule, which is RK4's.
-        reason: Why the method is the default; "" where it is given.
+        reason: Why the method is the default of the law; "" where it, or a step, is given.
     """
 
     method: str = "rk4"
@@ -82,8 +82,7 @@ class Integration:
         chosen = ("method", "dtype") if target_error is not None else () if is_stepped else ("method",)
         left_open = tuple(name for name in chosen if given[name] is None)
         settled: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | rest
-        reason = "a step is given, and other methods are measured at default steps" if is_stepped else ""
-        found = cls(target_error=target_error, left_open=left_open, reason="" if method else reason, **settled)
+        found = cls(target_error=target_error, left_open=left_open, **settled)
         return replace(found, divides_steps=found.on_unstable == "substep" and not found.is_stepped)
 
     def settled(self, law: str, damping: str, *, is_gpu: bool) -> Self:
