@@ -19,6 +19,7 @@ from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.model import dynamics_of, plan_of
 from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.integration.settings import Execution, Integration
+from warpdyn.kernels.build import launched
 from warpdyn.kernels.compilation import compiling
 from warpdyn.kernels.plan import Plan
 from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
@@ -142,4 +143,4 @@ def plans_of(group: Group, integration: Integration, execution: Execution, kept:
         return
     dynamics, is_checked = dynamics_of(group.scene), kept.checked_share is not None or kept.sample_error is not None
     for dtype in [integration.dtype] + ["float64"] * is_checked:
-        yield plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=execution.is_gpu)
+        yield from launched(plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=execution.is_gpu))
