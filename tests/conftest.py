@@ -24,6 +24,7 @@ from warpdyn.kernels import build, compilation
 ROOT = Path(__file__).parents[1]
 # A shell's background jobs, and what they start, ignore Ctrl-C, which tests send.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+built_for = wp.config.optimization_level  # the level of optimisation that cached kernels were built for
 PATIENCE = 300  # seconds that the main job of `.ci/run` may still take
 # Hypothesis times its examples and fails a test whose examples come slowly: what a busy machine or a slow one does.
 settings.register_profile("warpdyn", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -81,8 +82,15 @@ def main_job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     return out, done.stdout
 
 
-def _forget_kernels() -> None:
-    """Clear the caches of kernels, so that every kernel is built again."""
+def _forget_kernels_of_another_level() -> None:
+    """Clear the caches of kernels if they were built for another level of optimisation than the present one.
+
+    Tests of one level that follow each other share their kernels: to compose one takes Python a tenth of a second.
+    """
+    global built_for
+    if wp.config.optimization_level == built_for:
+        return
+    built_for = wp.config.optimization_level
     for name, module in list(sys.modules.items()):
         if name.startswith("warpdyn.kernels."):
             for each, factory in vars(module).items():
@@ -98,11 +106,10 @@ def unoptimised() -> Iterator[None]:
     optimiser may happen to put right, shows here.
     """
     shipped = wp.config.optimization_level
-    _forget_kernels()
     wp.config.optimization_level = 0
+    _forget_kernels_of_another_level()
     yield
     wp.config.optimization_level = shipped
-    _forget_kernels()
 
 
 @contextmanager
@@ -125,6 +132,8 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
         wd.meant_as_given(*names) if names else nullcontext(),
         nullcontext() if item.get_closest_marker("as_shipped") else rolled_kernels(),
     ):
+        if "unoptimised" not in getattr(item, "fixturenames", ()):
+            _forget_kernels_of_another_level()  # before fixtures of a wider scope build theirs
         return (yield)
 
 

@@ -195,7 +195,7 @@ def test_threads_are_as_many_as_asked_for(threads, monkeypatch):
 def test_slices_hold_all_rows_of_lanes_once_and_equal_work():
     random = np.random.default_rng(0)
     steps = [np.sort(random.integers(100, 10_000, count))[::-1] for count in (5000, 37, 1)]
-    launches = [devices.Launch(None, None, each) for each in steps]
+    launches = [devices.Launch(None, None, None, each) for each in steps]
     lanes, threads = 16, 4
     parts = devices.slices(launches, lanes, threads)
     covered = {id(launch.steps): [] for launch in launches}

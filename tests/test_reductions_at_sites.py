@@ -6,10 +6,9 @@ from reduced_runs import CITY, CITY_LIMITS, MOTIONS, scene_of, simulate, small_b
 
 import warpdyn as wd
 
-pytestmark = [
-    pytest.mark.usefixtures("unoptimised"),
-    pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient", "intensity_level", "scale_factor"),
-]
+pytestmark = pytest.mark.meant_as_given(
+    "first_period", "yield_base_shear_coefficient", "intensity_level", "scale_factor"
+)
 # Two earthquakes with both components at three sites, five draws; the motions are six, in pairs.
 PAIRED = [*MOTIONS, *(wd.GroundMotion(0.8 * motion.acceleration[::-1], motion.step) for motion in MOTIONS)]
 PAIR = np.array([[0, 1], [2, 1], [0, 2]])  # of each site in each earthquake

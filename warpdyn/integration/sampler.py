@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 from threading import Lock
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import qmc
 
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.core.thread_pool import in_parts
@@ -23,6 +23,9 @@ from warpdyn.scene.scatter import (
 )
 from warpdyn.structures.physics import physics_problem
 from warpdyn.structures.structure import Structure
+
+if TYPE_CHECKING:
+    from scipy.stats import qmc
 
 
 class Sampler:
@@ -63,10 +66,14 @@ class Sampler:
         self._points: np.ndarray | None = None
         self._sobol: qmc.Sobol | None = None
         self._turn = Lock()
+        if not self.variables or sampling not in ("latin_hypercube", "sobol"):
+            return
+        from scipy.stats import qmc  # which takes a third of a second to import
+
         generator = np.random.default_rng([seed, Purpose.POINTS])
-        if self.variables and sampling == "latin_hypercube":
+        if sampling == "latin_hypercube":
             self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)
-        elif self.variables and sampling == "sobol":
+        else:
             self._sobol = qmc.Sobol(len(self.variables), rng=generator)
 
     def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:

@@ -44,13 +44,13 @@ BUILDING = threading.Lock()
 
 # Measured on AVX-512 and AVX2: rows of 16 samples fill the vector registers (32 where a single storey leaves them
 # waiting for each other), and storey loops unroll well as long as those over lanes stay rolled.
-# A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; a few elastic
-# storeys share the loop among two samples, and where a chain needs more registers than there are, threads share it.
+# A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; where a chain needs
+# more registers than there are, threads share it.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
 # Chains beyond 8 storeys gain by unrolling up to 15. A law of straight branches has its rules twice in every stage
 # of every storey: beyond 5 storeys it runs half to three quarters as fast rolled, and compiles in 2 seconds, not in 20.
 LONG_CHAIN, CPU_LONG_UNROLL, CHAIN_OF_BRANCHES = 8, 15, 5
-GPU_LANES, GPU_LANES_OF_FEW_STOREYS, FEW_STOREYS, GPU_UNROLL = 1, 2, 3, 64
+GPU_LANES, GPU_UNROLL = 1, 64
 # Registers of a thread, by what compiled kernels of 1 to 60 storeys took; those beside the storeys' own, by dtype; and
 # what sums of energies take [words].
 GPU_REGISTERS, BESIDE_STOREYS, BESIDE_ENERGIES = 246, {"float32": 45, "float64": 60}, 10
@@ -76,8 +76,6 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
         if row.kind == "explicit" and not keeps_slopes(row):
             if is_gpu:
                 sections = _sections(plan)
-                if plan.law == "elastic" and plan.dofs <= FEW_STOREYS:
-                    lanes = GPU_LANES_OF_FEW_STOREYS
             elif plan.dofs == 1:
                 lanes = CPU_LANES_OF_ONE_STOREY
             elif spring_row(plan.law).leaves_line is not None:
@@ -85,6 +83,21 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
             elif LONG_CHAIN < plan.dofs <= CPU_LONG_UNROLL:
                 unroll = CPU_LONG_UNROLL
     return replace(plan, lanes=lanes, max_unroll=unroll if unrolls else 1, sections=sections)
+
+
+def undivided(plan: Plan) -> Plan:
+    """Return the plan for samples with one step in each interval of their motions.
+
+    On a GPU their kernel has no loop over the steps of an interval, a tenth of its instructions for one storey.
+    """
+    is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL) and plan.recorders != ("history",)
+    gains = SKELETONS[plan.family, plan.kind] is integrate_chain and not METHODS[plan.method].is_adaptive
+    return replace(plan, undivided=True) if is_alone and gains and plan.load == "base_acceleration" else plan
+
+
+def launched(plan: Plan) -> tuple[Plan, ...]:
+    """Return the plans of the kernels that run the samples of a plan, each once."""
+    return tuple(dict.fromkeys((undivided(plan), plan)))
 
 
 def _sections(plan: Plan) -> int:

@@ -48,10 +48,13 @@ step of lane j, 0 once it is done; `u[i, j]`, `v[i, j]`, `z[i * M + m, j]` are t
 
 Every interval:
 
+    begin_phase            before the intervals from `interval_from` on, of a sample alone in its thread; may end them
+                           at `interval_until`, after which others begin; end_steps after the last
     begin_interval         before anything of it is known
     stop_lane              of lane j: may set its step to 0
     settle_lane            of lane j: `h[j]` is settled, unless an adaptive method divides it
-    in_interval            what loads have at its start, and their change over it
+    in_interval            what loads have at its start, and their change over it; value_of_interval the same of lanes
+                           whose motions end apart
 
 Every step, with `index` from the first one on and `substep` from the interval's start:
 
@@ -97,6 +100,7 @@ Every walk through the storeys, from the top down:
 Collapses, in the part that tells them:
 
     watch_drifts           of an accepted state: whether a storey passes its capacity
+    watch_lanes, collapse_here   of lanes that wait for others: whether they collapse; of lane j, that it does
     find_first_to_pass     of lane j: which storey is the first to pass, and after which share of the step;
                            compare_sections the same among threads that share a sample
     see_drifts_at_collapse   of lane j: adds the drifts at that instant to the peaks

@@ -43,6 +43,7 @@ class Plan:
         collapses: Whether a sample ends where a storey drift passes its capacity (chain).
         has_drift_capacity: Whether storeys have capacities of their own, beside the building's drift ratio.
         resumes: Whether each structure starts from the state that an event before left it in, and not from the load's.
+        undivided: Whether every interval of the motion is one step.
     """
 
     family: str
@@ -61,6 +62,7 @@ class Plan:
     collapses: bool = False
     has_drift_capacity: bool = False
     resumes: bool = False
+    undivided: bool = False
 
     @property
     def kind(self) -> str:
@@ -101,6 +103,7 @@ def tableau(plan: Plan) -> SimpleNamespace:
     method = METHODS[plan.method]
     a, stages = np.array(method.a), method.stages
     error = np.array(method.error or np.zeros(stages))
+    unit = next(weight for weight in method.b if weight)
     return SimpleNamespace(
         stages=stages,
         adaptive=method.is_adaptive,
@@ -108,6 +111,8 @@ def tableau(plan: Plan) -> SimpleNamespace:
         ends_in_stage=method.c[-1] == 1 and np.array_equal(method.displacement_a[-1], method.displacement_b),
         keeps_slopes=keeps_slopes(method),
         weight=constants(plan, method.b),
+        unit_weight=wp.constant(DTYPES[plan.dtype](unit)),
+        times_unit=constants(plan, np.divide(method.b, unit)),
         reach=constants(plan, [*np.diag(a, -1), 0.0]),  # of the last slope, to the next stage
         node=constants(plan, method.c),
         first_stage=constants(plan, np.eye(stages)[0]),

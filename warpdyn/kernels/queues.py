@@ -109,24 +109,26 @@ class CpuQueue:
         return instance
 
     def launch(
-        self, plan: Plan, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
+        self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
     ) -> None:
-        """Launch a plan's kernel, in slices over the threads, and wait.
+        """Launch kernels, in slices over the threads, and wait.
 
         A slice is launched in pieces of some tenths of a second, between which Ctrl-C acts; a single row of lanes is
         not divided.
 
         Args:
-            plan: The plan.
             launches: What to launch.
-            arguments: The kernel's arguments after the samples.
+            arguments: The kernels' arguments after the samples.
             advance: Called with the number of samples done since its last call.
         """
-        kernel = load_kernel(plan, self.device)  # before the threads, which would each compile it
+        # Before the threads, which would each compile them.
+        kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
+        lanes = launches[0].plan.lanes
 
         stopping = threading.Event()
 
         def run(launch: Launch, first: int, last: int) -> int:
+            plan = launch.plan
             costs = np.cumsum(launch.steps[first * plan.lanes : last * plan.lanes : plan.lanes], dtype=np.float64)
             done = 0
             while done < costs.size and not stopping.is_set():
@@ -138,7 +140,7 @@ class CpuQueue:
                 )
                 inputs = [first + done, launch.control, launch.samples, *arguments]
                 began = time.perf_counter()
-                wp.launch(kernel, dim=until - done, inputs=inputs, device=self.device)
+                wp.launch(kernels[plan], dim=until - done, inputs=inputs, device=self.device)
                 seconds = max(time.perf_counter() - began, SECONDS_OF_A_PIECE / MOST_GROWTH)
                 self._pace[plan] = (costs[until - 1] - before) * SECONDS_OF_A_PIECE / seconds
                 done = until
@@ -147,7 +149,7 @@ class CpuQueue:
         started = time.perf_counter()
         pool = ThreadPoolExecutor(self.threads)
         try:
-            tasks = [pool.submit(run, *part) for part in slices(launches, plan.lanes, self.threads)]
+            tasks = [pool.submit(run, *part) for part in slices(launches, lanes, self.threads)]
             for done in as_finished(tasks):
                 advance(done.result())
         finally:
@@ -221,10 +223,10 @@ class CudaQueue:
         return instance
 
     def launch(
-        self, plan: Plan, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
+        self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
     ) -> None:
-        """Queue a plan's kernel, its launches side by side; what is queued afterwards waits for them."""
-        kernel = load_kernel(plan, self.device)
+        """Queue launches of kernels side by side; what is queued afterwards waits for them."""
+        kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
         ready = self.stream.record_event()
         for stream in self.streams[1:]:
             stream.wait_event(ready)
@@ -232,9 +234,10 @@ class CudaQueue:
             start = stream.record_event(wp.Event(self.device, enable_timing=True))
             inputs = [0, launch.control, launch.samples, *arguments]
             # Whole thread blocks, since threads that share a sample exchange values by warps; the rest repeat the last.
+            plan = launch.plan
             threads = -(-launch.steps.size // plan.lanes) * plan.sections
             dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
-            wp.launch(kernel, dim=dim, inputs=inputs, stream=stream, block_dim=THREADS_OF_A_BLOCK)
+            wp.launch(kernels[plan], dim=dim, inputs=inputs, stream=stream, block_dim=THREADS_OF_A_BLOCK)
             self._timed.append((start, stream.record_event(wp.Event(self.device, enable_timing=True))))
         for _, end in self._timed:
             self.stream.wait_event(end)

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warpdyn.kernels.plan import Plan
+
 SLICES_PER_THREAD = 8  # short last slices keep all threads busy to the end
 
 
@@ -12,11 +14,13 @@ class Launch(NamedTuple):
     """One launch of a kernel over some of the samples that were handed to the device.
 
     Args:
+        plan: The kernel's plan.
         control: The launch's scalars.
         samples: Its samples, as the kernels' struct.
         steps: Steps of each of them, falling, shape [sample].
     """
 
+    plan: Plan
     control: object
     samples: object
     steps: np.ndarray

@@ -19,6 +19,7 @@ from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.model import dynamics_of, plan_of
 from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.integration.settings import Execution, Integration
+from warpdyn.kernels.build import launched
 from warpdyn.kernels.compilation import compiling
 from warpdyn.kernels.plan import Plan
 from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
@@ -144,4 +145,4 @@ def plans_of(group: Group, integration: Integration, execution: Execution, kept:
     damping, is_gpu = group.scene.structure.damping, execution.is_gpu
     integration = integration.settled(dynamics.fitting_law, damping, is_gpu=is_gpu)
     for dtype in [integration.dtype] + ["float64"] * is_checked:
-        yield plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=is_gpu)
+        yield from launched(plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=is_gpu))

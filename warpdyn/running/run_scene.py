@@ -22,7 +22,7 @@ from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.integration.time_grid import warn_of_short_tail
-from warpdyn.kernels.build import history_plan
+from warpdyn.kernels.build import history_plan, launched
 from warpdyn.kernels.compilation import compile_side_by_side
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
@@ -215,9 +215,9 @@ def _table(
 def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
     """Yield the plans of the kernels that a run launches."""
     for model in run.model.by_event:
-        yield model.plan
+        yield from launched(model.plan)
         if kept.checked_share is not None or kept.sample_error is not None:
-            yield model.in_float64(model.tolerance, run.execution.devices[0]).plan
+            yield from launched(model.in_float64(model.tolerance, run.execution.devices[0]).plan)
     if kept.histories is not None:
         yield history_plan(run.model.plan)
 

@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 import warp as wp
 
+from warpdyn.device.processor import module_options
 from warpdyn.kernels.arguments import as_field
 from warpdyn.kernels.auxiliary.oscillator_extrema import angle_to_zero, double, searched
 from warpdyn.kernels.build import CPU_LANES, CPU_UNROLL, GPU_LANES, GPU_UNROLL
@@ -66,7 +67,7 @@ def oscillator_kernel(lanes: int, unroll: int) -> wp.Kernel:
     row = wp.types.vector(length=lanes, dtype=double)
     indices = wp.types.vector(length=lanes, dtype=wp.int32)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": unroll})
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(unroll))
     def largest_displacement(
         first_block: int,
         blocks_of_a_record: int,

@@ -53,7 +53,12 @@ def begin_walk():
         slot("position_of_stage")
         base[j] = a0[j] + at * da[j]
     if EXPLICIT_CHAIN:
-        base[j] = a0[j] + dtype(substep) * da[j] + node[stage] * da[j]
+        if LANES == 1 and not ADAPTIVITY:  # the first stage is where the step begins
+            base[j] = a0[j] + dtype(substep) * da[j]
+            if stage > 0:
+                base[j] += node[stage] * da[j]
+        else:
+            base[j] = a0[j] + dtype(substep) * da[j] + node[stage] * da[j]
         if ADAPTIVITY:
             base[j] = a0[j] + dtype(substep) * da[j] + (done[j] + node[stage] * part[j]) * da[j]
 

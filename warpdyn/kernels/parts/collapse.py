@@ -88,20 +88,24 @@ def start():
             if past_share[j] > dtype(0.0):
                 collapse_time[j] = dtype(0.0)
                 last_interval[j] = int(0)
+                if EXPLICIT_CHAIN and HOLDS_STEP:
+                    intervals = int(0)
             move[j] = dtype(0.0)  # it has moved there in no step
             farthest_ratio[j] = dtype(0.0)
 
 
 def begin_interval():
-    standing = int(0)
-    for j in range(LANES):
-        if interval <= last_interval[j]:
-            standing = 1
+    if not (EXPLICIT_CHAIN and HOLDS_STEP):
+        standing = int(0)
+        for j in range(LANES):
+            if interval <= last_interval[j]:
+                standing = 1
 
 
 def stop_lane():
-    if collapse_time[j] >= dtype(0.0):
-        h[j] = dtype(0.0)
+    if not (EXPLICIT_CHAIN and HOLDS_STEP):  # where a sample alone in its thread leaves it
+        if collapse_time[j] >= dtype(0.0):
+            h[j] = dtype(0.0)
 
 
 def settle_lane():
@@ -120,7 +124,11 @@ def see_drift():
             drift_seen = drift_before
         earlier_drift[i, j] = drift_seen
         if DRIFT:
-            peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen) * stands[j])
+            if EXPLICIT_CHAIN and HOLDS_STEP:
+                # It stands as long as it is in the loop, and is looked at once more after it.
+                peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen))
+            else:
+                peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen) * stands[j])
 
 
 def see_state():
@@ -158,26 +166,47 @@ def end_step():
 def watch_drifts():
     for j in range(LANES):
         over[j] = dtype(0.0)
-        if collapse_time[j] >= dtype(0.0):
-            stands[j] = dtype(0.0)
+        if not (EXPLICIT_CHAIN and HOLDS_STEP):
+            if collapse_time[j] >= dtype(0.0):
+                stands[j] = dtype(0.0)
     for i in range(N):
         for j in range(LANES):
             slot("accepted_drift")
             over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
+    if EXPLICIT_CHAIN and HOLDS_STEP:
+        for j in range(LANES):
+            if over[j] > dtype(1.0):
+                stands[j] = dtype(0.0)  # it leaves the loop, after which the rest is found
+    else:
+        slot("watch_lanes")
+
+
+def end_steps():
+    for j in range(LANES):
+        if stands[j] == dtype(0.0):
+            slot("find_first_to_pass")
+            slot("collapse_here")
+
+
+def watch_lanes():
     for j in range(LANES):
         if over[j] * stands[j] > dtype(1.0):
             slot("find_first_to_pass")
         slot("compare_sections")
         if past_share[j] * stands[j] > dtype(0.0):
-            slot("see_drifts_at_collapse")
-            collapse_time[j] = dtype(index + 1) * step[j] - past_share[j] * h[j]
-            if ADAPTIVITY:
-                collapse_time[j] = (dtype(index) + done[j]) * step[j] - past_share[j] * h[j]
-                whole_step[j] = dtype(0.0)
-                part[j] = dtype(0.0)
-            stands[j] = dtype(0.0)
-            last_interval[j] = interval + 1  # whose first step sees this state
-            h[j] = dtype(0.0)
+            slot("collapse_here")
+
+
+def collapse_here():
+    slot("see_drifts_at_collapse")
+    collapse_time[j] = dtype(index + 1) * step[j] - past_share[j] * h[j]
+    if ADAPTIVITY:
+        collapse_time[j] = (dtype(index) + done[j]) * step[j] - past_share[j] * h[j]
+        whole_step[j] = dtype(0.0)
+        part[j] = dtype(0.0)
+    stands[j] = dtype(0.0)
+    last_interval[j] = interval + 1  # whose first step sees this state
+    h[j] = dtype(0.0)
 
 
 def find_first_to_pass():

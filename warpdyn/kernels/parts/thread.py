@@ -38,6 +38,7 @@ def names(plan):
         "STOREYS": plan.dofs,
         "N": plan.storeys_of_thread,  # of a thread
         "IS_CHAIN": plan.family == "chain",
+        "UNDIVIDED": plan.undivided,
         "row": row,
         "row64": row64,
         "indices": indices,
@@ -49,7 +50,7 @@ def names(plan):
 
 
 def declare():
-    substeps = control.substeps
+    substeps = int(1) if UNDIVIDED else control.substeps
     sample = indices()
     motion = indices()
     live_intervals = indices()  # of the motion and of what follows it

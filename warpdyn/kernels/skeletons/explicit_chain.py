@@ -28,9 +28,10 @@ def names(plan: Plan) -> dict[str, object]:
         "TRAPEZOIDAL": method.ends_in_stage and not is_adaptive,
         # A last stage that stands where the step ends follows the law there once and for all.
         "MAPS_IN_STAGE": is_mapping and method.ends_in_stage and not (is_adaptive or law.rate is not None),
+        # Nothing is above the top storey, which costs nothing to say where the loop over storeys is unrolled.
+        "BEGINS_AT_TOP": plan.sections == 1 and plan.dofs <= plan.max_unroll,
         # A sample alone in its thread, of which no forces are seen, needs no look at the forces of its last state.
-        "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_STOP_LANE or HAS_SEE_FORCES"
-        " or (ENERGY and TRAPEZOIDAL)))",
+        "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_SEE_FORCES or (ENERGY and TRAPEZOIDAL)))",
     }
 
 
@@ -81,83 +82,104 @@ def integrate_chain(
         for j in range(LANES):
             h[j] = step[j]
     # One interval more than the longest run, but where the step is held: its first stage sees the last state.
-    for interval in range(intervals if HOLDS_STEP else intervals + 1):
-        slot("begin_interval")
-        if COLLAPSE and not SECTIONS:
-            # Threads that share a sample exchange values with others to the end.
-            if standing == 0:
-                break
-        for j in range(LANES):
-            # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
-            if not HOLDS_STEP:
-                h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
-            slot("stop_lane")
-            slot("settle_lane")
-        slot("in_interval")
-        for substep in range(substeps):
-            index = interval * substeps + substep
-            slot("begin_step")
-            while pending > 0 if ADAPTIVITY else ONCE:
-                slot("begin_attempt")
-                for stage in range(STAGES):
-                    slot("begin_stage")
-                    for j in range(LANES):
-                        if not SECTIONS:
-                            above[j] = dtype(0.0)
-                        slot("begin_walk")
-                    for down in range(N):
-                        i = N - 1 - down
-                        slot("before_storey")
-                        for j in range(LANES):
-                            slot("state_of_stage")
-                            rate = vi
-                            if i > 0:
-                                slot("state_below")
-                            elif SECTIONS:
-                                drift -= foot_u[j]
-                                rate -= foot_v[j]
-                            slot("leave_pad")
-                            slot("storey_coefficients")
-                            slot("memory_of_stage")
-                            if not HAS_RESTORE:
-                                f = force_of(drift, memory, c)
-                            slot("restore")
-                            restoring = f
-                            slot("add_to_force")
-                            if HAS_ADD_TO_DASHPOT:
-                                if not STOREY:
-                                    dashpot = dtype(0.0)
-                                slot("add_to_dashpot")
-                                f += dashpot
-                            # What acts on the floor: absolute acceleration times its mass, but for base motion.
-                            net = above[j] - f
-                            slot("add_to_net")
-                            slot("add_load")
-                            ai = net * inverse_mass[i, j]
-                            slot("add_to_acceleration")
-                            if stage == 0:
-                                slot("see_drift")
-                                slot("see_forces")
-                            slot("add_base")
-                            slot("add_powers")
-                            above[j] = f
-                            slot("end_storey")
-                        slot("after_storey")
-                    if stage == 0:
-                        slot("see_state")
-                    slot("end_stage")
-                slot("end_stages")
-                slot("end_attempt")
-                slot("end_part")
-            slot("end_step")
-    if HOLDS_STEP and HAS_SEE_DRIFT:
-        # Nothing follows the last state that would see it.
-        index = intervals * substeps
-        for i in range(N):
+    if HOLDS_STEP:
+        interval_from = int(0)
+    if HOLDS_STEP and COLLAPSE:
+        index = int(0)  # of the step in which it collapses
+    while interval_from < intervals if HOLDS_STEP else ONCE:
+        if HOLDS_STEP:
+            interval_until = intervals
+            slot("begin_phase")
+        for interval in range(interval_from if HOLDS_STEP else 0, interval_until if HOLDS_STEP else intervals + 1):
+            slot("begin_interval")
+            if COLLAPSE and not (SECTIONS or HOLDS_STEP):
+                # Threads that share a sample exchange values with others to the end.
+                if standing == 0:
+                    break
             for j in range(LANES):
-                slot("accepted_drift")
-                slot("see_drift")
-        slot("see_state")
+                # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
+                if not HOLDS_STEP:
+                    h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
+                slot("stop_lane")
+                slot("settle_lane")
+            slot("in_interval")
+            for substep in range(substeps):
+                index = interval * substeps + substep
+                slot("begin_step")
+                while pending > 0 if ADAPTIVITY else ONCE:
+                    slot("begin_attempt")
+                    for stage in range(STAGES):
+                        slot("begin_stage")
+                        for j in range(LANES):
+                            if not SECTIONS and not BEGINS_AT_TOP:
+                                above[j] = dtype(0.0)
+                            slot("begin_walk")
+                        for down in range(N):
+                            i = N - 1 - down
+                            slot("before_storey")
+                            for j in range(LANES):
+                                slot("state_of_stage")
+                                rate = vi
+                                if i > 0:
+                                    slot("state_below")
+                                elif SECTIONS:
+                                    drift -= foot_u[j]
+                                    rate -= foot_v[j]
+                                slot("leave_pad")
+                                slot("storey_coefficients")
+                                slot("memory_of_stage")
+                                if not HAS_RESTORE:
+                                    f = force_of(drift, memory, c)
+                                slot("restore")
+                                restoring = f
+                                slot("add_to_force")
+                                if HAS_ADD_TO_DASHPOT:
+                                    if not STOREY:
+                                        dashpot = dtype(0.0)
+                                    slot("add_to_dashpot")
+                                    f += dashpot
+                                # What acts on the floor: absolute acceleration times its mass, but for base motion.
+                                # A sign costs nothing, but Warp writes -f as a subtraction from zero.
+                                net = dtype(-1.0) * f if BEGINS_AT_TOP and down == 0 else above[j] - f
+                                slot("add_to_net")
+                                slot("add_load")
+                                ai = net * inverse_mass[i, j]
+                                slot("add_to_acceleration")
+                                if stage == 0:
+                                    slot("see_drift")
+                                    slot("see_forces")
+                                slot("add_base")
+                                slot("add_powers")
+                                above[j] = f
+                                slot("end_storey")
+                            slot("after_storey")
+                        if stage == 0:
+                            slot("see_state")
+                        slot("end_stage")
+                    slot("end_stages")
+                    slot("end_attempt")
+                    slot("end_part")
+                slot("end_step")
+                if HOLDS_STEP and COLLAPSE:
+                    if stands[0] == dtype(0.0):
+                        break
+            if HOLDS_STEP and COLLAPSE:
+                if stands[0] == dtype(0.0):
+                    interval_until = intervals  # and nothing is left to be done
+                    break
+        if HOLDS_STEP:
+            interval_from = interval_until
+    if HOLDS_STEP:
+        slot("end_steps")
+        if HAS_SEE_DRIFT:
+            # Nothing follows the last state that would see it.
+            if not COLLAPSE or stands[0] > dtype(0.0):
+                index = intervals * substeps
+                for i in range(N):
+                    for j in range(LANES):
+                        slot("accepted_drift")
+                        slot("see_drift")
+                slot("see_state")
     for j in range(LANES):
         o = samples.output[sample[j]]
         total = dtype(0.0)

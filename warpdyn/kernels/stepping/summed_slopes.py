@@ -10,7 +10,9 @@ def wanted(plan):
 
 
 def names(plan):
-    return {"reach": tableau(plan).reach}
+    method = tableau(plan)
+    # In units of the first weight the first stage's slopes are summed up as they are.
+    return {"reach": method.reach, "unit_weight": method.unit_weight, "times_unit": method.times_unit}
 
 
 def state_of_stage():
@@ -47,13 +49,14 @@ def end_storey():
 def sum_up_slopes():
     if IS_RATE:
         z_rate = rate_of(rate, memory, c)
-    u_slope = weight[stage] * vi  # summed up: the state is rounded once a step, not a stage
-    v_slope = weight[stage] * ai
+    # Summed up: the state is rounded once a step, not a stage.
+    u_slope = times_unit[stage] * vi
+    v_slope = times_unit[stage] * ai
     if stage > 0:
         u_slope += un[i, j]
         v_slope += vn[i, j]
     if IS_RATE:
-        z_slope = weight[stage] * z_rate
+        z_slope = times_unit[stage] * z_rate
         if stage > 0:
             for m in range(M):
                 z_slope[m] += zn[i * M + m, j]
@@ -67,8 +70,9 @@ def sum_up_slopes():
                 zn[i * M + m, j] = z_slope[m]
                 zs[i * M + m, j] = z[i * M + m, j] + ha * z_rate[m]
     else:
-        u[i, j] += h[j] * u_slope
-        v[i, j] += h[j] * v_slope
+        whole = h[j] * unit_weight
+        u[i, j] += whole * u_slope
+        v[i, j] += whole * v_slope
         if IS_RATE:
             for m in range(M):
-                z[i * M + m, j] += h[j] * z_slope[m]
+                z[i * M + m, j] += whole * z_slope[m]

@@ -1,0 +1,59 @@
+"""A sample alone in its thread, as on a GPU: its kernels give what those of rows of samples give."""
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+from warpdyn.integration import model
+from warpdyn.kernels import build, queues
+
+DRIFT = ("drift",)
+# Collapses take a branch of their own in a kernel that a sample leaves; parts that see forces keep it in the loop.
+CASES = [
+    ("elastic", 1, DRIFT, False),
+    ("bouc_wen", 2, DRIFT, False),
+    ("bilinear", 2, DRIFT, True),
+    ("bilinear", 2, ("acceleration", "drift", "energy"), True),
+]
+
+
+def make_scene(law, storeys, recorders, collapses):
+    """Return storeys under motions of several lengths and steps, two of which end before the run does."""
+    random = np.random.default_rng(3)
+    motions = [
+        wd.GroundMotion(3.0 * random.normal(size=size), step, f"{size} of {step} s")
+        for size, step in ((150, 0.01), (400, 0.01), (60, 0.04))
+    ]
+    stiffness = 1e5 * (2 * np.pi / 0.3) ** 2
+    of_law = {
+        "elastic": {},
+        "bilinear": {"yield_force": 0.01 * stiffness, "hardening_ratio": 0.05},
+        "bouc_wen": {"yield_force": 0.01 * stiffness, "hardening_ratio": 0.05},
+    }
+    building = wd.ShearBuilding(
+        [1e5] * storeys, [stiffness] * storeys, 3.0, law=law, damping="rayleigh", damping_ratio=0.05, **of_law[law]
+    )
+    stripes = wd.Stripes(motions, [0.2, 0.8, 2.5], wd.PeakGroundAcceleration())
+    limit = 0.02 if collapses else None
+    return wd.Scene(building, stripes, tail=0.5, recorders=recorders, collapse_drift_ratio=limit)
+
+
+@pytest.mark.parametrize(("law", "storeys", "recorders", "collapses"), CASES)
+def test_alone_in_its_thread_a_sample_gives_what_it_gives_in_a_row(law, storeys, recorders, collapses, monkeypatch):
+    scene = make_scene(law, storeys, recorders, collapses)
+    terms = {"structures": 1, "step": 0.01, "dtype": "float64", "device": "cpu"}
+    rows = wd.simulate(scene, **terms)
+    launched = set()
+    load = queues.load_kernel
+    monkeypatch.setattr(queues, "load_kernel", lambda plan, device: launched.add(plan) or load(plan, device))
+    monkeypatch.setattr(model, "fitted", lambda plan, is_gpu: build.fitted(plan, is_gpu=True))
+    alone = wd.simulate(scene, **terms)
+    assert {(plan.lanes, plan.undivided) for plan in launched} == {(1, True), (1, False)}
+    assert set(np.unique(rows["status"])) == ({0, 1} if collapses else {0})
+    for name in rows.data_vars:
+        if rows[name].dtype.kind == "f":
+            # Sums in another order: some 1e-16 a step, which yielding storeys multiply little in a few seconds.
+            largest = float(abs(rows[name]).max())
+            np.testing.assert_allclose(alone[name], rows[name], rtol=1e-9, atol=1e-10 * largest, err_msg=name)
+        else:
+            np.testing.assert_array_equal(alone[name], rows[name], err_msg=name)
