@@ -11,8 +11,8 @@ from warpdyn.methods.table import fitting_methods
 
 TABLE = "default_methods.csv"
 FALLBACK = "rk4"
-# What different records change of the ratio of two methods' errors, by the study that measures them; and the most that
-# a method may cost of RK4 to be taken in its place: what is saved must be more than timings scatter by.
+# A method may take RK4's place if its errors are at most so many times RK4's, a tenth being less than their medians
+# change from one law to the next; and if its cost is at most so much of RK4's, since timings scatter.
 MOST_ERROR, MOST_COST = 1.1, 0.9
 DEVICES = {"cpu": "a CPU", "cuda": "a GPU"}
 
@@ -72,8 +72,8 @@ def measured_methods() -> tuple[Measured, ...]:
 def default_method(law: str, damping: str = "none", *, is_gpu: bool = False) -> DefaultMethod:
     """Return the method that integrates structures of a law where the caller names neither method nor step.
 
-    It is RK4, unless the table has a method that errs no more than RK4 at its default step in storeys of every law of
-    the structure, fits them and costs less on the device. Of several laws the one that saves most tells the cost, since
+    It is RK4, unless the table has a method that errs hardly more (`MOST_ERROR`) than RK4 at its default step in
+    storeys of every law of the structure, fits them and costs less on the device. Of several laws the one that saves most tells the cost, since
     laws of many rules, which save most, take nearly all of the time.
 
     Args:
@@ -98,7 +98,7 @@ def default_method(law: str, damping: str = "none", *, is_gpu: bool = False) -> 
             least = min(costs)
             reason = (
                 f"{steps} steps of {method} for each default step of {FALLBACK} take {least:.2g} times as long on "
-                f"{where} for {_listed(names)}, and err no more"
+                f"{where} for {_listed(names)}, and its errors are at most {MOST_ERROR:g} times as large"
             )
             best = DefaultMethod(method, steps, reason)
     if best is not None:

@@ -76,8 +76,8 @@ def simulate(
         seed: Seed of every random draw; the same seed gives the same samples on any device.
 
         method: Integration method, a row of METHODS; None for the choice made for `target_error`, and otherwise, where
-            no step is given, for the cheapest on the device that is measured to err no more than "rk4" at its default
-            step in storeys of the scene's laws, such as "velocity_verlet" in two steps for one; else for "rk4". The
+            no step is given, for the cheapest on the device that is measured to err hardly more than "rk4" at its
+            default step in storeys of the scene's laws, such as "velocity_verlet" in two steps for one; else for "rk4". The
             attributes `method` and `method_chosen_because` say which and why.
         step: Integration step [s], which must divide the step of every motion; None to choose one for each motion.
         longest_step: Upper bound of the chosen steps [s], in place of the default rule.
