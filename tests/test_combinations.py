@@ -63,14 +63,15 @@ def launched(monkeypatch):
         blanks.append(rows)
         return original_blank(queue, rows, dtype)
 
-    def launch(queue, plan, *rest, **options):
+    def launch(queue, launches, *rest, **options):
         for name, values in blanks.pop().items():
             if name == "status":
                 assert np.all(values == DIVERGED)
             else:
                 assert np.all(np.isnan(values) if values.dtype.kind == "f" else values == -1), name
+        [plan] = {each.plan for each in launches}
         plans.append(plan)
-        original_launch(queue, plan, *rest, **options)
+        original_launch(queue, launches, *rest, **options)
 
     original_blank, original_launch = CpuQueue.blank, CpuQueue.launch
     monkeypatch.setattr(CpuQueue, "blank", blank)

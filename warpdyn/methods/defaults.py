@@ -73,8 +73,8 @@ def default_method(law: str, damping: str = "none", *, is_gpu: bool = False) -> 
     """Return the method that integrates structures of a law where the caller names neither method nor step.
 
     It is RK4, unless the table has a method that errs hardly more (`MOST_ERROR`) than RK4 at its default step in
-    storeys of every law of the structure, fits them and costs less on the device. Of several laws the one that saves most tells the cost, since
-    laws of many rules, which save most, take nearly all of the time.
+    storeys of every law of the structure, fits them and costs less on the device. Of several laws the one that
+    saves most tells the cost, since laws of many rules, which save most, take nearly all of the time.
 
     Args:
         law: Law of the structure, such as "bilinear|pinching4+gap".

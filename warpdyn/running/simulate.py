@@ -77,8 +77,8 @@ def simulate(
 
         method: Integration method, a row of METHODS; None for the choice made for `target_error`, and otherwise, where
             no step is given, for the cheapest on the device that is measured to err hardly more than "rk4" at its
-            default step in storeys of the scene's laws, such as "velocity_verlet" in two steps for one; else for "rk4". The
-            attributes `method` and `method_chosen_because` say which and why.
+            default step in storeys of the scene's laws, such as "velocity_verlet" in two steps for one; else for "rk4".
+            The attributes `method` and `method_chosen_because` say which and why.
         step: Integration step [s], which must divide the step of every motion; None to choose one for each motion.
         longest_step: Upper bound of the chosen steps [s], in place of the default rule.
         resample: Whether a motion whose step is no multiple of `step` is resampled at `step`, which cuts its corners.

@@ -70,9 +70,9 @@ def sum_up_slopes():
                 zn[i * M + m, j] = z_slope[m]
                 zs[i * M + m, j] = z[i * M + m, j] + ha * z_rate[m]
     else:
-        whole = h[j] * unit_weight
-        u[i, j] += whole * u_slope
-        v[i, j] += whole * v_slope
+        unit_share = h[j] * unit_weight
+        u[i, j] += unit_share * u_slope
+        v[i, j] += unit_share * v_slope
         if IS_RATE:
             for m in range(M):
-                z[i * M + m, j] += whole * z_slope[m]
+                z[i * M + m, j] += unit_share * z_slope[m]
