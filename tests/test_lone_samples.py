@@ -12,7 +12,7 @@ DRIFT = ("drift",)
 CASES = [
     ("elastic", 1, DRIFT, False),
     ("bouc_wen", 2, DRIFT, False),
-    ("bilinear", 2, DRIFT, True),
+    ("bilinear", 2, ("drift", "time_of_peak"), True),
     ("bilinear", 2, ("acceleration", "drift", "energy"), True),
 ]
 

@@ -49,7 +49,8 @@ step of lane j, 0 once it is done; `u[i, j]`, `v[i, j]`, `z[i * M + m, j]` are t
 Every interval:
 
     begin_phase            before the intervals from `interval_from` on, of a sample alone in its thread; may end them
-                           at `interval_until`, after which others begin; end_steps after the last
+                           at `interval_until`, after which others begin; end_steps after the last,
+                           see_last once its state is seen
     begin_interval         before anything of it is known
     stop_lane              of lane j: may set its step to 0
     settle_lane            of lane j: `h[j]` is settled, unless an adaptive method divides it

@@ -59,6 +59,7 @@ def declare():
     if PROPAGATED:
         present_drift = matrix()
     over = row()  # the largest drift over its capacity
+    peak_while_standing = matrix()
     collapse_time = row()  # below 0 while the building stands
     collapse_storey = row()
     past_share = row()  # of the last step, the share that lies behind the collapse
@@ -186,6 +187,19 @@ def end_steps():
         if stands[j] == dtype(0.0):
             slot("find_first_to_pass")
             slot("collapse_here")
+    if DRIFT:
+        for i in range(N):
+            for j in range(LANES):
+                peak_while_standing[i, j] = peak_drift[i, j]
+
+
+def see_last():
+    # Other parts see the end of the step in which it collapses; peaks end at the collapse.
+    if DRIFT:
+        for j in range(LANES):
+            if stands[j] == dtype(0.0):
+                for i in range(N):
+                    peak_drift[i, j] = peak_while_standing[i, j]
 
 
 def watch_lanes():

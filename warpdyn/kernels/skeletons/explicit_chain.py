@@ -173,13 +173,13 @@ def integrate_chain(
         slot("end_steps")
         if HAS_SEE_DRIFT:
             # Nothing follows the last state that would see it.
-            if not COLLAPSE or stands[0] > dtype(0.0):
-                index = intervals * substeps
-                for i in range(N):
-                    for j in range(LANES):
-                        slot("accepted_drift")
-                        slot("see_drift")
-                slot("see_state")
+            index = index + 1 if COLLAPSE and stands[0] == dtype(0.0) else intervals * substeps
+            for i in range(N):
+                for j in range(LANES):
+                    slot("accepted_drift")
+                    slot("see_drift")
+            slot("see_state")
+            slot("see_last")
     for j in range(LANES):
         o = samples.output[sample[j]]
         total = dtype(0.0)
