@@ -125,9 +125,8 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
     excitation.check_structures(structures)
     # A scatter out of bounds is reported for a drawn value, not for its median.
     first = sampler.draw(np.arange(1))
-    central = central_vibration(scene, dynamics, row)
-    if integration.refinement > 1:  # of the steps that RK4 would take
-        central = central_vibration(scene, dynamics, METHODS[FALLBACK])
+    stepped_as = METHODS[FALLBACK] if integration.refinement > 1 else row  # the steps divided are RK4's
+    central = central_vibration(scene, dynamics, stepped_as)
     timeline = build_timeline(
         scene,
         central,
