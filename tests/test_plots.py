@@ -264,6 +264,17 @@ def test_curves_without_stripes_are_drawn():
     plots.fragility_comparison({"stripes": CURVES, "cloud": CLOUD}).draw_without_rendering()
 
 
+def test_the_legend_of_curves_that_rise_at_once_stands_clear_of_them():
+    """The levels begin where the first curve is halfway up, so that it fills the upper left corner."""
+    figure = plots.fragility_curves(CURVES.sel(stripe=slice(float(CURVES["fragility_median"][0]), None)))
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    covered = axes.get_legend().get_window_extent()
+    for line in axes.get_lines():
+        drawn = axes.transData.transform(line.get_xydata()[np.isfinite(line.get_xydata()).all(axis=1)])
+        assert not covered.count_contains(drawn[drawn[:, 0] >= axes.bbox.x0])
+
+
 def test_colours_are_the_users():
     axes = plots.fragility_curves(CURVES, colours={"slight": "gold", "extensive": "tab:red"}).axes[0]
     assert [line.get_color() for line in axes.lines if "drift" in str(line.get_label())] == ["gold", "tab:red"]
