@@ -11,8 +11,8 @@ from scipy.stats import norm
 
 import warpdyn as wd
 
-# As the page has them, but for a point more, where the hazard goes on with its last slope, to 1,000 g; of Hazus' RES3 the
-# tables 15.2 to 15.4 of the Hazus-MH manual.
+# As the page has them, but for a point more: the hazard goes on with its last slope, to 1,000 g. The ratios of Hazus'
+# RES3 are of the tables 15.2 to 15.4 of the Hazus-MH manual.
 INTENSITY = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 1000.0]
 RATE = [2.0e-1, 8.0e-2, 3.5e-2, 1.2e-2, 3.0e-3, 5.0e-4, 5.0e-5, 3.0e-6, 1.0e-7]
 RATE.append(RATE[-1] * (INTENSITY[-1] / INTENSITY[-2]) ** (np.log(RATE[-1] / RATE[-2]) / np.log(2)))

@@ -257,6 +257,18 @@ def test_a_cloud_has_its_line_its_collapses_and_a_median_for_each_limit():
         plots.cloud_regression(RUN, CURVES)
 
 
+@pytest.mark.parametrize("side", ["min", "max"])
+def test_the_name_of_a_limit_leaves_its_median_free(side):
+    """Whether the median is at the left or at the right of the cloud."""
+    median = float(getattr(RUN["im_level"], side)())
+    moved = CLOUD.assign(fragility_median=xr.full_like(CLOUD["fragility_median"], median))
+    (axes,) = plots.cloud_regression(RUN, moved).axes
+    axes.figure.draw_without_rendering()
+    for name, limit in zip(axes.texts, CLOUD["damage_limit"], strict=True):
+        x, y = axes.transData.transform((median, 100 * float(limit)))
+        assert not name.get_window_extent().padded(3).contains(x, y)
+
+
 def test_curves_without_stripes_are_drawn():
     (axes,) = plots.fragility_curves(CLOUD).axes
     assert len(axes.get_lines()) == 2

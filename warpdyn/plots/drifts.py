@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from warpdyn.core.checks import whole_number
 from warpdyn.plots.samples import Demands, demands_of, percent
 from warpdyn.plots.style import (
+    AMONG_POINTS,
     COLLAPSE_COLOUR,
     COLOURS,
     DARK,
@@ -131,7 +132,7 @@ def drift_against_intensity(
     for colour, (state, limit) in zip(colours_of([state for state, _ in limits], colours), limits, strict=True):
         axes.axhline(100 * limit, color=colour, lw=1)
         place = (0.01, 100 * limit)
-        axes.annotate(state, place, xycoords=axes.get_yaxis_transform(), fontsize=SMALL, color=colour, va="bottom")
+        axes.annotate(state, place, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS)
     axes.set_ylabel("Largest peak storey drift ratio [%]")
     return result
 
