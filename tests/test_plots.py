@@ -207,6 +207,11 @@ def test_distributions_end_below_one_where_samples_collapse():
         plots.drift_distributions(runs)
     with pytest.raises(ValueError, match=r"run 'as it is' has no stripe of 0\.5 g; it has 0\.2, 0\.4, 0\.8, 1\.6 g"):
         plots.drift_distributions(runs, level=0.5)
+    # Under random motions samples have no level.
+    without = RUN.isel(sample=np.flatnonzero(RUN["im_level"] == 0.8)).drop_vars("im_level")
+    (axes,) = plots.drift_distributions({"random": without}).axes
+    np.testing.assert_array_equal(line_named(axes, "random: 50 % collapsed").get_xydata(), line.get_xydata())
+    assert axes.get_title() == ""
 
 
 def test_histories_end_at_the_collapse():
