@@ -44,7 +44,7 @@ def test_rates_and_losses_follow_from_curves_hazard_and_costs(page: RunPage) -> 
     # six digits or more of each number.
     np.testing.assert_allclose(page.variables["rates"]["annual_rate"], rate, rtol=3e-5)
     for state, expected in zip(STATES, rate, strict=True):
-        period, share = re.search(rf"{state} +once in +(\d+) years, +([\d.]+) % in 50 years", page.printed).groups()
+        period, share = re.search(rf"{state} +once in +(\d+) years, +([\d.]+)% in 50 years", page.printed).groups()
         assert abs(float(period) - 1 / expected) < 0.5 + 1e-4 / expected
         assert abs(float(share) - 100 * -np.expm1(-50 * expected)) < 0.005 + 1e-4
 
