@@ -126,9 +126,11 @@ class Stripes(Design):
             or `structures_per_motion` is no whole number from 1.
 
     Example:
-        >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)
-        >>> run = wd.simulate(wd.Scene(building, design, scatter))  # 3 structures for each of the motions
-        >>> wd.Stripes(motions, [0.1, 0.3, 1.0], wd.PeakGroundVelocity())  # m/s
+        >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)  # g
+        >>> wd.Scene(building, design, scatter).structures_given
+        24
+        >>> wd.Stripes(motions, [0.1, 0.3, 1.0], wd.PeakGroundVelocity()).samples_per_structure  # levels in m/s
+        24
     """
 
     motions: Sequence[GroundMotion]
@@ -223,6 +225,11 @@ class Cloud(Design):
     Args:
         motions: Ground motions.
         measure: The intensity measure that labels the samples, in g if it is an acceleration.
+
+    Example:
+        >>> design = wd.Cloud(motions, wd.PeakGroundVelocity())
+        >>> design.samples_per_structure
+        8
     """
 
     motions: Sequence[GroundMotion]
@@ -258,6 +265,11 @@ class OneMotionPerStructure(Design):
 
     Raises:
         ValueError: If an index is out of range or a scale is not finite and positive.
+
+    Example:
+        >>> design = wd.OneMotionPerStructure(motions, motion=[0, 3, 3], scale=[1.0, 0.5, 2.0])
+        >>> wd.Scene(building, design).structures_given
+        3
     """
 
     motions: Sequence[GroundMotion]

@@ -47,6 +47,10 @@ class WhiteNoise:
 
     Args:
         intensity: Two-sided spectral density over circular frequency [m2/s3].
+
+    Example:
+        >>> wd.FilteredNoise(wd.WhiteNoise(0.01), duration=10.0, interval=0.02).intervals
+        500
     """
 
     intensity: float
@@ -76,6 +80,11 @@ class KanaiTajimi:
         intensity: Two-sided spectral density of the noise over circular frequency [m2/s3].
         ground_frequency: Circular frequency of the ground w_g [rad/s].
         ground_damping_ratio: Damping ratio of the ground zeta_g.
+
+    Example:
+        >>> spectrum = wd.KanaiTajimi(0.01, ground_frequency=15.0, ground_damping_ratio=0.6)
+        >>> spectrum.spectral_density(np.array([0.0, 15.0])).round(4)
+        array([0.01  , 0.0169])
     """
 
     intensity: float
@@ -116,6 +125,12 @@ class CloughPenzien:
         ground_damping_ratio: Damping ratio of the ground.
         filter_frequency: Circular frequency w_f [rad/s] below which the motion is filtered out.
         filter_damping_ratio: Damping ratio zeta_f of the second filter.
+
+    Example:
+        >>> ground, low_cut = (15.0, 0.6), (1.5, 0.6)  # rad/s, damping ratio
+        >>> spectrum = wd.CloughPenzien(0.01, *ground, *low_cut)
+        >>> spectrum.spectral_density(np.array([0.0, 15.0])).round(4)
+        array([0.   , 0.017])
     """
 
     intensity: float
@@ -165,6 +180,11 @@ class JenningsEnvelope:
         rise: Length of the rise [s], 0 for none.
         strong: Length of the strong part [s].
         decay: Rate of decay after it [1/s].
+
+    Example:
+        >>> envelope = wd.JenningsEnvelope(rise=2.0, strong=4.0, decay=0.5)
+        >>> envelope.at(np.array([1.0, 3.0, 8.0])).round(3)
+        array([0.25 , 1.   , 0.368])
     """
 
     rise: float
@@ -197,6 +217,11 @@ class FilteredNoise(SingleLoad):
 
     Raises:
         ValueError, TypeError: If a value is out of its range, or the interval does not divide the duration.
+
+    Example:
+        >>> noise = wd.FilteredNoise(wd.KanaiTajimi(0.01, 15.0, 0.6), 10.0, 0.02, wd.JenningsEnvelope(2.0, 4.0, 0.5))
+        >>> noise.motion(sample=0, seed=1).duration  # the first sample's motion in a run of this seed
+        10.0
     """
 
     spectrum: Spectrum

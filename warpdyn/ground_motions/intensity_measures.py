@@ -78,7 +78,12 @@ class IntensityMeasure(ABC):
 
 @dataclass(frozen=True)
 class PeakGroundAcceleration(IntensityMeasure):
-    """The largest absolute ground acceleration [m/s2]."""
+    """The largest absolute ground acceleration [m/s2].
+
+    Example:
+        >>> round(wd.PeakGroundAcceleration().value(motions[0]), 2)
+        6.97
+    """
 
     units = "m s-2"
     name = "PGA"
@@ -90,7 +95,12 @@ class PeakGroundAcceleration(IntensityMeasure):
 
 @dataclass(frozen=True)
 class PeakGroundVelocity(IntensityMeasure):
-    """The largest absolute ground velocity [m/s], without baseline correction of the record."""
+    """The largest absolute ground velocity [m/s], without baseline correction of the record.
+
+    Example:
+        >>> round(wd.PeakGroundVelocity().value(motions[0]), 2)
+        1.1
+    """
 
     units = "m s-1"
     name = "PGV"
@@ -102,7 +112,13 @@ class PeakGroundVelocity(IntensityMeasure):
 
 @dataclass(frozen=True)
 class PeakGroundDisplacement(IntensityMeasure):
-    """The largest absolute ground displacement [m], without baseline correction of the record."""
+    """The largest absolute ground displacement [m], without baseline correction of the record.
+
+    Example:
+        >>> filtered = wd.records.band_pass(motions[0], 0.2, 20.0)  # without what noise adds up to at long periods
+        >>> round(wd.PeakGroundDisplacement().value(filtered), 2)
+        0.08
+    """
 
     units = "m"
     name = "PGD"
@@ -114,7 +130,12 @@ class PeakGroundDisplacement(IntensityMeasure):
 
 @dataclass(frozen=True)
 class AriasIntensity(IntensityMeasure):
-    """The integral of the squared ground acceleration times pi / (2 g) [m/s]."""
+    """The integral of the squared ground acceleration times pi / (2 g) [m/s].
+
+    Example:
+        >>> round(wd.AriasIntensity().value(motions[0]), 2)
+        1.42
+    """
 
     units = "m s-1"
     power = 2
@@ -127,7 +148,12 @@ class AriasIntensity(IntensityMeasure):
 
 @dataclass(frozen=True)
 class CumulativeAbsoluteVelocity(IntensityMeasure):
-    """The integral of the absolute ground acceleration [m/s]."""
+    """The integral of the absolute ground acceleration [m/s].
+
+    Example:
+        >>> round(wd.CumulativeAbsoluteVelocity().value(motions[0]), 2)
+        5.05
+    """
 
     units = "m s-1"
     name = "CAV"
@@ -147,6 +173,11 @@ class SignificantDuration(IntensityMeasure):
 
     Raises:
         ValueError: Unless 0 < start < end < 1.
+
+    Example:
+        >>> measure = wd.SignificantDuration(0.05, 0.75)
+        >>> round(measure.value(motions[0]), 2)
+        2.13
     """
 
     start: float = 0.05
@@ -179,6 +210,11 @@ class SpectralAcceleration(IntensityMeasure):
 
     Raises:
         ValueError: If the period is not one finite, positive number, or the damping ratio is outside [0, 1).
+
+    Example:
+        >>> measure = wd.SpectralAcceleration(building.fundamental_period)
+        >>> measure.values(motions[:3]).round(1)
+        array([6.3, 8. , 8.1])
     """
 
     period: float
@@ -219,6 +255,12 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     Raises:
         ValueError: If the periods are not a row of finite, positive numbers, or the damping ratio is outside [0, 1).
+
+    Example:
+        >>> first = building.fundamental_period
+        >>> measure = wd.AverageSpectralAcceleration(np.arange(0.2 * first, 3 * first, 0.1))
+        >>> measure.values(motions[:3]).round(1)
+        array([4.2, 7.2, 5.6])
     """
 
     periods: ArrayLike
@@ -276,6 +318,11 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
 
     Raises:
         ValueError: If there is no motion.
+
+    Example:
+        >>> measures = wd.intensity_measures(motions)
+        >>> measures["peak_ground_velocity"].round(2).values
+        array([1.1 , 1.53, 0.35, 0.41, 0.61, 0.33, 0.46, 0.67])
     """
     motions = checked_motions(motions)
     warn_of_implausible_motions(motions)

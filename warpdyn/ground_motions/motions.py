@@ -35,6 +35,12 @@ class GroundMotion:
     Raises:
         ValueError: If the acceleration is not a finite 1-D array of at least two values, or the step is not
             finite and positive.
+
+    Example:
+        >>> time = np.arange(0, 10, 0.01)
+        >>> motion = wd.GroundMotion(3.0 * np.sin(2 * np.pi * time), 0.01, "sine")
+        >>> motion.duration, motion.peak_ground_acceleration
+        (9.99, 3.0)
     """
 
     acceleration: np.ndarray = field(repr=False)

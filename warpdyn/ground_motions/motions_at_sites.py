@@ -37,7 +37,10 @@ class MotionsAtSites(Design):
         ValueError: If a shape does not fit, an index is out of range, or a factor is not finite or below 0.
 
     Example:
-        >>> design = wd.MotionsAtSites(motions, [[[0]], [[1]]], 1.0, site=[[0], [1], [1]])  # 3 structures at 2 sites
+        >>> site = [[0], [1], [1]]  # of three structures at two sites
+        >>> design = wd.MotionsAtSites(motions, [[[0]], [[1]]], 1.0, site)
+        >>> design.structures_given
+        3
     """
 
     motions: Sequence[GroundMotion]

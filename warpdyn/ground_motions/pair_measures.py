@@ -51,7 +51,9 @@ class GeometricMean(PairMeasure):
         ValueError: From `values`, as `records.pairs` says.
 
     Example:
-        `wd.Stripes(motions, levels, wd.GeometricMean(wd.SpectralAcceleration(1.0)))`
+        >>> components = [wd.GroundMotion(noise[i], 0.02, f"quake {i}", record="quake", component="NE"[i]) for i in (0, 1)]
+        >>> wd.GeometricMean(wd.PeakGroundAcceleration()).values(components).round(2)
+        array([7.86, 7.86])
     """
 
     measure: IntensityMeasure
@@ -90,6 +92,12 @@ class RotatedSpectralAcceleration(PairMeasure):
     Raises:
         ValueError: If the period or damping ratio is none, or the percentile is outside 0 to 100; from `values`, as
             `records.pairs` says, or if the components of a pair have different steps.
+
+    Example:
+        >>> components = [wd.GroundMotion(noise[i], 0.02, f"quake {i}", record="quake", component="NE"[i]) for i in (0, 1)]
+        >>> measure = wd.RotatedSpectralAcceleration(0.3, percentile=100)
+        >>> measure.values(components).round(1)
+        array([8.6, 8.6])
     """
 
     period: float
