@@ -70,6 +70,11 @@ def plan(
 
     Raises:
         ValueError: If an argument is out of its range, or no candidate reaches the target.
+
+    Example:
+        >>> choice = wd.plan(scene, target_error=0.02, method="rk4", dtype="float32")
+        >>> choice.method, choice.dtype
+        ('rk4', 'float32')
     """
     check_kind("plan", "a Scene", scene, Scene)
     if not scene.structure.is_many:  # which is refused

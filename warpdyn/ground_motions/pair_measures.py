@@ -95,9 +95,9 @@ class RotatedSpectralAcceleration(PairMeasure):
 
     Example:
         >>> components = [wd.GroundMotion(noise[i], 0.02, f"quake {i}", record="quake", component="NE"[i]) for i in (0, 1)]
-        >>> measure = wd.RotatedSpectralAcceleration(0.3, percentile=100)
+        >>> measure = wd.RotatedSpectralAcceleration(0.5, percentile=100)
         >>> measure.values(components).round(1)
-        array([8.6, 8.6])
+        array([5.6, 5.6])
     """
 
     period: float

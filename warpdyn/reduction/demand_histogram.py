@@ -40,7 +40,9 @@ class DemandHistogram(Statistic):
 
     Example:
         >>> asked = wd.DemandHistogram("peak_storey_drift_ratio", np.geomspace(1e-4, 0.1, 61), quantiles=(0.5, 0.84))
-        >>> wd.simulate(scene, structures=1000, statistics=asked)["peak_storey_drift_ratio_quantile"]
+        >>> found = wd.simulate(scene, structures=3, statistics=asked)
+        >>> found["peak_storey_drift_ratio_quantile"].round(3).values
+        array([0.005, 0.014])
     """
 
     demand: str

@@ -47,8 +47,11 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
         ValueError: If a state has no fit, a rate has no bound, or the hazard is of another unit or intensity measure.
 
     Example:
-        >>> rates = wd.annual_rates(wd.fragility(run, limits), hazard)
-        >>> rates["probability_in_period"]
+        >>> rates = wd.annual_rates(curves, hazard)
+        >>> rates["annual_rate"].round(5).values  # 1/year
+        array([5.6e-04, 6.0e-05])
+        >>> rates["probability_in_period"].round(3).values  # in 50 years
+        array([0.028, 0.003])
     """
     tree = branches_of("annual_rates", hazard)
     found = curves_of("annual_rates", curves, tree)

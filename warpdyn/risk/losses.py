@@ -63,8 +63,9 @@ def annual_losses(
         TypeError, ValueError: As of `annual_rates` and `vulnerability`.
 
     Example:
-        >>> losses = wd.annual_losses(curves, hazard, wd.hazus_loss_ratios("COM4"), replacement_value=12e6)
-        >>> float(losses["expected_annual_loss"])
+        >>> losses = wd.annual_losses(curves, hazard, {"slight": 0.05, "complete": 1.0}, replacement_value=12e6)
+        >>> float(losses["expected_annual_loss"].round(-1))
+        1030.0
     """
     tree = branches_of("annual_losses", hazard)
     found = curves_of("annual_losses", curves, tree)
@@ -191,8 +192,9 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
             are unknown or not from 0 to 1, or the hazard is of another unit or measure.
 
     Example:
-        >>> losses = wd.storey_losses(run, drift_loss)
-        >>> wd.expected_annual_loss(losses, hazard, replacement_value=12e6)["expected_annual_loss"]
+        >>> losses = wd.vulnerability(curves, {"slight": 0.05, "complete": 1.0})
+        >>> float(wd.expected_annual_loss(losses, hazard, replacement_value=12e6)["expected_annual_loss"].round(-1))
+        1030.0
     """
     name = "expected_annual_loss"
     check_dataset(name, vulnerability, "mean_loss_ratio", "intensity", advice="give what vulnerability() returned")

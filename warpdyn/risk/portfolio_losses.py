@@ -52,8 +52,10 @@ def portfolio_losses(
             counted building in an event, or rates are not one for each event, are negative, or are given on stripes.
 
     Example:
-        >>> shares = wd.damage_shares(run, limits)
-        >>> wd.portfolio_losses(shares, wd.hazus_loss_ratios("RES3"), {"low": 3e8, "tall": 1.2e9})["loss"]
+        >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
+        >>> losses = wd.portfolio_losses(shares, wd.hazus_loss_ratios("RES1"), stock.replacement_values(inventory))
+        >>> float(losses["loss_ratio"].mean().round(3))
+        0.011
     """
     needed = "archetype_damage_share", "counted_buildings"
     check_dataset(_FUNCTION, shares, *needed, advice="give what damage_shares(run, limits) returned")

@@ -141,6 +141,16 @@ def simulate(
         OSError: If the file cannot be written, or another run stands there.
         RuntimeError: If workers of the cluster have other versions of warpdyn, Warp, NumPy or SciPy, or devices of
             different kinds; or if a region was given up because several workers died that ran it.
+
+    Example:
+        >>> run = wd.simulate(scene, structures=3, seed=1)
+        >>> run.sizes["sample"]  # 3 structures under 8 motions at 6 levels
+        144
+        >>> run["peak_storey_drift_ratio"].dims, run["peak_storey_drift_ratio"].attrs["units"]
+        (('sample', 'storey'), '1')
+        >>> largest = run["peak_storey_drift_ratio"].max("storey")
+        >>> largest.groupby("im_level").median().astype(float).round(3).values  # at each level
+        array([0.001, 0.002, 0.004, 0.007, 0.011, 0.021])
     """
     check_kind("simulate", "a Scene", scene, Scene)
     integration = Integration.from_arguments(

@@ -17,6 +17,11 @@ class Normal:
     Args:
         mean: Mean.
         standard_deviation: Standard deviation, at least 0.
+
+    Example:
+        >>> distribution = wd.Normal(mean=0.05, standard_deviation=0.01)
+        >>> wd.RandomValue(distribution).per
+        'building'
     """
 
     mean: float
@@ -38,6 +43,11 @@ class Lognormal:
     Args:
         median: Median, above 0.
         dispersion: Standard deviation of the natural logarithm, at least 0.
+
+    Example:
+        >>> distribution = wd.Lognormal(median=1.0, dispersion=0.2)
+        >>> wd.RandomFactor(distribution).distribution
+        Lognormal(median=1.0, dispersion=0.2)
     """
 
     median: float
@@ -49,7 +59,12 @@ class Lognormal:
 
     @classmethod
     def from_mean(cls, mean: float, cov: float) -> Lognormal:
-        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean)."""
+        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean).
+
+        Example:
+            >>> round(wd.Lognormal.from_mean(mean=0.05, cov=0.5).median, 4)
+            0.0447
+        """
         real_number("mean", mean, above=0)
         real_number("cov", cov, least=0)
         return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
@@ -66,6 +81,11 @@ class Uniform:
     Args:
         low: Lower bound.
         high: Upper bound, above the lower.
+
+    Example:
+        >>> distribution = wd.Uniform(low=0.02, high=0.08)
+        >>> wd.RandomValue(distribution).distribution
+        Uniform(low=0.02, high=0.08)
     """
 
     low: float

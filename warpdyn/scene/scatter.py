@@ -103,8 +103,9 @@ class RandomFactor(RandomScatter):
         TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
 
     Example:
-        >>> RandomFactor(Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5).per
-        'storey'
+        >>> own = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5)
+        >>> wd.Scene(building, stripes, {"stiffness": own, "yield_force": own}, {("stiffness", "yield_force"): 0.7}).sampling
+        'sobol'
     """
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
@@ -125,8 +126,8 @@ class RandomValue(RandomScatter):
         TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
 
     Example:
-        >>> RandomValue(Uniform(0.02, 0.08)).distribution.high
-        0.08
+        >>> wd.Scene(building, stripes, {"damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}).sampling
+        'sobol'
     """
 
     def problem(self, name: str, structure: Structure) -> str | None:
@@ -149,6 +150,11 @@ class GivenValues(ParameterScatter):
 
     Raises:
         ValueError: If a value is not finite or the shape is another.
+
+    Example:
+        >>> strengths = wd.GivenValues([[2.5e5, 2e5], [3e5, 2e5], [3.5e5, 2.5e5]])  # N, of three structures with two storeys
+        >>> wd.Scene(building, stripes, {"yield_force": strengths}).structures_given
+        3
     """
 
     def __repr__(self) -> str:

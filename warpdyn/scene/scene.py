@@ -47,6 +47,12 @@ class Scene:
 
     Raises:
         ValueError, TypeError: If a part is unknown or the parts do not fit each other.
+
+    Example:
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter, recorders=("drift",), collapse_drift_ratio=0.1)
+        >>> run = wd.simulate(scene, structures=3)
+        >>> int((run["status"] == 0).sum())  # samples that are ok
+        24
     """
 
     structure: Structure
@@ -146,7 +152,12 @@ class Scene:
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def to_json(self) -> str:
-        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset."""
+        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset.
+
+        Example:
+            >>> scene.to_json()[:40]
+            '{"structure":{"type":"ShearBuilding","la'
+        """
         return to_json(self)
 
     @classmethod
@@ -163,9 +174,10 @@ class Scene:
             TypeError: If `text` is no text, or a motion is no GroundMotion.
 
         Example:
-            >>> run = xr.open_dataset("run.nc")
-            >>> scene = wd.Scene.from_json(run.attrs["scene"], motions)
-            >>> again = wd.simulate(scene, structures=64, seed=run.attrs["seed"])
+            >>> same = wd.Scene.from_json(run.attrs["scene"], motions)
+            >>> again = wd.simulate(same, structures=3, seed=run.attrs["seed"])
+            >>> bool((again["peak_storey_drift_ratio"] == run["peak_storey_drift_ratio"]).all())
+            True
         """
         return cls(**arguments_of_scene(text, motions))
 

@@ -64,9 +64,13 @@ def building_results(
         TypeError: If an argument is of the wrong kind.
 
     Example:
-        >>> counted = wd.simulate(scene, statistics=wd.DamageCounts(stock.limits, over="building"))
+        >>> counted = wd.simulate(region, statistics=wd.DamageCounts(stock.limits, over="building"))
         >>> results = wd.building_results(counted, stock, inventory, wd.hazus_loss_ratios("RES1"))
-        >>> wd.write_building_results(results, "buildings.parquet")
+        >>> results[["id", "probability_none", "sample_count"]]
+          id  probability_none  sample_count
+        0  a             0.125             8
+        1  b             0.125             8
+        2  c             0.500             8
     """
     check_dataset(_FUNCTION, counted, advice="give what simulate(..., statistics=...) returned")
     check_kind(_FUNCTION, "a BuildingStock", stock, BuildingStock, "as wd.inventories.portfolio returns it")

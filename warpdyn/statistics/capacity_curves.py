@@ -63,8 +63,10 @@ def fragility_from_capacities(
         TypeError: If `capacities` is no Dataset.
 
     Example:
-        >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.05}, structures=16)
+        >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.015}, structures=3)
         >>> curves = wd.fragility_from_capacities(found)
+        >>> curves["fragility_median"].round(1).values  # g
+        array([0.5, 1.2])
     """
     check_dataset("fragility_from_capacities", capacities, "capacity", advice=_ADVICE)
     replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)

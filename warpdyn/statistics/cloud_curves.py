@@ -82,8 +82,10 @@ def fragility_of_cloud(
         TypeError: If `dataset` is no Dataset.
 
     Example:
-        >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=16)
-        >>> curves = wd.fragility_of_cloud(run, {"slight": 0.005, "complete": 0.05})
+        >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
+        >>> curves = wd.fragility_of_cloud(run, {"slight": 0.005, "complete": 0.015})
+        >>> curves["fragility_median"].round(1).values  # g
+        array([0.5, 1.1])
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
     refuse_portfolio("fragility_of_cloud", dataset)

@@ -67,6 +67,11 @@ def damage_shares(
         ValueError, TypeError: If the run is not of a portfolio or has no drifts, limits are missing, not positive or do
             not increase, events are not one for each motion, or more than 1 % of the buildings, counted in every event,
             failed; if more than 1 % of an archetype failed in an event, a warning names both.
+
+    Example:
+        >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
+        >>> shares["damage_share"].mean("motion").sel(damage_state=["none", "slight"]).round(2).values
+        array([0.25, 0.71])
     """
     check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
     if limits is None and not is_reduced(run):

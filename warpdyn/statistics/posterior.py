@@ -63,7 +63,9 @@ def fragility_posterior(
 
     Example:
         >>> from scipy.stats import lognorm
-        >>> drawn = wd.fragility_posterior(run, limits, priors={"dispersion": lognorm(0.3, scale=0.4)})
+        >>> drawn = wd.fragility_posterior(run, limits, priors={"dispersion": lognorm(0.3, scale=0.4)}, draws=500)
+        >>> dict(drawn["replicate_median"].sizes)
+        {'replicate': 500, 'damage_state': 2}
     """
     check_dataset("fragility_posterior", dataset, advice="give what simulate() returned")
     try:

@@ -30,6 +30,12 @@ class LinearSystem(Structure):
     Raises:
         ValueError: If shapes differ, a value is not finite, a matrix is not symmetric, or the mass matrix is not
             positive definite.
+
+    Example:
+        >>> mass, stiffness = [2.0, 1.0], np.array([[300.0, -100.0], [-100.0, 100.0]])  # kg, N/m
+        >>> system = wd.LinearSystem(mass, 0.01 * stiffness, stiffness)
+        >>> round(system.fundamental_period, 3)
+        0.889
     """
 
     family = "dense"

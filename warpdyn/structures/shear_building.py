@@ -81,6 +81,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     Raises:
         ValueError: If a value is out of bounds, lengths differ, a name is unknown, or a storey buckles under its load.
+
+    Example:
+        >>> law = wd.laws.Bilinear(yield_force=[3e5, 2e5], hardening_ratio=0.05)
+        >>> building = wd.ShearBuilding(1e5, [4e7, 3e7], 3.0, law=law, damping="rayleigh", damping_ratio=0.05)
+        >>> building.dofs, round(building.fundamental_period, 3)
+        (2, 0.532)
     """
 
     family = "chain"

@@ -45,8 +45,11 @@ class DamageLoss(Statistic):
         labels: Labels of structures that `over` names.
 
     Example:
-        >>> asked = wd.DamageLoss(limits, wd.hazus_loss_ratios("RES3"), values, over="motion")
-        >>> wd.simulate(scene, statistics=asked)["loss_sum_by_motion"]  # of the whole portfolio
+        >>> costs = stock.replacement_costs(inventory)
+        >>> asked = wd.DamageLoss(stock.limits, wd.hazus_loss_ratios("RES1"), costs, over="motion")
+        >>> losses = wd.simulate(region, statistics=asked)["loss_sum_by_motion"]  # of all buildings together
+        >>> float(losses.mean().round())
+        50750.0
     """
 
     limits: Mapping[str, Limit] | Mapping[str, Mapping[str, float]]

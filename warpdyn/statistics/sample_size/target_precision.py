@@ -79,7 +79,9 @@ def fragility_to(
         TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
 
     Example:
-        >>> curves = wd.fragility_to(scene, {"slight": 0.005, "complete": 0.05}, precision=0.1)
+        >>> curves = wd.fragility_to(scene, {"slight": 0.005, "complete": 0.015}, precision=0.3)
+        >>> bool((curves["half_width"] < 0.3).all())
+        True
     """
     check_kind("fragility_to", "a Scene", scene, Scene)
     precision = real_number("precision", precision, above=0)
