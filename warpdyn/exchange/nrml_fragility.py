@@ -79,8 +79,9 @@ def write_nrml_fragility(
         OSError: If the file cannot be written.
 
     Example:
-        >>> curves = wd.fragility(run, wd.hazus_drift_limits("C1M", "high"))
-        >>> wd.write_nrml_fragility({"CR/LFM/HEX:5": curves}, "fragility.xml")
+        >>> path = wd.write_nrml_fragility({"CR/LFM/HEX:2": curves}, "fragility.xml")
+        >>> list(wd.read_nrml_fragility(path))
+        ['CR/LFM/HEX:2']
     """
     path = checked_path(FUNCTION, path, ".xml")
     nrml.check_by_taxonomy(FUNCTION, curves)

@@ -31,6 +31,15 @@ class BuildingStock:
         rows: Row of the inventory of each building of the portfolio, counted from 0, shape [building].
         left_out: Rows that have no archetype, counted from 0.
         id: Id in the inventory of each building of the portfolio, shape [building].
+
+    Example:
+        >>> stock = wd.inventories.portfolio(inventory)
+        >>> stock.portfolio.buildings, stock.limits["C1L high 2"]["slight"]
+        (3, 0.005)
+        >>> stock.buildings(inventory)["id"].tolist()  # in the order of the portfolio
+        ['a', 'b', 'c']
+        >>> stock.replacement_values(inventory)["C1L high 2"]
+        4000000.0
     """
 
     portfolio: Portfolio
@@ -61,8 +70,8 @@ class BuildingStock:
             ValueError: If it is another one, whose ids differ.
 
         Example:
-            >>> labels = {"occupancy": stock.buildings(inventory)["occupancy"]}
-            >>> wd.DamageCounts(stock.limits, over="occupancy", labels=labels)
+            >>> labels = {"kind": stock.buildings(inventory)["structure_type"]}
+            >>> by_kind = wd.DamageCounts(stock.limits, over="kind", labels=labels)
         """
         self.check(inventory)
         return inventory.iloc[self.rows]
@@ -181,8 +190,8 @@ def portfolio(
 
     Example:
         >>> stock = wd.inventories.portfolio(wd.inventories.read_r2d("buildings.csv"))
-        >>> run = wd.simulate(wd.Scene(stock.portfolio, wd.Cloud(motions), recorders=("drift",)))
-        >>> shares = wd.damage_shares(run, stock.limits)
+        >>> list(stock.portfolio.archetypes)
+        ['W1 moderate 1', 'C1M high 5']
     """
     if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
         raise TypeError("portfolio() takes an inventory, as the readers of wd.inventories return it")

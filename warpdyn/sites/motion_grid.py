@@ -34,6 +34,13 @@ class MotionGrid:
         points: Names of the points.
         earthquakes: Names of the earthquakes.
         measure: The intensity measure that labels samples.
+
+    Example:
+        >>> points = dict(longitude=np.array([-122.3, -122.2]), latitude=np.array([37.8, 37.8]), points=["west", "east"])
+        >>> motion, scale = np.array([[[0]], [[1]]]), np.ones((2, 1, 1))  # by point, earthquake and component
+        >>> grid = wd.sites.MotionGrid(**points, motions=motions, motion=motion, scale=scale, earthquakes=["quake"])
+        >>> grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3).samples_per_structure
+        25
     """
 
     longitude: np.ndarray
@@ -155,6 +162,13 @@ def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
     Raises:
         ValueError: If the run is not of that design.
         TypeError: If an argument is of the wrong kind.
+
+    Example:
+        >>> design = wd.MotionsAtSites(motions, [[[0]], [[1]]], 1.0, site=[[0, 0], [1, 1], [1, 0]])
+        >>> run = wd.simulate(wd.Scene(stock.portfolio, design, recorders=("drift",)))
+        >>> labelled = wd.sites.label_samples(run, design)
+        >>> labelled["site_index"].values.tolist()
+        [0, 0, 1, 1, 1, 0]
     """
     check_dataset("label_samples", run, "sample", advice="give what simulate() returned")
     check_kind("label_samples", "the MotionsAtSites of the run", design, MotionsAtSites)

@@ -63,7 +63,9 @@ def read_text(
             not above 0 or not that of the times.
 
     Example:
-        `read_text("quake.csv", unit="gal", time_column="t", acceleration_column="NS", header_lines=12)`
+        >>> motion = wd.records.read_text("quake.csv", unit="g", time_column="time", acceleration_column="acceleration")
+        >>> motion.step, motion.name
+        (0.01, 'quake')
     """
     factor = unit_factor(unit, "unit")
     if step is not None:

@@ -60,6 +60,11 @@ def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMot
     Raises:
         ValueError: If a motion names no record, a record has one horizontal component or more than two, or the azimuths
             of a pair, where its components are named by them, are not 90 degrees apart.
+
+    Example:
+        >>> components = [wd.GroundMotion(noise[i], 0.02, f"quake {i}", record="quake", component="NE"[i]) for i in (0, 1)]
+        >>> [[motion.component for motion in pair] for pair in wd.records.pairs(components)]
+        [['N', 'E']]
     """
     by_record: dict[str, list[GroundMotion]] = {}
     for motion in checked_motions(motions):
