@@ -18,7 +18,8 @@ class MethodChoice:
         dtype: "float32" or "float64".
         longest_step: Longest integration step [s]; each motion's own is divided into the fewest that are no longer.
         table: The candidates: over `candidate` the method, dtype, longest step, errors and time per sample.
-        carried: Registers, memory traffic, steps and time that the scene costs with this choice, by name.
+        carried: Registers, memory traffic, steps and time that the scene costs with this choice, by names that have
+            their units, as "expected integration time [s]".
 
     Example:
         >>> choice = wd.plan(scene, 0.02, method="rk4", dtype="float32")

@@ -72,6 +72,7 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
     Raises:
         ValueError: If a column is missing, a weight is no number or the weights of a taxonomy do not sum to 1.
         FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
 
     Example:
         >>> path = wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
@@ -186,6 +187,7 @@ def read_consequences(
     Raises:
         ValueError: If a column is missing, a share is no number, or the file has no such consequence or an id twice.
         FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
 
     Example:
         >>> path = wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv")

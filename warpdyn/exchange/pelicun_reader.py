@@ -44,6 +44,7 @@ def read_pelicun_demands(path: str | os.PathLike, *, direction: int = 1) -> xr.D
     Raises:
         ValueError: If the file has no units, a unit that is none of the demand, or no demand in this direction.
         FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
 
     Example:
         >>> path = wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)  # g

@@ -124,6 +124,7 @@ class Stripes(Design):
         ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure does
             not grow with the scale (as durations do not), a motion has no intensity to scale (its values are all zero),
             or `structures_per_motion` is no whole number from 1.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
 
     Example:
         >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)  # g
@@ -226,6 +227,10 @@ class Cloud(Design):
         motions: Ground motions.
         measure: The intensity measure that labels the samples, in g if it is an acceleration.
 
+    Raises:
+        ValueError: If there is no motion.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
+
     Example:
         >>> design = wd.Cloud(motions, wd.PeakGroundVelocity())
         >>> design.samples_per_structure
@@ -260,11 +265,12 @@ class OneMotionPerStructure(Design):
     Args:
         motions: Ground motions.
         motion: Index into `motions` for each sample, shape [sample]; None draws one for each from the seed.
-        scale: Factor on the motion: one for all, or one a sample, shape [sample].
+        scale: Factor on the motion [1]: one for all, or one a sample, shape [sample].
         measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
 
     Raises:
         ValueError: If an index is out of range or a scale is not finite and positive.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
 
     Example:
         >>> design = wd.OneMotionPerStructure(motions, motion=[0, 3, 3], scale=[1.0, 0.5, 2.0])

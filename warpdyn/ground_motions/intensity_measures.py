@@ -31,7 +31,7 @@ def spectral_acceleration(
     Args:
         motion: The ground motion.
         period: Undamped natural period [s], a scalar or any shape.
-        damping_ratio: Viscous damping as a fraction of critical, from 0 up to but not including 1.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
 
     Returns:
         Spectral acceleration [m/s2], a float for a scalar period, otherwise an array of the shape of `period`.
@@ -168,8 +168,8 @@ class SignificantDuration(IntensityMeasure):
     """The time between two shares of the Arias intensity [s]; NaN for a motion that is zero throughout.
 
     Args:
-        start: Share at which the duration starts.
-        end: Share at which it ends.
+        start: Share of the Arias intensity at which the duration starts [1].
+        end: Share at which it ends [1].
 
     Raises:
         ValueError: Unless 0 < start < end < 1.
@@ -206,7 +206,7 @@ class SpectralAcceleration(IntensityMeasure):
 
     Args:
         period: Undamped natural period [s].
-        damping_ratio: Viscous damping as a fraction of critical, from 0 up to but not including 1.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
 
     Raises:
         ValueError: If the period is not one finite, positive number, or the damping ratio is outside [0, 1).
@@ -233,11 +233,22 @@ class SpectralAcceleration(IntensityMeasure):
         return f"Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
 
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
+        """Return the measure of a motion.
+
+        Args:
+            motion: The motion.
+        """
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion, shape [motion], by one launch of a kernel."""
+        """Return the measure of each motion, shape [motion], by one launch of a kernel.
+
+        Args:
+            motions: The motions.
+
+        Raises:
+            ValueError: If the period is outside 1e-5 to 1e9 steps of a motion.
+        """
         return _accelerations(motions, np.array([self.period]), self.damping_ratio)[:, 0]
 
 
@@ -251,7 +262,7 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     Args:
         periods: Undamped natural periods [s], a row.
-        damping_ratio: Viscous damping as a fraction of critical, from 0 up to but not including 1.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
 
     Raises:
         ValueError: If the periods are not a row of finite, positive numbers, or the damping ratio is outside [0, 1).
@@ -318,6 +329,7 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
 
     Raises:
         ValueError: If there is no motion.
+        TypeError: If a motion is no GroundMotion.
 
     Example:
         >>> measures = wd.intensity_measures(motions)

@@ -78,7 +78,11 @@ class GroundMotion:
         return self.name
 
     def resampled(self, step: float) -> GroundMotion:
-        """Return the motion on a grid of another step [s], straight between the new samples."""
+        """Return the motion on a grid of another step [s], straight between the new samples.
+
+        Args:
+            step: Step of the new samples [s].
+        """
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
     def description(self) -> dict[str, object]:

@@ -81,6 +81,9 @@ class BuildingStock:
 
         Args:
             inventory: The inventory.
+
+        Raises:
+            ValueError: If its rows are not as many, or an id differs.
         """
         if "id" not in inventory:
             raise ValueError(
@@ -175,7 +178,7 @@ def portfolio(
         building: What makes the building of a Hazus archetype of type, design level and storeys, such as
             `lambda *of: wd.ShearBuilding.from_hazus(*of, law="hysteretic")`.
         scatter: What differs among buildings of a Hazus archetype, as an Archetype takes it.
-        correlation: Correlation of pairs of scattered parameters, as an Archetype takes it.
+        correlation: Correlation of pairs of scattered parameters [1], as an Archetype takes it.
         unknown: What is done with buildings for which the rule finds no archetype: "refuse" (an error that counts and
             names them) or "leave out" (a warning that does).
 

@@ -127,7 +127,8 @@ def drift_against_intensity(
         TypeError: If `dataset` is no Dataset.
 
     Example:
-        >>> figure = wd.plots.drift_against_intensity(run.merge(curves, combine_attrs="no_conflicts"))  # with the limits
+        >>> result = run.merge(curves, combine_attrs="no_conflicts")  # with the limits
+        >>> figure = wd.plots.drift_against_intensity(result)
     """
     name = "drift_against_intensity"
     drawn = demands_of(name, dataset, "peak_storey_drift_ratio", OF_MOTIONS)

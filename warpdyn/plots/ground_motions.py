@@ -46,7 +46,7 @@ def ground_motions(
 
     Args:
         motions: A ground motion, or some.
-        damping_ratio: Of the response spectra, as a fraction of critical.
+        damping_ratio: Of the response spectra, as a fraction of critical [1].
         colours: Colours of the motions, in their order or by name.
         ax: Three axes to draw into; None for a figure of its own.
 

@@ -60,7 +60,8 @@ def ida_curves(
         TypeError: If `dataset` is no Dataset.
 
     Example:
-        >>> figure = wd.plots.ida_curves(run.merge(curves, combine_attrs="no_conflicts"))  # with the limits
+        >>> result = run.merge(curves, combine_attrs="no_conflicts")  # with the limits
+        >>> figure = wd.plots.ida_curves(result)
     """
     one_of("scale", scale, SCALES)
     if isinstance(dataset, xr.Dataset):

@@ -28,6 +28,10 @@ class DemandMoments(Statistic):
         over: What the moments are taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
 
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+
     Example:
         >>> found = wd.simulate(scene, structures=3, statistics=wd.DemandMoments("peak_base_shear", over="stripe"))
         >>> (found["peak_base_shear_mean_by_stripe"] / 1e3).round().values  # kN
@@ -52,6 +56,10 @@ class LargestDemand(Statistic):
         each_place: Whether the largest at each storey (or floor) by itself is given, besides that of all.
         over: What it is taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
+
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
 
     Example:
         >>> found = wd.simulate(scene, structures=3, statistics=wd.LargestDemand("peak_storey_drift_ratio"))

@@ -33,7 +33,7 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
             above the last; a warning tells where that decides more than 5 % of a rate.
         hazard: The hazard of the curves' intensity measure.
         years: The period [year], in which occurrences are a Poisson process.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
 
     Returns:
         `annual_rate(damage_state)` of reaching or exceeding the state [1/year], `return_period` [year],
@@ -134,7 +134,7 @@ def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float)
     Args:
         sampled: Values, shape [replicate, branch, ...]; NaN where a replicate has none.
         weights: Weights of the branches, of sum 1, shape [branch].
-        confidence: Probability that the interval covers.
+        confidence: Probability that the interval covers [1].
     """
     replicates, branches, *rest = sampled.shape
     if replicates * branches < 2:

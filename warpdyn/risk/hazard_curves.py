@@ -196,7 +196,8 @@ class HazardCurve:
         """Return the intensities that are exceeded at annual rates [1/year]; where the curve is level, the largest.
 
         Args:
-            rate: Annual rate, any shape, above 0; `1 / return_period`. A warning tells of rates beyond the points.
+            rate: Annual rate [1/year], any shape, above 0; `1 / return_period`. A warning tells of rates beyond the
+                points.
 
         Raises:
             ValueError: If a rate is not above 0, or above the first of a curve that begins level.
@@ -279,7 +280,14 @@ class HazardLogicTree:
         return self.curves[0].units
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:
-        """Return the mean annual rate over the branches at which intensities are exceeded [1/year]."""
+        """Return the mean annual rate over the branches at which intensities are exceeded [1/year].
+
+        Args:
+            intensity: Intensity measure [units], any shape, above 0.
+
+        Raises:
+            ValueError: If an intensity is not above 0.
+        """
         return np.tensordot(self.weights, np.stack([curve.rate_of(intensity) for curve in self.curves]), 1)
 
 

@@ -48,9 +48,9 @@ def annual_losses(
         curves: As of `annual_rates`.
         hazard: The hazard of the curves' intensity measure.
         loss_ratios: As of `vulnerability`.
-        replacement_value: Value of the building, in the currency in which losses are wanted; 1 for loss ratios.
+        replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
         return_periods: Return periods [year], such as 475.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
 
     Returns:
         `expected_annual_loss` and `deviation_of_annual_loss` [as the value, a year]; `contribution(damage_state)`, the
@@ -180,7 +180,7 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
         vulnerability: `mean_loss_ratio(intensity)` [1], as `vulnerability`, `storey_losses` of a run on stripes and
             `read_nrml_vulnerability` return it.
         hazard: The hazard of the function's intensity measure.
-        replacement_value: Value of the building, in the currency in which losses are wanted; 1 for loss ratios.
+        replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
 
     Returns:
         `expected_annual_loss` [as the value, a year]; `branch_expected_annual_loss(branch)` of a logic tree, of which

@@ -33,7 +33,7 @@ def portfolio_losses(
         shares: What `damage_shares` returned.
         loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, the same for
             all archetypes; or of each archetype such a mapping.
-        replacement_values: Value of all buildings of each archetype together, in one currency.
+        replacement_values: Value of all buildings of each archetype together [currency].
         event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares, or a
             DataArray along it, which goes by its labels; None for losses of events alone.
         return_periods: Return periods [year] of the total loss, if events have rates.

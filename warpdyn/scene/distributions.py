@@ -15,8 +15,11 @@ class Normal:
     """A normal distribution.
 
     Args:
-        mean: Mean.
-        standard_deviation: Standard deviation, at least 0.
+        mean: Mean [units of what is drawn].
+        standard_deviation: Standard deviation [units of what is drawn], at least 0.
+
+    Raises:
+        ValueError: If a value is not finite, or the standard deviation is below 0.
 
     Example:
         >>> distribution = wd.Normal(mean=0.05, standard_deviation=0.01)
@@ -41,8 +44,11 @@ class Lognormal:
     """A lognormal distribution, by its median and dispersion.
 
     Args:
-        median: Median, above 0.
-        dispersion: Standard deviation of the natural logarithm, at least 0.
+        median: Median [units of what is drawn], above 0.
+        dispersion: Standard deviation of the natural logarithm [1], at least 0.
+
+    Raises:
+        ValueError: If a value is not finite, the median is not above 0 or the dispersion is below 0.
 
     Example:
         >>> distribution = wd.Lognormal(median=1.0, dispersion=0.2)
@@ -60,6 +66,13 @@ class Lognormal:
     @classmethod
     def from_mean(cls, mean: float, cov: float) -> Lognormal:
         """Return the distribution of a given mean and coefficient of variation (standard deviation over mean).
+
+        Args:
+            mean: Mean [units of what is drawn], above 0.
+            cov: Coefficient of variation [1], at least 0.
+
+        Raises:
+            ValueError: If the mean is not finite and above 0, or the coefficient is not finite or below 0.
 
         Example:
             >>> round(wd.Lognormal.from_mean(mean=0.05, cov=0.5).median, 4)
@@ -79,8 +92,11 @@ class Uniform:
     """A uniform distribution between two bounds.
 
     Args:
-        low: Lower bound.
-        high: Upper bound, above the lower.
+        low: Lower bound [units of what is drawn].
+        high: Upper bound [units of what is drawn], above the lower.
+
+    Raises:
+        ValueError: If a bound is not finite, or the upper is not above the lower.
 
     Example:
         >>> distribution = wd.Uniform(low=0.02, high=0.08)

@@ -27,7 +27,7 @@ class Archetype:
         count: How many buildings there are of it; None for as many as `scatter` lists, or one.
         scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue or
             GivenValues, one for each building, which hold a table of single buildings.
-        correlation: Correlation of pairs of scattered parameters, as a Scene takes it.
+        correlation: Correlation of pairs of scattered parameters [1], as a Scene takes it.
 
     Example:
         >>> archetype = wd.Archetype(building, count=20, scatter=scatter)

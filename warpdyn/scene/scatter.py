@@ -51,7 +51,7 @@ class RandomScatter(ParameterScatter):
     Args:
         distribution: Distribution of the random variable.
         per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
 
     Raises:
         ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all storeys.
@@ -97,14 +97,15 @@ class RandomFactor(RandomScatter):
     Args:
         distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
         per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
 
     Raises:
         TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
 
     Example:
         >>> own = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5)
-        >>> wd.Scene(building, stripes, {"stiffness": own, "yield_force": own}, {("stiffness", "yield_force"): 0.7}).sampling
+        >>> correlation = {("stiffness", "yield_force"): 0.7}
+        >>> wd.Scene(building, stripes, {"stiffness": own, "yield_force": own}, correlation).sampling
         'sobol'
     """
 
@@ -120,7 +121,7 @@ class RandomValue(RandomScatter):
     Args:
         distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
         per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
 
     Raises:
         TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
@@ -152,7 +153,7 @@ class GivenValues(ParameterScatter):
         ValueError: If a value is not finite or the shape is another.
 
     Example:
-        >>> strengths = wd.GivenValues([[2.5e5, 2e5], [3e5, 2e5], [3.5e5, 2.5e5]])  # N, of three structures with two storeys
+        >>> strengths = wd.GivenValues([[2.5e5, 2e5], [3e5, 2e5], [3.5e5, 2.5e5]])  # N, a row a structure
         >>> wd.Scene(building, stripes, {"yield_force": strengths}).structures_given
         3
     """

@@ -31,13 +31,14 @@ class Scene:
         excitation: Stripes, Cloud, OneMotionPerStructure or MotionsAtSites ground motions, or an EventSequence of them;
             FilteredNoise; HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
         scatter: How structures differ: parameter name -> RandomFactor, RandomValue or GivenValues.
-        correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
+        correlation: Correlation of pairs of scattered parameters [1], (name, name) -> -1 to 1, of the underlying
+            normals.
         sampling: "sobol" (scrambled; the default), whose medians vary least from seed to seed, "latin_hypercube" or
             "monte_carlo", which is the default, and the only one, of a portfolio.
         recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
-        collapse_drift_ratio: Storey drift ratio at which a sample collapses: there it ends, with the demands up to
+        collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses: there it ends, with the demands up to
             there, no residual drift, its `time_of_collapse` and its `storey_of_collapse`. Storeys may have capacities
             of their own (`drift_capacity` and `drift_ratio_capacity` of a ShearBuilding). None for none, but for 0.5
             where a building has a `gravity_load` and no such capacities.

@@ -30,15 +30,15 @@ class MotionGrid:
         latitude: Latitudes of the points [degree], shape [point].
         motions: The motions.
         motion: Index into these, shape [point, earthquake, component].
-        scale: Factor on the motion, of the same shape.
+        scale: Factor on the motion [1], of the same shape.
         points: Names of the points.
         earthquakes: Names of the earthquakes.
         measure: The intensity measure that labels samples.
 
     Example:
-        >>> points = dict(longitude=np.array([-122.3, -122.2]), latitude=np.array([37.8, 37.8]), points=["west", "east"])
+        >>> longitude, latitude = np.array([-122.3, -122.2]), np.array([37.8, 37.8])
         >>> motion, scale = np.array([[[0]], [[1]]]), np.ones((2, 1, 1))  # by point, earthquake and component
-        >>> grid = wd.sites.MotionGrid(**points, motions=motions, motion=motion, scale=scale, earthquakes=["quake"])
+        >>> grid = wd.sites.MotionGrid(longitude, latitude, motions, motion, scale, ["west", "east"], ["quake"])
         >>> grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3).samples_per_structure
         25
     """
@@ -94,6 +94,7 @@ class MotionGrid:
         Raises:
             ValueError: If buildings are farther from the grid than that, the stock was made of another inventory, or an
                 argument is out of its range.
+            TypeError: If `inventory` is none.
 
         Example:
             >>> design = grid.at(inventory, stock, draws=25, seed=1)

@@ -103,8 +103,9 @@ def within_event_residuals(
         ValueError: If there are more than 4,096 points that are not evenly spaced, or too many.
 
     Example:
-        >>> places = dict(longitude=[-122.3, -122.2], latitude=[37.8, 37.8])
-        >>> wd.sites.within_event_residuals(**places, correlation=wd.sites.JayaramBaker2009(1.0), draws=50, seed=1).shape
+        >>> longitude, latitude = [-122.3, -122.2], [37.8, 37.8]
+        >>> model = wd.sites.JayaramBaker2009(1.0)
+        >>> wd.sites.within_event_residuals(longitude, latitude, model, draws=50, seed=1).shape
         (50, 2)
     """
     lon, lat = finite_numbers("longitude", longitude), finite_numbers("latitude", latitude)

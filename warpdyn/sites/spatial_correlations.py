@@ -26,7 +26,11 @@ class SpatialCorrelation(ABC):
         """Distance at which the correlation is exp(-3) = 0.05 [m]."""
 
     def correlation(self, distance: ArrayLike) -> np.ndarray:
-        """Return the correlation [1] at distances [m]: exp(-3 h / b), b the range."""
+        """Return the correlation [1] at distances [m]: exp(-3 h / b), b the range.
+
+        Args:
+            distance: Distances between two places [m], any shape.
+        """
         return np.exp(-3 * np.asarray(distance, dtype=np.float64) / self.correlation_range)
 
 

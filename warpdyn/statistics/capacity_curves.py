@@ -49,7 +49,7 @@ def fragility_from_capacities(
             that the lowest level passed, NaN where the search failed. Without a bracket capacities are exact.
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
 
     Returns:

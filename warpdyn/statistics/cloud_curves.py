@@ -67,7 +67,7 @@ def fragility_of_cloud(
         demand: Variable of the run that limits are of; of one with a sign, its absolute value.
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
 
     Returns:

@@ -78,7 +78,7 @@ def fragility(
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions, which risks and
             losses carry on.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
 
     Returns:

@@ -48,7 +48,7 @@ def fragility_posterior(
         priors: Prior distributions of "median" [g, or the unit of the levels] and "dispersion" [1] of every damage
             state, as frozen distributions of scipy.stats; what has none has a flat one.
         draws: Number of draws, after 2,000 that the sampler adapts in.
-        confidence: Probability that the intervals hold.
+        confidence: Probability that the intervals hold [1].
         seed: Seed of the sampler.
 
     Returns:

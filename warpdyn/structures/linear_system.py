@@ -25,7 +25,8 @@ class LinearSystem(Structure):
         mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
         damping: Viscous damping matrix [N s/m], shape [dof, dof].
         stiffness: Stiffness matrix [N/m], shape [dof, dof].
-        influence: Displacement of each degree of freedom under a unit base displacement, shape [dof]; ones by default.
+        influence: Displacement of each degree of freedom under a unit base displacement [1], shape [dof]; ones by
+            default.
 
     Raises:
         ValueError: If shapes differ, a value is not finite, a matrix is not symmetric, or the mass matrix is not
@@ -96,7 +97,11 @@ class LinearSystem(Structure):
         self.modal()  # says what is wrong with a stiffness that is not positive definite
 
     def modal(self) -> xr.Dataset:
-        """Return periods, shapes, participation factors and effective masses of the undamped system."""
+        """Return periods, shapes, participation factors and effective masses of the undamped system.
+
+        Raises:
+            ValueError: If the stiffness matrix is not positive definite, so that a part can move freely.
+        """
         return modal_properties(self.parameters["mass"], self.parameters["stiffness"], self.influence)
 
     @property

@@ -106,9 +106,9 @@ class ProtectedChain:
         over the damper's own). Rayleigh damping stays that of the building without it, as in `on_isolators`.
 
         Args:
-            mass_ratio: Mass of the damper over that of the first mode, whose shape is 1 at the roof; at most 1.
-            frequency_ratio: Frequency of the damper over the building's first frequency.
-            damping_ratio: Damping ratio of the damper.
+            mass_ratio: Mass of the damper over that of the first mode [1], whose shape is 1 at the roof; at most 1.
+            frequency_ratio: Frequency of the damper over the building's first frequency [1].
+            damping_ratio: Damping ratio of the damper [1].
             displacement_capacity: Displacement from the roof that the damper has room for [m]; the height of its storey
                 is set to ten times that, so that its drift ratio is 0.1 there.
 

@@ -112,7 +112,8 @@ def piecewise_linear_response(
     Example:
         >>> mass, damping, stiffness = np.array([2.0]), np.array([[0.0]]), np.array([[200.0]])
         >>> force = np.full((101, 1), 10.0)  # N, applied at once
-        >>> displacement, velocity, acceleration = wd.truth.piecewise_linear_response(mass, damping, stiffness, force, 0.01)
+        >>> found = wd.truth.piecewise_linear_response(mass, damping, stiffness, force, step=0.01)
+        >>> displacement, velocity, acceleration = found
         >>> float(displacement.max().round(3))  # twice the static displacement F / k
         0.1
     """

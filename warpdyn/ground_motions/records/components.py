@@ -60,9 +60,11 @@ def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMot
     Raises:
         ValueError: If a motion names no record, a record has one horizontal component or more than two, or the azimuths
             of a pair, where its components are named by them, are not 90 degrees apart.
+        TypeError: If a motion is no GroundMotion.
 
     Example:
-        >>> components = [wd.GroundMotion(noise[i], 0.02, f"quake {i}", record="quake", component="NE"[i]) for i in (0, 1)]
+        >>> told = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **told, component="NE"[i]) for i in (0, 1)]
         >>> [[motion.component for motion in pair] for pair in wd.records.pairs(components)]
         [['N', 'E']]
     """

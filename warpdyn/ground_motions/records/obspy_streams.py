@@ -32,6 +32,7 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
         >>> import obspy
         >>> stream = obspy.Stream([obspy.Trace(100 * noise[0], {"station": "STA1", "channel": "HNN", "delta": 0.02})])
         >>> [motion.component for motion in wd.records.from_obspy(stream, unit="gal")]
+        ['HNN']
     """
     motions = []
     for trace in stream:

@@ -30,7 +30,7 @@ class BoucWen(Law):
     Fy / k times ours, Ao is 1, and beta and gamma are (Fy / k)^-n times ours.
 
     Example:
-        >>> BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)
+        >>> wd.laws.BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)
         BoucWen(yield_force=1000000.0, hardening_ratio=0.05, exponent=2.0)
     """
 

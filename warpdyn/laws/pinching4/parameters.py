@@ -107,7 +107,7 @@ class Pinching4(Law):
     toolkit, without damage. Exponents of 0, as GEM's, make damage a switch that rounding throws: a warning says so.
 
     Example:
-        >>> law = Pinching4(
+        >>> law = wd.laws.Pinching4(
         ...     yield_force=1e6,
         ...     ductility_2=3,
         ...     force_ratio_2=1.3,

@@ -42,7 +42,8 @@ class DamageCounts(Statistic):
     place of a run.
 
     Args:
-        limits: Limits as `fragility` takes them, or of each archetype of a portfolio as `damage_shares` does.
+        limits: Limits [units of the demand] as `fragility` takes them, or of each archetype of a portfolio as
+            `damage_shares` does.
         demand: Variable that plain limits are of; of one with a sign, as the residual drift ratio, the absolute value
             is compared.
         events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
@@ -56,6 +57,11 @@ class DamageCounts(Statistic):
         over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`. For
             fragility curves ("motion", "stripe", "structure_group").
         labels: Labels of structures that `over` names.
+
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, if a limit is not positive and finite or
+            limits do not increase, or the scene does not record the demand.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
 
     Example:
         >>> counts = wd.simulate(scene, structures=3, statistics=wd.DamageCounts({"slight": 0.005}, over="stripe"))

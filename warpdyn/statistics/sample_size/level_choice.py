@@ -48,7 +48,7 @@ def levels_for(
 
     Args:
         scene: The scene; its excitation is a Cloud or Stripes, whose levels are not needed.
-        limits: Limit of each damage state, from the lightest on, in the units of the demand; `math.inf` is passed by
+        limits: Limit of each damage state, from the lightest on [units of the demand]; `math.inf` is passed by
             collapse alone.
         count: Number of levels; two for each damage state and no fewer than six in all do (docs/statistics.md).
         demand: Variable that limits are of, as of `capacities`.
