@@ -32,6 +32,23 @@ METHODS = {
     "sites.SpatialCorrelation": ["correlation"],
 }
 RAISED = ("ValueError", "TypeError")
+# Errors that checks could raise, but that what is given cannot bring about, with the reason.
+NEVER_RAISED = {
+    "ShearBuilding.modal": {"ValueError"},  # a building whose storeys buckle, or have no stiffness, is refused when made
+    "plots.building": {"ValueError"},  # as of ShearBuilding.modal
+    "laws.StoreyElement": {"ValueError"},  # it and the next three have no parameter to be wrong
+    "laws.Law": {"ValueError"},
+    "laws.Device": {"ValueError"},
+    "laws.Elastic": {"ValueError"},
+}
+# Arguments of arrays that are no quantities: indices, rows and ids, and names of structures.
+NO_QUANTITIES = {"motion", "site", "earthquake", "record", "rows", "left_out", "id", "labels"}
+QUANTITY = re.compile(r"float|ArrayLike|ndarray")
+# A unit in brackets: a unit's symbol, "1" or "-" of a ratio, or of what the units are ("units of the curves").
+UNIT = re.compile(
+    r"(?<!shape )\[(?:[-1%]|(?:the )?units?\b[^\]]*|currency[^\]]*|`units?`|"
+    r"(?:1/)?(?:N|kg|m2?|s|g|rad|Hz|km|year|degree)\b[^\]]*)\]"
+)
 SECTION = re.compile(r"^(Args|Attributes|Returns|Raises|Example):$", re.MULTILINE)
 
 
@@ -100,3 +117,29 @@ def _raised(function: FunctionType, above: tuple[str, ...] = ()) -> frozenset[st
             if isinstance(called, FunctionType):
                 found |= _raised(called, (*above, function.__qualname__))
     return frozenset(found)
+
+
+def problems(name: str, element: Any) -> list[str]:
+    """Return what the docstring of a class, a function or a method lacks, a sentence each."""
+    told, given = sections(element), arguments(element)
+    found = []
+    if not re.match(r"[A-Z][^\n]*\.(\n\n|\n?$)", told[""]):
+        found.append("it begins with no paragraph of one line that is a sentence")
+    is_method = name in CALLED and name not in CALLABLE  # the example of its class shows what it does
+    if not is_method and ">>> " not in told.get("Example", ""):
+        found.append("it has no example")
+    for argument, parameter in parameters(element).items():
+        if argument not in given:
+            found.append(f"it does not describe {argument}")
+        elif _is_quantity(argument, parameter) and not UNIT.search(given[argument]):
+            found.append(f"it has no unit for {argument}")
+    if not any(each.kind is each.VAR_KEYWORD for each in parameters(element).values()):
+        found += [f"it describes {argument}, which is none" for argument in given.keys() - parameters(element).keys()]
+    missing = {each for each in raised(element) if each not in told.get("Raises", "")} - NEVER_RAISED.get(name, set())
+    return found + [f"it does not say when it raises {each}" for each in sorted(missing)]
+
+
+def _is_quantity(argument: str, parameter: inspect.Parameter) -> bool:
+    """Return whether an argument takes numbers that have units, by its annotation."""
+    is_named = parameter.kind is parameter.VAR_KEYWORD
+    return not is_named and argument not in NO_QUANTITIES and bool(QUANTITY.search(str(parameter.annotation)))

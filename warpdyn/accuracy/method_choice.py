@@ -22,6 +22,7 @@ class MethodChoice:
             their units, as "expected integration time [s]".
 
     Example:
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter)
         >>> choice = wd.plan(scene, 0.02, method="rk4", dtype="float32")
         >>> run = wd.simulate(scene, method=choice.method, dtype=choice.dtype, longest_step=choice.longest_step)
         >>> run.attrs["method"]

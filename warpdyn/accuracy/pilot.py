@@ -73,6 +73,7 @@ def plan(
         TypeError: If the scene is none.
 
     Example:
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter)
         >>> choice = wd.plan(scene, target_error=0.02, method="rk4", dtype="float32")
         >>> choice.method, choice.dtype
         ('rk4', 'float32')

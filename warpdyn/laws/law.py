@@ -231,5 +231,7 @@ class Device(StoreyElement):
     """
 
 
+#: The yield force [N] that most laws have among their parameters.
 YIELD_FORCE = Parameter("N", "storey yield force", low=0.0, low_open=True)
+#: The hardening ratio [1] that most laws have among their parameters.
 HARDENING_RATIO = Parameter("1", "ratio of post-yield to initial storey stiffness", low=0.0, high=1.0, high_open=True)

@@ -97,7 +97,7 @@ def pushover(
         roof_displacement: Roof displacements [m], starting from 0, which may reverse, shape [step]; for Bouc-Wen
             storeys in steps that are short beside the yield displacement.
         pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
-            "uniform" (floor mass), or floor loads of any scale, shape [floor].
+            "uniform" (floor mass), or floor loads of any scale [1], shape [floor].
 
     Returns:
         `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],

@@ -97,8 +97,9 @@ class MotionGrid:
             TypeError: If `inventory` is none.
 
         Example:
-            >>> design = grid.at(inventory, stock, draws=25, seed=1)
-            >>> run = wd.simulate(wd.Scene(stock.portfolio, design, recorders=("drift",)))
+            >>> grid = wd.sites.read_event_grid("records/EventGrid.csv", unit="g")
+            >>> design = grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3, seed=1)
+            >>> region = wd.Scene(stock.portfolio, design, recorders=("drift",))
         """
         check_kind("MotionGrid.at", "an inventory", inventory, pd.DataFrame)
         one_of("choice", choice, (DRAW, MEAN))

@@ -51,7 +51,7 @@ def damage_shares(
             event, such as both components of a record, the worst of them counts. Or the event of each sample, as a
             coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
             itself, or as counts were made.
-        number: Buildings that each building of the portfolio stands for, shape [building]: an inventory's column
+        number: Buildings that each building of the portfolio stands for [1], shape [building]: an inventory's column
             `number`, in the order of the portfolio (`stock.buildings(inventory)["number"]`). Shares, and the buildings
             counted and failed, are of these numbers then. Counts have it from `DamageCounts(number=...)`. None for one
             building each.

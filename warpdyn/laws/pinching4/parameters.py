@@ -38,6 +38,7 @@ DAMAGE = {
     "reloading": "growth of the drift aimed at",
     "strength": "loss of strength",
 }
+#: The damage that GEM's vulnerability toolkit gives Pinching4, by parameter: `Pinching4(..., **GEM_DAMAGE)`.
 GEM_DAMAGE = {
     "stiffness_damage_by_use": 0.1,
     "stiffness_damage_drift_exponent": 0.0,

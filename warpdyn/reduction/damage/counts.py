@@ -50,7 +50,7 @@ class DamageCounts(Statistic):
             `damage_shares`; of MotionsAtSites the worst of each draw, such as both components of a record with
             `events=[motion.record for motion in design.motions]`. None where every motion counts by itself.
         each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.
-        number: Buildings that each structure stands for, shape [structure]: an inventory's column `number`, in the
+        number: Buildings that each structure stands for [1], shape [structure]: an inventory's column `number`, in the
             order of the portfolio (`stock.buildings(inventory)["number"]`). Counts stay those of samples; beside them
             `number_of_buildings_by_...` adds up the numbers, and `damage_shares` takes these. None where every
             structure is one building.
@@ -256,7 +256,7 @@ class NumberReducer(Mergeable):
 
     Args:
         counted: What counts the samples.
-        number: Buildings that each structure stands for, shape [structure].
+        number: Buildings that each structure stands for [1], shape [structure].
     """
 
     def __init__(self, counted: DamageReducer, number: np.ndarray) -> None:
