@@ -34,7 +34,9 @@ METHODS = {
 RAISED = ("ValueError", "TypeError")
 # Errors that checks could raise, but that what is given cannot bring about, with the reason.
 NEVER_RAISED = {
-    "ShearBuilding.modal": {"ValueError"},  # a building whose storeys buckle, or have no stiffness, is refused when made
+    "ShearBuilding.modal": {
+        "ValueError"
+    },  # a building whose storeys buckle, or have no stiffness, is refused when made
     "plots.building": {"ValueError"},  # as of ShearBuilding.modal
     "laws.StoreyElement": {"ValueError"},  # it and the next three have no parameter to be wrong
     "laws.Law": {"ValueError"},

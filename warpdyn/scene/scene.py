@@ -50,7 +50,7 @@ class Scene:
         ValueError, TypeError: If a part is unknown or the parts do not fit each other.
 
     Example:
-        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter, recorders=("drift",), collapse_drift_ratio=0.1)
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter, recorders=("drift",))
         >>> run = wd.simulate(scene, structures=3)
         >>> int((run["status"] == 0).sum())  # samples that are ok
         24
