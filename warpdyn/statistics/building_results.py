@@ -50,7 +50,7 @@ def building_results(
 
         - `building`, its number in the portfolio, and `archetype`;
         - `sample_count`, and `failed_count` of samples that are in no probability;
-        - `probability_<state>` of being in each damage state, "none" too, and `standard_error_<state>`, which is
+        - ``probability_<state>`` of being in each damage state, "none" too, and ``standard_error_<state>``, which is
           sqrt(p (1 - p) / (n - 1)) of n independent samples; NaN where n is 0 or 1; a 0, where p is 0 or 1, says that
           all samples are alike, not that the probability is exact;
         - with `loss_ratios` the `expected_loss_ratio` [1] and `loss_ratio_standard_deviation` [1] of a sample, the

@@ -48,7 +48,7 @@ def bouc_wen_chain_response(
         step: Time between samples [s].
         initial_velocity: Floor velocity at the first sample, where displacement and z are 0 [m/s], shape [storey] or
             one for all.
-        beta: Parameter of Fy / k z' = d' - |z|^n (beta |d'| sign z + gamma d') [-], shape [storey] or one for all.
+        beta: Parameter of `Fy / k z' = d' - |z|^n (beta |d'| sign z + gamma d')` [-], shape [storey] or one for all.
         gamma: Parameter of the same law [-], shape [storey] or one for all.
         exponent: Exponent n of the same law [-], shape [storey] or one for all.
 
