@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from warpdyn.core.checks import whole_number
 from warpdyn.plots.samples import Demands, demands_of, percent
 from warpdyn.plots.style import (
+    AMONG_POINTS,
     COLLAPSE_COLOUR,
     COLOURS,
     DARK,
@@ -138,7 +139,7 @@ def drift_against_intensity(
     for colour, (state, limit) in zip(colours_of([state for state, _ in limits], colours), limits, strict=True):
         axes.axhline(100 * limit, color=colour, lw=1)
         place = (0.01, 100 * limit)
-        axes.annotate(state, place, xycoords=axes.get_yaxis_transform(), fontsize=SMALL, color=colour, va="bottom")
+        axes.annotate(state, place, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS)
     axes.set_ylabel("Largest peak storey drift ratio [%]")
     return result
 
@@ -226,7 +227,7 @@ def drift_distributions(
     Args:
         runs: The run of each design by its name, such as `{"as it is": run, "with dampers": other}`.
         level: Level of the stripe that is drawn [unit of the levels], where runs are on stripes; None where all
-            samples are on one.
+            samples are on one, or on none, as under random motions.
         colours: Colour of each design, in their order or by name.
         ax: Axes to draw into; None for a figure of its own.
 
@@ -243,13 +244,10 @@ def drift_distributions(
     """
     named = checked_designs("drift_distributions", runs, "run")
     result, (axes,) = panels("drift_distributions", ax, size=(6.4, 4.6))
-    demands = {
-        name: demands_of("drift_distributions", run, "peak_storey_drift_ratio", OF_MOTIONS)
-        for name, run in named.items()
-    }
-    demands = {
-        name: _on_one_level(name, drawn, level) if drawn.is_striped else drawn for name, drawn in demands.items()
-    }
+    demands = {}
+    for name, run in named.items():
+        drawn = demands_of("drift_distributions", run, "peak_storey_drift_ratio", OF_MOTIONS, by_level=False)
+        demands[name] = _on_one_level(name, drawn, level) if drawn.is_striped else drawn
     stripes = {name: _stripe_of(drawn) if drawn.is_striped else "" for name, drawn in demands.items()}
     is_same = len(set(stripes.values())) == 1
     for colour, (name, drawn) in zip(colours_of(named, colours), demands.items(), strict=True):

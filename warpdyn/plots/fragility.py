@@ -66,7 +66,7 @@ def fragility_curves(
         _draw_curve(axes, row, colour, f"{state}{f' ({limit})' if limit else ''}{_without_fit(row)}")
     _finish(axes, _levels(dataset), scale)
     axes.set(xlabel=label_of_measure(dataset), ylabel="Probability of exceedance")
-    legend(axes, loc="upper left" if scale == "log" else "lower right")
+    legend(axes, loc="best")
     confidence = 100 * dataset.attrs["confidence"]
     title(
         axes,

@@ -11,12 +11,12 @@ from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.plots.drifts import OF_STRIPES, limits_of
 from warpdyn.plots.samples import SHARES, Demands, demands_of, fractiles
 from warpdyn.plots.style import (
+    AMONG_POINTS,
     COLLAPSE_COLOUR,
     COLOURS,
     DARK,
     PALE,
     SCALES,
-    SMALL,
     Drawn,
     check_kept,
     grid,
@@ -211,7 +211,7 @@ def _name_limits(axes: Axes, limits: list[tuple[str, float]]) -> None:
         at = float(across.transform(axes.transData.transform((limit, axes.get_ylim()[1])))[0])
         if at - before > APART and at > APART:
             place, where = (limit, 0.98), axes.get_xaxis_transform()
-            axes.annotate(state, place, xycoords=where, rotation=90, fontsize=SMALL, color=DARK, ha="right", va="top")
+            axes.annotate(state, place, xycoords=where, rotation=90, color=DARK, ha="right", va="top", **AMONG_POINTS)
             before = at
 
 
