@@ -264,6 +264,15 @@ def test_curves_without_stripes_are_drawn():
     plots.fragility_comparison({"stripes": CURVES, "cloud": CLOUD}).draw_without_rendering()
 
 
+def test_names_of_designs_have_room_above_a_lone_panel():
+    of_one_state = CURVES.isel(damage_state=[1])
+    names = "as built", "after moderate damage", "after extensive damage"
+    figure = plots.fragility_comparison(dict.fromkeys(names, of_one_state))
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    assert figure.bbox.containsx(legend.get_window_extent().x0) and figure.bbox.containsx(legend.get_window_extent().x1)
+
+
 def test_colours_are_the_users():
     axes = plots.fragility_curves(CURVES, colours={"slight": "gold", "extensive": "tab:red"}).axes[0]
     assert [line.get_color() for line in axes.lines if "drift" in str(line.get_label())] == ["gold", "tab:red"]
