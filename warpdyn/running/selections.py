@@ -82,7 +82,8 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
 
     The storeys are counted from 1 again. The own storeys of a building on isolators begin with the second; with a tuned
     mass damper they end with the last but one. Variables of the largest drift ratio of all storeys are removed; the
-    status, with collapse, and variables of the whole building stay.
+    status, with collapse, and variables of the whole building stay. `storey_of_collapse` is -1 where a storey collapsed
+    that is left out.
 
     Args:
         run: What `simulate` or `select_archetype` returned; a portfolio only if all its buildings are on isolators.
