@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib.metadata import version as installed_version
 
@@ -30,6 +31,9 @@ suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no pictur
 # Pages
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
+
+# Programs in pages show what they draw by pyplot, as in a notebook, whatever backend this process was started with.
+os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
 
 # Programs in pages run when the site is built, and one that fails stops the build.
 nb_execution_mode = "cache"
