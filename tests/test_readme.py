@@ -97,9 +97,7 @@ def test_every_page_with_a_program_is_run() -> None:
 
 def test_programs_of_pages(tmp_path: Path) -> None:
     # One process compiles and imports once for all; each page has names of its own.
-    calls = [
-        f"exec(compile({program_of(page)!r}, {page!r}, 'exec'), {{'__name__': '__main__'}})\n" for page in PAGES
-    ]
+    calls = [f"exec(compile({program_of(page)!r}, {page!r}, 'exec'), {{'__name__': '__main__'}})\n" for page in PAGES]
     command = [sys.executable, "-W", "error::UserWarning", "-W", "error::RuntimeWarning", "-c", "".join(calls)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
