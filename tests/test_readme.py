@@ -6,6 +6,7 @@ print, when it builds the site.
 
 from __future__ import annotations
 
+import inspect
 import re
 import subprocess
 import sys
@@ -15,6 +16,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from conftest import ROOT, documented_commands, run_study
+
+from warpdyn.core.output_variables import STATUS_MEANINGS
+from warpdyn.integration import stability_guard
+from warpdyn.kernels.output_table import ADAPTIVE, HISTORY, RECORDERS
 
 
 @pytest.mark.fast
@@ -93,6 +98,25 @@ def test_every_page_with_a_program_is_run() -> None:
     # Another machine's cluster, and steps of changes to warpdyn itself.
     elsewhere = {"docs/how_to/clusters.md", *(page for page in plain if page.startswith("docs/extending/"))}
     assert plain - elsewhere <= set(PAGES)
+
+
+@pytest.mark.fast
+def test_every_variable_of_a_run_is_in_the_contract() -> None:
+    page = (ROOT / "docs/reference/dataset.md").read_text()
+    recorded = [name for rows in RECORDERS.values() for row in rows.values() for name in row]
+    missing = [name for name in (*recorded, *HISTORY, *ADAPTIVE, *STATUS_MEANINGS) if f"`{name}`" not in page]
+    assert not missing
+
+
+@pytest.mark.fast
+def test_every_warning_of_a_run_is_told() -> None:
+    # A word of each warning of an integration, from the code that gives it.
+    page = (ROOT / "docs/how_to/trust.md").read_text()
+    source = inspect.getsource(stability_guard.StabilityFindings.warn)
+    words = ("stability limit", "diverged", "unstable_step", "not_converged", "more than half of it", "first period")
+    words += ("estimated error", "sensitive", "largest number of their type", "turns back", "energy balance")
+    assert source.count("messages.append(") + source.count("messages += [") == 9  # with another one, tell it
+    assert all(word in source and word in page for word in words)
 
 
 def test_programs_of_pages(tmp_path: Path) -> None:
