@@ -57,6 +57,7 @@ def test_every_command_is_known_here() -> None:
         "accuracy_speed",
         "decision",
         "benchmark",
+        "growth",
         "portfolio",
         "metropolis",
         "isolation",
