@@ -56,6 +56,12 @@ def read_at2(path: str | Path) -> GroundMotion:
             (a lost point or digit), there are fewer or more values than the header says, or the last one is cut. If a
             line is laid out otherwise than all others (a lost sign), or no newline ends the file and its values have
             no common form, a warning says that this cannot be decided.
+        TypeError: If `path` names no file.
+
+    Example:
+        >>> motion = wd.records.read_at2("RSN6_IMPVALL.I_I-ELC180.AT2")
+        >>> motion.step, len(motion.acceleration)
+        (0.01, 200)
     """
     text = text_of(path)
     lines = lines_of(text)
@@ -120,6 +126,11 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
     Raises:
         FileNotFoundError: If there is no such directory, or no file in it matches, or none is such a component.
         ValueError: If a file is not a sound record, as `read_at2` says, or `components` is another word.
+        TypeError: If `path` names no directory.
+
+    Example:
+        >>> [motion.name for motion in wd.records.read_directory(".", pattern="RSN*.AT2")]
+        ['RSN6_IMPVALL.I_I-ELC180']
     """
     one_of("components", components, COMPONENTS)
     if not isinstance(path, str | PathLike):
