@@ -37,6 +37,7 @@ os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
 
 # Programs in pages run when the site is built, and one that fails stops the build.
 nb_execution_mode = "cache"
+nb_execution_in_temp = True  # what they write is not left among the pages
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_execution_show_tb = True

@@ -31,9 +31,9 @@ settings.register_profile("warpdyn", deadline=None, suppress_health_check=[Healt
 settings.load_profile("warpdyn")
 
 
-def readme_commands() -> list[str]:
-    """Return the commands in the README's shell blocks and in its text."""
-    text = (ROOT / "README.md").read_text()
+def documented_commands() -> list[str]:
+    """Return the commands in the shell blocks and in the text of the README, and of the page of studies."""
+    text = "".join((ROOT / page).read_text() for page in ("README.md", "docs/how_to/studies.md"))
     blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
     inline = re.findall(r"`(\S*python studies/[^`]+)`", text)
     return [line for block in blocks for line in block.splitlines() if line.strip()] + inline
@@ -77,7 +77,7 @@ def main_job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
         if on_cpu:  # what these tests are about
             return folder, log.read_text()
     out = tmp_path_factory.mktemp("main_job")
-    done = run_study(readme_commands()[0], out)
+    done = run_study(documented_commands()[0], out)
     assert done.returncode == 0, done.stderr
     return out, done.stdout
 

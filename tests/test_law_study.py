@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import ROOT, readme_commands
+from conftest import ROOT, documented_commands
 from matplotlib.image import imread
 from opensees import material_forces
 
@@ -29,7 +29,7 @@ def study() -> ModuleType:
 @pytest.fixture(scope="module")
 def result(study: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> tuple[xr.Dataset, Path]:
     out = tmp_path_factory.mktemp("laws")
-    (command,) = (c for c in readme_commands() if "studies/laws.py" in c)
+    (command,) = (c for c in documented_commands() if "studies/laws.py" in c)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "argv", [*command.split()[1:-1], str(out)])
         study.main()
@@ -40,9 +40,9 @@ def result(study: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> tuple
 def test_every_law_that_yields_is_in_it(study: ModuleType, result: tuple[xr.Dataset, Path]) -> None:
     assert set(study.LAWS) == set(STOREY_LAWS)
     assert set(result[0]["law"].values) == set(STOREY_LAWS) - {"elastic"}
-    readme = (ROOT / "README.md").read_text()
+    page = (ROOT / "docs/how_to/buildings.md").read_text()
     for name, law in study.LAWS.items():
-        assert f"| `{name}` | {law.words} | {law.material} |" in readme
+        assert f"| `{name}` | {law.words} | {law.material} |" in page
     assert np.ptp(imread(result[1] / "laws.png")[..., :3]) > 0.5
 
 

@@ -32,7 +32,8 @@ arguments.
 The slots of all skeletons, and the local variables that can be named there. i counts storeys of a thread (or degrees
 of freedom), j lanes; g is the storey in the building, the same as i but where threads share a sample. `h[j]` is the
 step of lane j, 0 once it is done; `u[i, j]`, `v[i, j]`, `z[i * M + m, j]` are the accepted state, `us[i, j]`,
-`vs[i, j]` the one that is tried.
+`vs[i, j]` the one that is tried. The propagated skeleton steps through modes and has neither: in its slots a state is
+`drift`, `vi`, `ai` and `restoring`.
 
     declare                variables, before all else: `row()` has a value for each lane, `matrix()` one for each storey
                            and lane, `indices()` a whole number for each lane
