@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from method_sources import thorough_unless
 from opensees import finer, growing, material_forces, ratcheting, wandering
+from reference_pages import check_page
 from scipy.linalg import eigh, expm
 from scipy.special import gamma
+from validation import difference
 
 import warpdyn as wd
 
@@ -52,19 +54,24 @@ def history(building, load, step, method="rk4", dtype="float64", **options):
 
 @along_protocols
 @pytest.mark.parametrize("law", ["elastic", "bilinear", "bouc_wen"])
-def test_friction_damper_beside_a_law(law, protocol):
+def test_friction_damper_beside_a_law(law, protocol, measured):
     drift = PROTOCOLS[protocol]
     own = {} if law == "elastic" else {"yield_force": 1e5, "hardening_ratio": 0.05}
     device = {"devices": ("friction_damper",), "slip_force": 4e4, "brace_stiffness": 8e7}
     theirs = material_forces("ElasticPP", [8e7, 4e4 / 8e7], drift)
     assert np.ptp(theirs) == pytest.approx(8e4)
     ours = forces(drift, law=law, **own, **device) - forces(drift, law=law, **own)
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * 1e5)  # the same rules, rounded otherwise
+    measured(
+        "forces of `friction_damper` beside three laws, over the yield force",
+        truth="OpenSees' ElasticPP",
+        value=difference(ours, theirs) / 1e5,
+        bound=1e-9,  # the same rules, rounded otherwise
+    )
 
 
 @along_protocols
 @pytest.mark.parametrize("device", ["gap", "one_sided_gap"])
-def test_gap_that_gives_all_back(device, protocol):
+def test_gap_that_gives_all_back(device, protocol, measured):
     drift = PROTOCOLS[protocol]
     parameters = {"clearance": 0.012, "contact_stiffness": 3e8}
     theirs = material_forces("ElasticPPGap", [3e8, 1e12, 0.012], drift)
@@ -72,7 +79,12 @@ def test_gap_that_gives_all_back(device, protocol):
         theirs = theirs + material_forces("ElasticPPGap", [3e8, -1e12, -0.012], drift)
     assert np.abs(theirs).max() > 1e6
     ours = forces(drift, devices=(device,), **parameters) - STIFFNESS * drift
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * np.abs(theirs).max())
+    measured(
+        f"forces of `{device}` that gives all energy back, over the largest",
+        truth="OpenSees' ElasticPPGap",
+        value=difference(ours, theirs) / np.abs(theirs).max(),
+        bound=1e-9,
+    )
 
 
 def test_gap_keeps_its_share_of_the_work():
@@ -95,11 +107,16 @@ ISOLATORS = {
 
 
 @along_protocols
-def test_lead_rubber_bearing(protocol):
+def test_lead_rubber_bearing(protocol, measured):
     drift = PROTOCOLS[protocol]
     theirs = material_forces("Steel01", [1e5, STIFFNESS, 1.5e6 / STIFFNESS], drift)
     ours = forces(drift, law="lead_rubber_bearing", **ISOLATORS["lead_rubber_bearing"])
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * 1e5)
+    measured(
+        "forces of storeys of law `lead_rubber_bearing`, over the yield force",
+        truth="OpenSees' Steel01",
+        value=difference(ours, theirs) / 1e5,
+        bound=1e-9,
+    )
 
 
 @along_protocols
@@ -388,3 +405,12 @@ def test_exact_does_not_take_power_law_dampers():
         wd.simulate(
             wd.Scene(linear, wd.FreeVibration(1.0, velocity=0.1), scatter=scattered), method="exact", structures=2
         )
+
+
+@pytest.mark.parametrize("name", ["elastic", *ISOLATORS, "friction_damper", "gap", "one_sided_gap"])
+def test_a_page_of_the_reference_shows_todays_element(name, tmp_path):
+    check_page(name, tmp_path)
+
+
+def test_the_program_on_the_page_of_viscous_dampers_runs(tmp_path, unoptimised):
+    check_page("viscous_damper", tmp_path)
