@@ -222,7 +222,7 @@ def test_methods_agree_with_scipy(method, by_scipy, measured):
     error = np.abs(drifts[::every] - by_scipy).max() / np.abs(by_scipy).max()
     # The highest frequency is 37 rad/s: a method of order 2 is off by (w h)^2 / 12 = 3e-5 of a radian each, for 150.
     measured(
-        f"drifts of yielding Bouc-Wen storeys under gravity by `{method}` at 0.5 ms, over the largest",
+        f"drifts of yielding Bouc-Wen storeys under gravity by `{method}`, over the largest",
         truth="scipy's DOP853 near rounding",
         value=error,
         bound={"rk4": 2e-5, "dormand_prince54": 2e-4}.get(method, 1e-2),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def opensees(element: type[StoreyElement]) -> str:
 def memory(element: type[StoreyElement]) -> str:
     """Return how many values a storey remembers, over all variants of its device functions."""
     counts = sorted({(SPRINGS | DEVICE_SPRINGS)[row].memory for row in element.rows})
-    return " or ".join(map(str, counts)) or "0"
+    return " or ".join(map(str, counts)) if len(counts) < 3 else f"{counts[0]} to {counts[-1]}"
 
 
 def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]]], held: list[dict[str, str]]) -> str:
@@ -96,11 +97,11 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
     kind = "devices" if name in DEVICES else "law"
     parts = [
         f"# {element.__name__}",
-        prose(head.split("\n\nExample:")[0]),
+        prose(_without_help(head.split("\n\nExample:")[0])),
         f"In a scene it is `{kind}={(name,) if name in DEVICES else name!r}`, or an object of "
         f"{{py:class}}`warpdyn.laws.{element.__name__}`. {_kind_of_memory(element)}",
         f"![Force of {name} under cycles of growing drift and in one push](./{name}.png)",
-        _caption(name, parameters_of(name, curves)),
+        _caption(name),
         "## Parameters",
         _parameter_table(element),
         *_rules(element),
@@ -114,6 +115,12 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
     return "\n\n".join(parts) + "\n"
 
 
+def _without_help(text: str) -> str:
+    """Return a docstring without where it sends readers to the help of its module, which stands on the page, too."""
+    text = re.sub(r"`warpdyn\.laws\.\w+\.parameters`[^.]*\.\s*", "", text)
+    return re.sub(r"the help of its module has (?:the rules|them),", "the rules stand below,", text)
+
+
 def _kind_of_memory(element: type[StoreyElement]) -> str:
     springs = [(SPRINGS | DEVICE_SPRINGS)[row] for row in element.rows]
     if not springs:
@@ -125,18 +132,14 @@ def _kind_of_memory(element: type[StoreyElement]) -> str:
     return f"A storey remembers {memory(element)} values, which follow from its drift at the end of each step."
 
 
-def _caption(name: str, parameters: dict[str, float]) -> str:
+def _caption(name: str) -> str:
     if name == "viscous_damper":
         return "Forces are drawn over that at 1 m/s, for three velocity exponents."
-    given = ", ".join(f"`{key}` {value:g}" for key, value in parameters.items())
-    beside = " The picture shows the device alone, without its storey." if name in DEVICES else ""
-    words = f" with {given}" if given else ""
-    return (
-        f"The picture is of a storey of stiffness {STIFFNESS:g} N/m that yields at {YIELD_FORCE:g} N, "
-        f"10 mm of drift{words}.{beside}"
-        if name not in DEVICES
-        else f"Drifts are drawn over 10 mm and forces over {YIELD_FORCE:g} N; the device has {given}.{beside}"
-    )
+    if name in DEVICES:
+        drawn = "It shows the device alone, without its storey; drifts are over 10 mm and forces over 100 kN."
+    else:
+        drawn = "Its storey has a stiffness of 10 kN/mm and yields at a force of 100 kN, or a drift of 10 mm."
+    return f"The picture is drawn with the parameters of the program at the end of this page. {drawn}"
 
 
 def _parameter_table(element: type[StoreyElement]) -> str:
@@ -144,7 +147,7 @@ def _parameter_table(element: type[StoreyElement]) -> str:
     for name, known in element.parameters.items():
         bounds = known.allowed.removeprefix("finite and ").removeprefix("finite") or "any"
         default = "must be given" if known.default is None else f"{known.default:g}"
-        rows.append((f"`{name}`", known.long_name, f"`{known.units}`", bounds, default, known.opensees or "none"))
+        rows.append((f"`{name}`<br>{known.long_name}", f"`{known.units}`", bounds, default, known.opensees or "none"))
     if not rows:
         return "It has none beside the storey's `stiffness` [N/m], which the building gives."
     words = (
@@ -152,7 +155,7 @@ def _parameter_table(element: type[StoreyElement]) -> str:
         if issubclass(element, tuple(DEVICES.values()))
         else ("\nThe initial stiffness is the storey's `stiffness` [N/m], which the building gives.\n")
     )
-    return table(("parameter", "meaning", "units", "allowed", "default", "OpenSees"), rows) + words
+    return table(("parameter", "units", "allowed", "default", "OpenSees"), rows) + words
 
 
 def _rules(element: type[StoreyElement]) -> list[str]:

@@ -65,7 +65,7 @@ def facts(names: Iterable[str], *, link: bool = False) -> str:
 def _stages(method: Method) -> str:
     if method.kind == "exact":
         return "none"
-    return "solves for the step's end" if isinstance(method, ImplicitMethod) else str(method.stages)
+    return "implicit" if isinstance(method, ImplicitMethod) else str(method.stages)
 
 
 def _limit(method: Method, ratio: float) -> str:
