@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from method_sources import thorough_unless
 from opensees import finer, growing, material_forces, ratcheting, wandering
-from reference_pages import check_page
 from scipy.linalg import eigh, expm
 from scipy.special import gamma
 from validation import difference
@@ -79,12 +78,8 @@ def test_gap_that_gives_all_back(device, protocol, measured):
         theirs = theirs + material_forces("ElasticPPGap", [3e8, -1e12, -0.012], drift)
     assert np.abs(theirs).max() > 1e6
     ours = forces(drift, devices=(device,), **parameters) - STIFFNESS * drift
-    measured(
-        f"forces of `{device}` that gives all energy back, over the largest",
-        truth="OpenSees' ElasticPPGap",
-        value=difference(ours, theirs) / np.abs(theirs).max(),
-        bound=1e-9,
-    )
+    claim, error = f"forces of `{device}` that gives all energy back, over the largest", difference(ours, theirs)
+    measured(claim, truth="OpenSees' ElasticPPGap", value=error / np.abs(theirs).max(), bound=1e-9)
 
 
 def test_gap_keeps_its_share_of_the_work():
@@ -111,12 +106,8 @@ def test_lead_rubber_bearing(protocol, measured):
     drift = PROTOCOLS[protocol]
     theirs = material_forces("Steel01", [1e5, STIFFNESS, 1.5e6 / STIFFNESS], drift)
     ours = forces(drift, law="lead_rubber_bearing", **ISOLATORS["lead_rubber_bearing"])
-    measured(
-        "forces of storeys of law `lead_rubber_bearing`, over the yield force",
-        truth="OpenSees' Steel01",
-        value=difference(ours, theirs) / 1e5,
-        bound=1e-9,
-    )
+    claim = "forces of storeys of law `lead_rubber_bearing`, over the yield force"
+    measured(claim, truth="OpenSees' Steel01", value=difference(ours, theirs) / 1e5, bound=1e-9)
 
 
 @along_protocols
@@ -405,12 +396,3 @@ def test_exact_does_not_take_power_law_dampers():
         wd.simulate(
             wd.Scene(linear, wd.FreeVibration(1.0, velocity=0.1), scatter=scattered), method="exact", structures=2
         )
-
-
-@pytest.mark.parametrize("name", ["elastic", *ISOLATORS, "friction_damper", "gap", "one_sided_gap"])
-def test_a_page_of_the_reference_shows_todays_element(name, tmp_path):
-    check_page(name, tmp_path)
-
-
-def test_the_program_on_the_page_of_viscous_dampers_runs(tmp_path, unoptimised):
-    check_page("viscous_damper", tmp_path)

@@ -16,7 +16,7 @@ from opensees import material_forces
 from reference_pages import check_page
 from validation import Measured, difference
 
-from warpdyn.laws import LAWS
+from warpdyn.laws import DEVICES, LAWS
 
 STOREY_LAWS = [name for name in LAWS if name not in ("lead_rubber_bearing", "friction_pendulum")]  # those are isolators
 
@@ -77,6 +77,6 @@ def test_energy_is_the_integral_of_the_force(study: ModuleType, result: tuple[xr
     assert (stored < 2 * study.YIELD_FORCE * study.YIELD_DRIFT).all()
 
 
-@pytest.mark.parametrize("law", [name for name in STOREY_LAWS if name != "elastic"])
-def test_a_page_of_the_reference_shows_todays_law(result: tuple[xr.Dataset, Path], law: str, tmp_path: Path) -> None:
-    check_page(law, tmp_path)  # by the kernels of the study
+@pytest.mark.parametrize("name", LAWS | DEVICES)
+def test_a_page_of_the_reference_shows_todays_element(name: str, tmp_path: Path, unoptimised: None) -> None:
+    check_page(name, tmp_path)

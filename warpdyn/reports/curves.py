@@ -58,11 +58,12 @@ def statistics(dataset: xr.Dataset) -> list[str]:
         if variable.dtype.kind not in "iuf" or not variable.size:
             continue
         finite = variable.values[np.isfinite(variable.values)].astype(np.float64)
-        least, most, total = (finite.min(), finite.max(), finite.sum()) if finite.size else (np.nan,) * 3
+        bounds = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
+        total = float(finite.sum()) if variable.dtype.kind in "iu" else np.nan  # of counts alone
         words = f"{variable.attrs.get('long_name', name)} [{variable.attrs.get('units', '1')}]"
         along = ", ".join(f"{dim} ({size:,})" for dim, size in variable.sizes.items()) or "one value"
-        rows.append((words, along, float(least), float(most), float(total)))
-    heads = ("statistic", "along", "smallest", "largest", "sum")
+        rows.append((words, along, *bounds, total))
+    heads = ("statistic", "along", "smallest", "largest", "sum of counts")
     return [
         heading("Statistics"),
         table("Statistics that were counted while the run went on", heads, rows[:MOST_VARIABLES]),

@@ -107,7 +107,7 @@ def _figures(run: xr.Dataset, values: dict[str, np.ndarray], status: np.ndarray,
         if "im_level" in run:
             words = "Largest peak drift ratio of every sample against the intensity measure. Crosses are collapses."
             parts.append(figure(drift_against_intensity(run), words))
-        words = "Share of the samples whose largest peak drift ratio stays below a value; collapsed samples are never below."
+        words = "Share of the samples whose largest peak drift ratio stays below a value; collapsed ones never do."
         parts.append(figure(_distribution(run, values[drift], status, is_striped), words))
         has_all_storeys = "storey" in run[drift].dims and not np.isnan(run[drift].values[status <= COLLAPSED]).any()
         if is_striped and has_all_storeys and run.sizes["storey"] > 1:

@@ -28,13 +28,13 @@ body { font: 15px/1.45 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: 
 h1 { font-size: 1.7rem; margin: 0 0 .3rem; } h2 { font-size: 1.25rem; border-bottom: 1px solid #bbb; margin-top: 2rem; }
 h3 { font-size: 1.05rem; margin-bottom: .3rem; }
 table { border-collapse: collapse; margin: .8rem 0; display: block; overflow-x: auto; font-size: .88rem; }
-caption { text-align: left; font-weight: 600; padding-bottom: .2rem; }
+caption { text-align: left; font-weight: 600; padding-bottom: .2rem; white-space: nowrap; }
 th, td { padding: .2rem .7rem .2rem 0; border-bottom: 1px solid #ddd; vertical-align: top; text-align: left; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
 figure { margin: 1rem 0; break-inside: avoid; } figure img { max-width: 100%; height: auto; }
 figcaption { font-size: .88rem; color: #444; }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .72rem; background: #f5f5f5; padding: .6rem; }
-td.text { overflow-wrap: anywhere; } .remark { border-left: 4px solid #d55e00; padding-left: .7rem; }
+td.text { overflow-wrap: break-word; } .remark { border-left: 4px solid #d55e00; padding-left: .7rem; }
 @media print {
   body { font-size: 10pt; margin: 0; max-width: none; padding: 0; }
   table { display: table; width: 100%; } tr, figure { break-inside: avoid; } h2, h3 { break-after: avoid; }
@@ -75,10 +75,12 @@ def table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[object]]) 
     rows = [list(row) for row in rows]
     numeric = [bool(rows) and all(_is_number(row[i]) for row in rows) for i in range(len(heads))]
     head = "".join(
-        f"<th{_kind(is_number)}>{html.escape(text)}</th>" for text, is_number in zip(heads, numeric, strict=True)
+        f"<th{_css_class(is_number)}>{html.escape(text)}</th>" for text, is_number in zip(heads, numeric, strict=True)
     )
     body = "".join(
-        "<tr>" + "".join(f"<td{_kind(n)}>{_cell(cell)}</td>" for cell, n in zip(row, numeric, strict=True)) + "</tr>\n"
+        "<tr>"
+        + "".join(f"<td{_css_class(n)}>{_cell(cell)}</td>" for cell, n in zip(row, numeric, strict=True))
+        + "</tr>\n"
         for row in rows
     )
     return (
@@ -104,7 +106,7 @@ def _is_number(cell: object) -> bool:
     return isinstance(cell, int | float) and not isinstance(cell, bool)
 
 
-def _kind(is_number: bool) -> str:
+def _css_class(is_number: bool) -> str:
     return ' class="number"' if is_number else ' class="text"'
 
 

@@ -36,22 +36,20 @@ ATTRIBUTES = {
 }
 
 
-def what_was_run(run: xr.Dataset, scene: Mapping[str, Any]) -> list[str]:
-    """Return the section on the structures, their scatter and their motions.
+def what_was_run(scene: Mapping[str, Any]) -> list[str]:
+    """Return the section on the structures, their scatter and their excitation.
 
     Args:
-        run: What `simulate` returned.
-        scene: Its scene, as the attribute has it.
+        scene: The scene of a run, as its attribute has it.
     """
     parts = [heading("What was run")]
     structure, excitation = scene.get("structure", {}), scene.get("excitation", {})
     if "archetypes" in structure:
         archetypes = structure["archetypes"]
-        pairs = archetypes.items() if isinstance(archetypes, Mapping) else enumerate(archetypes)
-        rows = [(str(name), number_text(each.get("buildings", each.get("count", "")))) for name, each in pairs]
-        parts.append(
-            table(f"Portfolio of {len(rows):,} archetypes", ("archetype", "buildings"), rows[:MOST_ARCHETYPES])
-        )
+        rows = [(str(name), *_of_archetype(each)) for name, each in list(archetypes.items())[:MOST_ARCHETYPES]]
+        more = f", the first {MOST_ARCHETYPES}" if len(archetypes) > MOST_ARCHETYPES else ""
+        heads = ("archetype", "buildings", "storeys", "storey law", "scattered")
+        parts.append(table(f"Portfolio of archetypes: {len(archetypes):,}{more}", heads, rows))
     else:
         values = [(name.replace("_", " "), _text(value)) for name, value in structure.items()]
         parts.append(table("Structure (kg, m, s, N; from the ground up)", ("quantity", "value"), values))
@@ -62,7 +60,20 @@ def what_was_run(run: xr.Dataset, scene: Mapping[str, Any]) -> list[str]:
         (name.replace("_", " "), _text(value)) for name, value in excitation.items() if name not in ("motions", "type")
     ]
     parts.append(table(f"Excitation: {excitation.get('type', 'unknown')}", ("quantity", "value"), given))
-    return [*parts, *_motions(run)]
+    return parts
+
+
+def _of_archetype(archetype: Mapping[str, Any]) -> tuple[object, ...]:
+    """Return the cells of an archetype: how many buildings, their storeys and law, and what is scattered."""
+    building = archetype.get("structure", {})
+    storeys, law = building.get("mass", []), building.get("law", "")
+    scattered = ", ".join(name.replace("_", " ") for name in archetype.get("scatter", {}))
+    return (
+        archetype.get("count", 0),
+        len(storeys) if isinstance(storeys, list) else "",
+        _text(law),
+        scattered or "nothing",
+    )
 
 
 def _motions(run: xr.Dataset) -> list[str]:
@@ -115,6 +126,7 @@ def provenance(run: xr.Dataset) -> list[str]:
         table("How these numbers came about", ("what", "value"), rows),
         paragraph("The scene as the dataset has it; wd.Scene.from_json makes it again, given the motions:"),
         preformatted(scene[:LONGEST_SCENE] + cut),
+        *_motions(run),
     ]
 
 

@@ -69,7 +69,7 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
     body = [
         markup.heading(name, 1),
         markup.paragraph(f"{_size(dataset)} Written by warpdyn.report on {written}."),
-        *what_was_run(dataset, scene),
+        *what_was_run(scene),
     ]
     if not has_samples:
         body += statistics(dataset)
