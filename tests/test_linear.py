@@ -98,7 +98,7 @@ def test_chain_equals_dense_under_harmonic_force(measured):
         # Both take the same steps: rounding of 0.014 m, adding up over up to 10,000 of them.
         measured(
             "a chain of storeys beside the same system as full matrices",
-            truth="the other kernel, with the same steps",
+            truth="the other kernel of warpdyn, with the same steps",
             value=difference(displacement, expected),
             bound=2e-15,
             units="m",

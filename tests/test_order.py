@@ -48,7 +48,7 @@ def test_measured_order(name, structure, measured):
         errors.append(np.abs(found - exact).max())
     measured(
         "order of every method in its kernels: measured less stated",
-        truth="exact solution of a linear frame under a harmonic force",
+        truth="exact solution of a linear frame under a harmonic force (`wd.truth`)",
         value=abs(np.log2(errors[0] / errors[1]) - method.order),
         bound=0.05,
     )
@@ -63,7 +63,7 @@ def test_the_exact_method_has_no_error_at_any_step(structure, measured):
         exact = harmonic_response(MASS, DAMPING, STIFFNESS, AMPLITUDE, 10.0, 0.0, time)[0]
         measured(
             "kernels of the method `exact` at steps of 0.2 and 0.02 s",
-            truth="exact solution of a linear frame under a harmonic force",
+            truth="exact solution of a linear frame under a harmonic force (`wd.truth`)",
             value=difference(found, exact),
             bound=1e-14,  # rounding of 0.014 m
             units="m",

@@ -18,26 +18,31 @@ from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of the storeys of cycles.nc
 DAMPER = {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4}
 EXPONENTS = (1.0, 0.4, 0.2)  # of the viscous dampers in the picture
-GROUPS = {
-    "Storey laws": [name for name in LAWS if name not in ("lead_rubber_bearing", "friction_pendulum")],
-    "Isolators": ["lead_rubber_bearing", "friction_pendulum"],
-    "Devices beside a storey's law": list(DEVICES),
-}
+ISOLATORS = ("lead_rubber_bearing", "friction_pendulum")
 
 
 def write_pages(docs: Path) -> None:
-    """Write the pages, their pictures and the tables of the index into docs/reference/laws/generated."""
+    """Write the pages, their pictures and the tables of the index into docs/reference/laws/generated.
+
+    Raises:
+        ValueError: If the index lacks a law or device, or has one that is gone.
+    """
     folder = docs / "reference" / "laws"
     out = folder / "generated"
     measured = rows_of(folder / "measured.csv")
     held = rows_of(docs / "validation" / "measured.csv")[1]
     with xr.open_dataset(folder / "cycles.nc") as kept:
         curves = kept.load()
-    for group, names in GROUPS.items():
-        for name in names:
-            write(out / f"{name}.md", page(name, curves, measured, held))
-            picture(name, curves, out / f"{name}.png", folder / "cycles.nc")
-        write(out / f"_{group.split()[0].lower()}.md", index_table(names))
+    # The toctree has the laws in an order to read.
+    names = re.findall(r"^generated/(\w+)$", (folder / "index.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    if missing := set(names) ^ (LAWS | DEVICES).keys():
+        raise ValueError(f"docs/reference/laws/index.md lacks, or has of what is gone: {sorted(missing)}")
+    for name in names:
+        write(out / f"{name}.md", page(name, curves, measured, held))
+        picture(name, curves, out / f"{name}.png", folder / "cycles.nc")
+    write(out / "_storey.md", index_table([name for name in names if name in LAWS and name not in ISOLATORS]))
+    write(out / "_isolators.md", index_table(list(ISOLATORS)))
+    write(out / "_devices.md", index_table([name for name in names if name in DEVICES]))
 
 
 def element_of(name: str) -> type[StoreyElement]:
@@ -69,19 +74,20 @@ def index_table(names: list[str]) -> str:
     rows = []
     for name in names:
         element = element_of(name)
-        rows.append((f"[`{name}`](generated/{name}.md)", summary(element), opensees(element), memory(element)))
-    return table(("name", "what it is", "OpenSees", "values of memory"), rows)
+        rows.append((f"[`{name}`](generated/{name}.md)<br>{summary(element)}", opensees(element), memory(element)))
+    return table(("what it is", "OpenSees", "memory"), rows)
 
 
 def summary(element: type[StoreyElement]) -> str:
-    """Return the first sentence of a class's docstring, without what OpenSees calls it."""
+    """Return the first sentence of a class's docstring up to its sources, and to what OpenSees calls it."""
     sentence = inspect.cleandoc(element.__doc__ or "").split("\n\n")[0].replace("\n", " ")
-    return sentence.split(" (OpenSees")[0].split(";")[0].removesuffix(".")
+    return sentence.split(" (")[0].removesuffix(".")
 
 
 def opensees(element: type[StoreyElement]) -> str:
-    """Return OpenSees' names of an element."""
-    return ", ".join(f"`{name}`" for name in element.opensees) or "none"
+    """Return OpenSees' names of an element, or what its docstring compares it with."""
+    named = element.opensees or re.findall(r"OpenSees(?::|')\s+([A-Z]\w+)", element.__doc__ or "")[:1]
+    return ", ".join(f"`{name}`" for name in named) or "none"
 
 
 def memory(element: type[StoreyElement]) -> str:
@@ -95,6 +101,7 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
     element = element_of(name)
     head, _, _ = inspect.cleandoc(element.__doc__ or "").partition("\n\nArgs:")
     kind = "devices" if name in DEVICES else "law"
+    shown = "how the storey swings out" if name == "viscous_damper" else "the storey's force against its drift"
     parts = [
         f"# {element.__name__}",
         prose(_without_help(head.split("\n\nExample:")[0])),
@@ -109,7 +116,7 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
         *_speed(name, measured),
         "## A program to begin from",
         f"```python\n{snippet(name, parameters_of(name, curves))}```",
-        "The file `loops.png` shows the force of the storey against its drift. Next: [all laws](../index.md), "
+        f"The file `loops.png` shows {shown}. Next: [all laws](../index.md), "
         "[which method steps them](../../methods/index.md).",
     ]
     return "\n\n".join(parts) + "\n"
@@ -118,7 +125,7 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
 def _without_help(text: str) -> str:
     """Return a docstring without where it sends readers to the help of its module, which stands on the page, too."""
     text = re.sub(r"`warpdyn\.laws\.\w+\.parameters`[^.]*\.\s*", "", text)
-    return re.sub(r"the help of its module has (?:the rules|them),", "the rules stand below,", text)
+    return re.sub(r"the help of\s+its\s+module\s+has\s+(?:the\s+rules|them),", "the rules stand below,", text)
 
 
 def _kind_of_memory(element: type[StoreyElement]) -> str:
@@ -205,7 +212,7 @@ def snippet(name: str, parameters: dict[str, float]) -> str:
     """Return a program that takes a storey of a law, or an elastic one with a device, through cycles."""
     given = ", ".join(f"{key}={value!r}" for key, value in parameters.items())
     element = f"wd.laws.{element_of(name).__name__}({given})"
-    if len(element) > 90:
+    if len(element) > 60:
         lines = "".join(f"    {key}={value!r},\n" for key, value in parameters.items())
         element = f"wd.laws.{element_of(name).__name__}(\n{lines})"
     if name == "viscous_damper":  # it has no force in quasi-static cycles
