@@ -135,8 +135,14 @@ def _kind_of_memory(element: type[StoreyElement]) -> str:
     if not any(spring.memory for spring in springs):
         return "It remembers nothing."
     if any(spring.rate is not None for spring in springs):
-        return f"A storey remembers {memory(element)} values, whose rates are integrated together with the motion."
-    return f"A storey remembers {memory(element)} values, which follow from its drift at the end of each step."
+        how = "has a rate, which is integrated together with the motion"
+        return f"What a storey remembers ({_values(element)}) {how}."
+    return f"What a storey remembers ({_values(element)}) follows from its drift at the end of each step."
+
+
+def _values(element: type[StoreyElement]) -> str:
+    count = memory(element)
+    return "one value" if count == "1" else f"{count} values"
 
 
 def _caption(name: str) -> str:
@@ -174,15 +180,15 @@ def _rules(element: type[StoreyElement]) -> list[str]:
 
 def _held_to(name: str, held: list[dict[str, str]]) -> list[str]:
     """Return what the validation report has on the law's forces."""
-    rows = [row for row in held if row["claim"].startswith("forces of storeys") and f"`{name}`" in row["claim"]]
+    rows = [row for row in held if row["claim"].startswith("forces of") and f"`{name}`" in row["claim"]]
     if not rows:
         return []
-    lines = [f"- {row['truth']}: {float(row['value']):.2g}, bound {float(row['bound']):.2g}" for row in rows]
-    words = "Largest difference of forces from another program's, over the yield force"
-    return [
-        "## How right it is",
-        f"{words} ([validation report](../../../validation/index.md)):\n\n" + "\n".join(lines),
+    lines = [
+        f"- {row['claim']}: {float(row['value']):.2g} off {row['truth']}, at most {float(row['bound']):.2g} allowed."
+        for row in rows
     ]
+    report = "[validation report](../../../validation/index.md)"
+    return ["## How right it is", f"From the {report}, which says how it was measured:\n\n" + "\n".join(lines)]
 
 
 def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:

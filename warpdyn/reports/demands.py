@@ -29,7 +29,7 @@ DEMANDS = (
 )
 BY_LEVEL = ("peak_storey_drift_ratio", "peak_floor_acceleration", "residual_drift_ratio", "peak_displacement")
 MOST_LEVELS = 40  # rows of a table
-MOST_LINES = 8  # of a figure
+MOST_LINES = len(COLOURS)  # of a figure
 
 
 def largest_of(run: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
