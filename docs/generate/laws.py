@@ -14,6 +14,7 @@ from generate.law_pictures import draw_law, draw_viscous_damper
 from generate.tables import prose, rows_of, table, write
 from warpdyn.laws import DEVICES, LAWS, StoreyElement
 from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
+from warpdyn.methods.defaults import default_method
 
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of the storeys of cycles.nc
 DAMPER = {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4}
@@ -211,7 +212,12 @@ def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:
         for row in own
     ]
     head = ("method", "median error", "95 % stay below", "time")
-    return ["## Speed and error by method", words, table(head, lines)]
+    found = default_method(name)
+    default = (
+        f"Where a scene names no method, `simulate` takes `{found.method}` on a CPU: {found.reason} "
+        "(`data/default_methods.csv`, by `studies/default_methods.py`)."
+    )
+    return ["## Speed and error by method", words, table(head, lines), default]
 
 
 def snippet(name: str, parameters: dict[str, float]) -> str:

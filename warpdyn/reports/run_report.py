@@ -45,9 +45,8 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
         OSError: If the file cannot be written.
 
     Example:
-        >>> run = wd.simulate(scene, structures=4, seed=1)
-        >>> curves = wd.fragility(run, limits={"slight": 0.003})
-        >>> wd.report(run.merge(curves, combine_attrs="no_conflicts"), folder / "building.html").name
+        >>> both = run.merge(curves, combine_attrs="no_conflicts")
+        >>> wd.report(both, "building.html", title="Three-storey building").name
         'building.html'
     """
     path = checked_path("report", path, ".html", ".htm")
