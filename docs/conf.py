@@ -5,8 +5,14 @@ from __future__ import annotations
 import os
 import sys
 from importlib.metadata import version as installed_version
+from pathlib import Path
+
+from sphinx.application import Sphinx
 
 import warpdyn as wd
+
+DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS))
 
 # Sphinx imports objects by the names that users write, and `wd.records` stands in the package's room of ground motions.
 sys.modules["warpdyn.records"] = wd.records
@@ -25,7 +31,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
 ]
-exclude_patterns = ["README.md"]
+exclude_patterns = ["README.md", "**/generated/_*.md"]  # the latter are parts of other pages
 suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no picture in a printed page
 
 # Pages
@@ -83,3 +89,16 @@ html_theme_options = {
 }
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
+
+
+def write_generated_pages(app: Sphinx) -> None:
+    """Write what is taken from the code: the pages of storey laws, the tables of methods and of the validation."""
+    from generate import laws, methods, validation
+
+    for part in (laws.write_pages, methods.write_tables, validation.write_tables):
+        part(DOCS)
+
+
+def setup(app: Sphinx) -> None:
+    """Have these pages written before Sphinx looks for pages."""
+    app.connect("builder-inited", write_generated_pages, priority=100)

@@ -17,6 +17,7 @@ import pytest
 import warp as wp
 import xarray as xr
 from hypothesis import HealthCheck, settings
+from validation import Measured
 
 import warpdyn as wd
 from warpdyn.kernels import build, compilation
@@ -98,6 +99,18 @@ def _forget_kernels_of_another_level() -> None:
                     factory.cache_clear()
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let the study of the validation report ask for the figures that tests measure."""
+    parser.addoption("--validation", metavar="FILE", help="run what uses `measured` alone, and write its figures")
+
+
+@pytest.fixture
+def measured(request: pytest.FixtureRequest) -> Measured:
+    """Return the function that holds a figure to its bound, and keeps it for the validation report."""
+    test = f"{request.path.name}::{request.node.originalname}"
+    return Measured(test, request.config.getoption("--validation"))
+
+
 @pytest.fixture
 def unoptimised() -> Iterator[None]:
     """Compile a test's kernels without optimisation, in half the time.
@@ -145,7 +158,9 @@ def compile_here() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Let `-m fast` leave out the thorough cases of a file that is marked `fast`."""
+    """Let `-m fast` leave out the thorough cases of a file that is marked `fast`, and `--validation` other tests."""
+    if config.getoption("--validation"):
+        items[:] = [item for item in items if "measured" in getattr(item, "fixturenames", ())]
     if config.option.markexpr == "fast":
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("thorough")])
         items[:] = [item for item in items if not item.get_closest_marker("thorough")]
