@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import version as installed_version
 
 import warpdyn as wd
 
@@ -13,7 +12,7 @@ sys.modules["warpdyn.records"] = wd.records
 project = "warpdyn"
 author = "the warpdyn developers"
 copyright = author
-release = version = installed_version("warpdyn")
+release = version = wd.__version__
 
 extensions = [
     "myst_nb",
