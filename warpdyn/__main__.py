@@ -57,7 +57,7 @@ def report_versions() -> None:
 
 def report_cache() -> None:
     """Print where compiled kernels are kept, and how much there is of them."""
-    folder = Path(wp.config.kernel_cache_dir)
+    folder = Path(str(wp.config.kernel_cache_dir))
     sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
     print(f"kernel cache {folder}: {len(sizes)} files, {sum(sizes) / 1e6:.1f} MB")
 
