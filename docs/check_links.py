@@ -1,6 +1,7 @@
 """Checks that every link of the built site within itself has a target: `python docs/check_links.py results/site`.
 
-Sphinx checks what pages refer to; this also checks what themes and rendered programs write, and anchors of the reference.
+Sphinx checks what pages refer to; this also checks what themes and rendered programs write, and the reference's
+anchors.
 """
 
 from __future__ import annotations

@@ -50,7 +50,8 @@ def levels_for(
         scene: The scene; its excitation is a Cloud or Stripes, whose levels are not needed.
         limits: Limit of each damage state, from the lightest on, in the units of the demand; `math.inf` is passed by
             collapse alone.
-        count: Number of levels; two for each damage state and no fewer than six in all do (docs/explanation/intervals.md).
+        count: Number of levels; two for each damage state and no fewer than six in all do
+            (docs/explanation/intervals.md).
         demand: Variable that limits are of, as of `capacities`.
         method: Integration method of the pilot, as of `simulate`.
         seed: Seed of the run that the levels are for; the pilot draws by another that follows from it.

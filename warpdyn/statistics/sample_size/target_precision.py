@@ -46,8 +46,8 @@ def fragility_to(
     of `capacities`.
 
     To stop once the interval is narrow favours samples that happen to vary little. Coverage hardly suffers, because the
-    records stay the same and only the number of structures is decided so: docs/explanation/intervals.md has it measured. On a GPU
-    more histories are run, those that launches have room for.
+    records stay the same and only the number of structures is decided so: docs/explanation/intervals.md has it
+    measured. On a GPU more histories are run, those that launches have room for.
 
     Often the records decide, and no number of structures reaches the precision: then structures stop where they add
     next to nothing, and a warning says so and how many records it would take.
