@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, NullLocator
 from provenance import FIGURES, provenance, write_csv, write_json
 
 import warpdyn as wd
@@ -142,7 +143,7 @@ def main() -> None:
     header = ["peak storey drifts", "median", "95 % below", "largest"]
     write_csv("openseespy_peaks", header, [[name, *(f"{100 * v:.3f} %" for v in p)] for name, p in apart.items()])
     write_csv(
-        "openseespy_laws", ["law", "uniaxialMaterial", "parameters: warpdyn's = OpenSees'", "forces apart by"], _laws()
+        "openseespy_laws", ["law", "uniaxialMaterial", "forces apart by", "parameters: warpdyn's = OpenSees'"], _laws()
     )
     ductility = theirs / (YIELD_FORCE / STIFFNESS)
     write_json(
@@ -188,7 +189,8 @@ def _laws() -> list[list[str]]:
             ops.setStrain(float(value))
             theirs[i] = ops.getStress()
         names = ", ".join(f"`{key}` = {p.opensees}" for key, p in law.parameters.items() if p.opensees)
-        rows.append([f"`{name}`", row.material, names, f"{np.abs(ours - theirs).max() / yield_force:.1g}"])
+        apart = f"{np.abs(ours - theirs).max() / yield_force:.1g}"
+        rows.append([f"`{name}`", row.material, apart, names])
     return rows
 
 
@@ -203,6 +205,10 @@ def _draw(ours: np.ndarray, theirs: np.ndarray) -> None:
     scatter.plot(ends, ends, "k", lw=0.6)
     scatter.set(xscale="log", yscale="log", xlabel="peak storey drift ratio, OpenSeesPy [%]")
     scatter.set_ylabel("peak storey drift ratio, warpdyn [%]")
+    for axis in (scatter.xaxis, scatter.yaxis):
+        axis.set_major_locator(FixedLocator([0.1, 0.2, 0.5, 1, 2, 5]))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter("{x:g}")
     scatter.legend(fontsize=8)
     for fraction, style in ((16, ":"), (50, "-"), (84, "--")):
         profile.plot(np.percentile(a, fraction, axis=0), range(1, 6), "C0" + style, lw=4, alpha=0.4)
