@@ -48,7 +48,7 @@ def levels_for(
 
     Args:
         scene: The scene; its excitation is a Cloud or Stripes, whose levels are not needed.
-        limits: Limit of each damage state, from the lightest on, in the units of the demand; `math.inf` is passed by
+        limits: Limit of each damage state, from the lightest on [units of the demand]; `math.inf` is passed by
             collapse alone.
         count: Number of levels; two for each damage state and no fewer than six in all do
             (docs/explanation/intervals.md).
@@ -67,10 +67,11 @@ def levels_for(
         TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
 
     Example:
-        >>> scene = wd.Scene(building, wd.Cloud(motions, wd.SpectralAcceleration(0.75)), scatter)
-        >>> levels = wd.levels_for(scene, limits)
-        >>> stripes = wd.Stripes(motions, levels, scene.excitation.measure)
-        >>> run = wd.simulate(dataclasses.replace(scene, excitation=stripes), structures=64)
+        >>> cloud = wd.Scene(building, wd.Cloud(motions), scatter)  # measured by the peak ground acceleration
+        >>> levels = wd.levels_for(cloud, limits, count=6, seed=1)
+        >>> levels.shape
+        (6,)
+        >>> scene = wd.Scene(building, wd.Stripes(motions, levels, cloud.excitation.measure), scatter)
     """
     check_kind("levels_for", "a Scene", scene, Scene)
     count, seed = whole_number("count", count, 2), whole_number("seed", seed, 0)
