@@ -78,10 +78,9 @@ def self_test(device: wp.Device) -> bool:
         print(f"  {describe(device)}: FAILED, {type(problem).__name__}: {problem}")
         return False
     passed = error <= TOLERANCE  # false of NaN
-    print(
-        f"  {describe(device)}: {'passed' if passed else 'FAILED'}, largest error {error:.1e} of at most {TOLERANCE:g}, "
-        f"{time.perf_counter() - started:.1f} s"
-    )
+    seconds = time.perf_counter() - started
+    verdict = "passed" if passed else "FAILED"
+    print(f"  {describe(device)}: {verdict}, largest error {error:.1e} of at most {TOLERANCE:g}, {seconds:.1f} s")
     return passed
 
 
