@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib.metadata import version as installed_version
 from pathlib import Path
 
 from sphinx.application import Sphinx
@@ -20,7 +19,7 @@ sys.modules["warpdyn.records"] = wd.records
 project = "warpdyn"
 author = "the warpdyn developers"
 copyright = author
-release = version = installed_version("warpdyn")
+release = version = wd.__version__
 
 extensions = [
     "myst_nb",
