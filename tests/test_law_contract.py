@@ -66,7 +66,7 @@ def test_the_class_is_documented(name):
     assert "Example:" in element.__doc__
     module = importlib.import_module(element.__module__)
     runner = doctest.DocTestRunner()
-    for test in doctest.DocTestFinder().find(element, globs=vars(module)):
+    for test in doctest.DocTestFinder().find(element, globs=vars(module) | {"wd": wd}):
         runner.run(test)
     assert runner.summarize().failed == 0
     assert runner.summarize().attempted > 0

@@ -72,8 +72,11 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
         TypeError: If `dataset` is no Dataset.
 
     Example:
-        >>> run = wd.simulate(scene, structures=1000)
-        >>> wd.write(run, "run.nc")
+        >>> path = wd.write(run, "run.nc")
+        >>> import xarray as xr
+        >>> with xr.open_dataset(path) as kept:
+        ...     kept.sizes["sample"]
+        144
     """
     check_kind("write", "a Dataset", dataset, xr.Dataset)
     with interruptible(), Unfinished(path) as unfinished:

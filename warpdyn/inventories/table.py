@@ -51,7 +51,8 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
 
     Example:
         >>> frame = pd.DataFrame({"id": ["a"], "longitude": [-122.3], "latitude": [37.8], "floors": [2]})
-        >>> wd.inventories.from_table(frame, {"storeys": "floors"})["storeys"]
+        >>> wd.inventories.from_table(frame, {"storeys": "floors"})["storeys"].tolist()
+        [2.0]
     """
     if isinstance(table, xr.Dataset):
         if len(table.dims) != 1:

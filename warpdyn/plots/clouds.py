@@ -53,6 +53,10 @@ def cloud_regression(
     Raises:
         ValueError: If the run or the curves lack something.
         TypeError: If one of them is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
+        >>> figure = wd.plots.cloud_regression(run, wd.fragility_of_cloud(run, limits))
     """
     name = "cloud_regression"
     needed = ("regression_intercept", "regression_slope", "regression_deviation", "damage_limit", "fragility_median")

@@ -56,6 +56,9 @@ def drift_over_height(
     Raises:
         ValueError: If the dataset has no drifts or no levels.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.drift_over_height(run, levels=3)
     """
     whole_number("levels", levels, 1)
     drawn = demands_of("drift_over_height", dataset, "peak_storey_drift_ratio", OF_STRIPES, by_storey=True)
@@ -122,6 +125,10 @@ def drift_against_intensity(
     Raises:
         ValueError: If the dataset has no drifts or no levels.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> result = run.merge(curves, combine_attrs="no_conflicts")  # with the limits
+        >>> figure = wd.plots.drift_against_intensity(result)
     """
     name = "drift_against_intensity"
     drawn = demands_of(name, dataset, "peak_storey_drift_ratio", OF_MOTIONS)
@@ -153,6 +160,9 @@ def residual_drifts(dataset: xr.Dataset, *, scale: str = "log", ax: Axes | None 
     Raises:
         ValueError: If the dataset has no residual drifts or no levels.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.residual_drifts(run)
     """
     advice = "draw a run of a ShearBuilding under ground motions with the recorder 'residual'"
     drawn = demands_of("residual_drifts", dataset, "residual_drift_ratio", advice)
@@ -226,6 +236,10 @@ def drift_distributions(
     Raises:
         ValueError: If there is no run, one has no drifts, or runs on stripes need a level.
         TypeError: If a run is no Dataset.
+
+    Example:
+        >>> other = wd.simulate(scene, structures=3, seed=2)
+        >>> figure = wd.plots.drift_distributions({"one seed": run, "another": other}, level=0.6)  # g
     """
     named = checked_designs("drift_distributions", runs, "run")
     result, (axes,) = panels("drift_distributions", ax, size=(6.4, 4.6))

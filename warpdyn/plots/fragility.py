@@ -52,6 +52,10 @@ def fragility_curves(
     Raises:
         ValueError: If the dataset lacks the curves.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.fragility_curves(curves, colours={"slight": "tab:blue", "complete": "tab:red"})
+        >>> figure.savefig("fragility.png")
     """
     _check_curves("fragility_curves", dataset)
     result, (axes,) = panels("fragility_curves", ax)
@@ -93,6 +97,11 @@ def fragility_comparison(
     Raises:
         ValueError: If a design lacks curves, or they have no damage state or another intensity measure in common.
         TypeError: If a design's curves are no Dataset.
+
+    Example:
+        >>> stiffer = wd.ShearBuilding(1e5, 6e7, 3.0, law=law, **damped)
+        >>> others = wd.fragility(wd.simulate(wd.Scene(stiffer, stripes, scatter), structures=3), limits)
+        >>> figure = wd.plots.fragility_comparison({"as it is": curves, "stiffer": others})
     """
     function = "fragility_comparison"
     named = checked_designs(function, curves, "dataset of fragility curves")

@@ -58,6 +58,10 @@ def ida_curves(
         ValueError: If the run is of several archetypes, is not on at least two stripes or has no drifts, or the scale
             is unknown.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> result = run.merge(curves, combine_attrs="no_conflicts")  # with the limits
+        >>> figure = wd.plots.ida_curves(result)
     """
     one_of("scale", scale, SCALES)
     if isinstance(dataset, xr.Dataset):
@@ -131,6 +135,10 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
     Raises:
         ValueError: If the dataset has no capacities, or all of them are infinite or failed.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> found = wd.capacities(scene, limits, structures=2, keep_curves=True)
+        >>> figure = wd.plots.capacities(found)
     """
     advice = "draw what capacities(scene, limits) returned"
     check_dataset("plots.capacities", dataset, "capacity", "damage_limit", advice=advice)

@@ -24,6 +24,12 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
     Raises:
         ValueError: If the run is not of an EventSequence, or has no such event.
         TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> events = wd.EventSequence({"mainshock": stripes, "aftershock": wd.Cloud(motions[:2])})
+        >>> run = wd.simulate(wd.Scene(building, events, recorders=("drift",)))
+        >>> wd.select_event(run, "mainshock").sizes["sample"], run.sizes["sample"]
+        (48, 96)
     """
     check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence")
     if "event" not in run.dims or "im_level_design" not in run.coords:
@@ -53,6 +59,11 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
     Raises:
         ValueError: If there is no such archetype.
         TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(region)
+        >>> wd.select_archetype(run, "C1L high 2").sizes["sample"]
+        8
     """
     check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio")
     names = archetypes_of(run).tolist()
@@ -79,6 +90,11 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     Raises:
         ValueError: If the run has no such storeys.
         TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> upper = wd.select_storeys(run, first=2, last=2)
+        >>> upper.sizes["storey"]
+        1
     """
     check_dataset("select_storeys", run, advice="give what simulate() returned")
     storeys = run.sizes.get("storey", 0)

@@ -44,7 +44,9 @@ def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, l
         OSError: If the file cannot be written.
 
     Example:
-        >>> wd.write_openquake_damages(results, "avg_damages-rlz-000_1.csv")
+        >>> path = wd.write_openquake_damages(results, "avg_damages-rlz-000_1.csv")
+        >>> pd.read_csv(path, skiprows=1)["structural-slight"].tolist()
+        [0.875, 0.75, 0.5]
     """
     path = checked_path(_FUNCTION, path, ".csv")
     table, states = checked_results(_FUNCTION, results, "number")

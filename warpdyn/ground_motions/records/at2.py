@@ -51,6 +51,12 @@ def read_at2(path: str | Path) -> GroundMotion:
             (a lost point or digit), there are fewer or more values than the header says, or the last one is cut. If a
             line is laid out otherwise than all others (a lost sign), or no newline ends the file and its values have
             no common form, a warning says that this cannot be decided.
+        TypeError: If `path` names no file.
+
+    Example:
+        >>> motion = wd.records.read_at2("RSN6_IMPVALL.I_I-ELC180.AT2")
+        >>> motion.step, len(motion.acceleration)
+        (0.01, 200)
     """
     text = text_of(path)
     lines = lines_of(text)

@@ -61,9 +61,12 @@ def read_text(
             column is the acceleration, a record runs on from line to line, lines have different numbers of columns,
             commas may be decimal ones, there are fewer than two samples, the last value is cut, or the step is missing,
             not above 0 or not that of the times.
+        TypeError: If `path` names no file.
 
     Example:
-        `read_text("quake.csv", unit="gal", time_column="t", acceleration_column="NS", header_lines=12)`
+        >>> motion = wd.records.read_text("quake.csv", unit="g", time_column="time", acceleration_column="acceleration")
+        >>> motion.step, motion.name
+        (0.01, 'quake')
     """
     factor = unit_factor(unit, "unit")
     if step is not None:

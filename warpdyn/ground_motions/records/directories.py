@@ -28,6 +28,11 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
     Raises:
         FileNotFoundError: If there is no such directory, or no file in it matches, or none is such a component.
         ValueError: If a file is not a sound record, as `read_at2` says, or `components` is another word.
+        TypeError: If `path` names no directory.
+
+    Example:
+        >>> [motion.name for motion in wd.records.read_directory(".", pattern="RSN*.AT2")]
+        ['RSN6_IMPVALL.I_I-ELC180']
     """
     one_of("components", components, COMPONENTS)
     if not isinstance(path, str | PathLike):
