@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from importlib.metadata import version as installed_version
+from pathlib import Path
+
+from sphinx.application import Sphinx
 
 import warpdyn as wd
+
+DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS))
 
 # Sphinx imports objects by the names that users write, and `wd.records` stands in the package's room of ground motions.
 sys.modules["warpdyn.records"] = wd.records
@@ -13,7 +19,7 @@ sys.modules["warpdyn.records"] = wd.records
 project = "warpdyn"
 author = "the warpdyn developers"
 copyright = author
-release = version = installed_version("warpdyn")
+release = version = wd.__version__
 
 extensions = [
     "myst_nb",
@@ -24,15 +30,19 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
 ]
-exclude_patterns = ["README.md"]
+exclude_patterns = ["README.md", "**/generated/_*.md"]  # the latter are parts of other pages
 suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no picture in a printed page
 
 # Pages
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
 
+# Programs in pages show what they draw by pyplot, as in a notebook, whatever backend this process was started with.
+os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
+
 # Programs in pages run when the site is built, and one that fails stops the build.
 nb_execution_mode = "cache"
+nb_execution_in_temp = True  # what they write is not left among the pages
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_execution_show_tb = True
@@ -78,3 +88,16 @@ html_theme_options = {
 }
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
+
+
+def write_generated_pages(app: Sphinx) -> None:
+    """Write what is taken from the code: the pages of storey laws, the tables of methods and of the validation."""
+    from generate import laws, methods, validation
+
+    for part in (laws.write_pages, methods.write_tables, validation.write_tables):
+        part(DOCS)
+
+
+def setup(app: Sphinx) -> None:
+    """Have these pages written before Sphinx looks for pages."""
+    app.connect("builder-inited", write_generated_pages, priority=100)

@@ -186,13 +186,13 @@ def test_unwritable_output_is_said_before_the_run(tmp_path: Path) -> None:
     assert "samples:" not in done.stdout
 
 
-def test_table_in_the_readme_is_what_the_main_job_prints(main_job: tuple[Path, str]) -> None:
+def test_table_in_the_documentation_is_what_the_main_job_prints(main_job: tuple[Path, str]) -> None:
     # Compared to 1 %, not to the letter: float32 sums differ in the last digits between processors.
     def numbers(text: str) -> list[list[float]]:
         rows = re.findall(r"^(?:slight|moderate|extensive|complete) .*$", text, flags=re.MULTILINE)
         return [[float(n) for n in re.findall(r"\d+\.\d+", row)] for row in rows]
 
-    told, printed = numbers((ROOT / "README.md").read_text()), numbers(main_job[1])
+    told, printed = numbers((ROOT / "docs/getting_started.md").read_text()), numbers(main_job[1])
     assert len(told) == 4
     for told_row, printed_row in zip(told, printed, strict=True):
         assert len(told_row) == len(printed_row) == 7

@@ -292,6 +292,16 @@ def test_the_legend_of_curves_that_rise_at_once_stands_clear_of_them():
         assert not covered.count_contains(drawn[drawn[:, 0] >= axes.bbox.x0])
 
 
+def test_names_of_designs_have_room_above_a_lone_panel():
+    of_one_state = CURVES.isel(damage_state=[1])
+    names = "as built", "after moderate damage", "after extensive damage"
+    figure = plots.fragility_comparison(dict.fromkeys(names, of_one_state))
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    ends = legend.get_window_extent().intervalx
+    assert all(figure.bbox.containsx(end) for end in ends)
+
+
 def test_colours_are_the_users():
     axes = plots.fragility_curves(CURVES, colours={"slight": "gold", "extensive": "tab:red"}).axes[0]
     assert [line.get_color() for line in axes.lines if "drift" in str(line.get_label())] == ["gold", "tab:red"]

@@ -37,15 +37,13 @@ Example:
 
 import lazy_loader
 
+__version__ = "0.1.0"  # the one place: pyproject.toml reads it from here
+
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> object:
-    """Return a public name, or the package's version; near misses are answered with the name that was meant."""
-    if name == "__version__":
-        from importlib.metadata import version
-
-        return version(__name__)
+    """Return a public name; near misses are answered with the name that was meant."""
     if name in __all__ or name.startswith("_"):
         return _named(name)
     from warpdyn.core.near_misses import did_you_mean

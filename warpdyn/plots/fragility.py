@@ -120,7 +120,7 @@ def fragility_comparison(
     if not common:
         raise ValueError(f"plots.{function}: the designs have no damage state in common")
     columns = 1 if len(common) == 1 else 2
-    size = (3.6 * columns + 0.4, 2.6 * -(-len(common) // columns) + 0.4)
+    size = (7.0, 4.6) if columns == 1 else (3.6 * columns + 0.4, 2.6 * -(-len(common) // columns) + 0.4)
     result, all_axes = panels(function, ax, len(common), columns=columns, size=size, sharex=True, sharey=True)
     for axes, state in zip(all_axes, common, strict=True):
         limits: set[str] = set()

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import one_of, real_numbers
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
+from warpdyn.kernels.registry import recorders as known_recorders
 from warpdyn.laws import LAWS, Device, Law, Parameter
 from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
 from warpdyn.laws.lookup import devices_and_values, laws_and_values
@@ -267,9 +268,10 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
 
 def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tuple]:
-    """Return `storey` and, where accelerations are recorded, `floor`, counted from the ground up."""
+    """Return `storey` and, where something is recorded of floors, `floor`, counted from the ground up."""
     coordinates = {"storey": count_along("storey", storeys, "storey, from the ground up")}
-    if "acceleration" in recorders:
+    of_chains = known_recorders()["chain"]
+    if any("floor" in variable.dims for name in recorders for variable in of_chains[name].values()):
         coordinates["floor"] = count_along("floor", storeys, "floor above the storey")
     return coordinates
 

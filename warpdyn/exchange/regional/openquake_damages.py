@@ -5,12 +5,12 @@ from __future__ import annotations
 import csv
 import datetime
 import os
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from warpdyn import __version__
 from warpdyn.exchange.regional.building_table import checked_results
 from warpdyn.exchange.text_files import checked_path, write_in_place
 from warpdyn.reduction.limits import NO_DAMAGE
@@ -85,4 +85,4 @@ def _shown(values: pd.Series, digits: str = "%.6E") -> np.ndarray:
 def _generated_by() -> str:
     """Return what the engine's comment says: the program and the date."""
     now = datetime.datetime.now(datetime.UTC)
-    return f"generated_by='warpdyn {version('warpdyn')}', start_date='{now:%Y-%m-%dT%H:%M:%S}'"
+    return f"generated_by='warpdyn {__version__}', start_date='{now:%Y-%m-%dT%H:%M:%S}'"
