@@ -1,10 +1,11 @@
 // RK4 on shear chains, one sample a thread, its whole history in registers; peak storey drifts only.
-// STOREYS, REAL and BOUC_WEN (0 or 1) are given to the compiler. Arrays are [storey][sample].
+// STOREYS, REAL, BOUC_WEN and BILINEAR (0 or 1 each) are given to the compiler. Arrays are [storey][sample].
 #include <cuda_runtime.h>
 
 using Real = REAL;
 constexpr int storeys = STOREYS, threads_of_a_block = 128;
 
+// The hysteretic value is Bouc-Wen's z, or the plastic drift of the bilinear law, which follows the accepted state alone.
 struct State {
   Real displacement[storeys], velocity[storeys], hysteretic[storeys];
 };
@@ -37,6 +38,9 @@ __device__ __forceinline__ void stage(State& accepted, State& trial, State& sum,
       force = stiffness[i] * (hardening * drift + ((1 - hardening) * yield) * z) + damping[i] * rate;
       const Real growth = (rate - Real(0.5) * (fabs(rate) * z + rate * fabs(z))) * inverse_yield;
       advance(accepted.hysteretic[i], trial.hysteretic[i], sum.hysteretic[i], growth);
+    } else if (BILINEAR) {
+      const Real elastic = fmin(fmax(drift - accepted.hysteretic[i], -yield), yield);
+      force = stiffness[i] * (hardening * drift + (1 - hardening) * elastic) + damping[i] * rate;
     } else {
       force = stiffness[i] * drift + damping[i] * rate;
     }
@@ -72,7 +76,12 @@ __global__ void integrate(const Real* __restrict__ stiffnesses, const Real* __re
 #pragma unroll
     for (int i = 0; i < storeys; i++) {
       const Real below = i ? accepted.displacement[i ? i - 1 : 0] : Real(0);
-      peak[i] = fmax(peak[i], fabs(accepted.displacement[i] - below));
+      const Real drift = accepted.displacement[i] - below;
+      peak[i] = fmax(peak[i], fabs(drift));
+      if (BILINEAR) {
+        const Real yield = Real(YIELD_DRIFT);
+        accepted.hysteretic[i] = fmin(fmax(accepted.hysteretic[i], drift - yield), drift + yield);
+      }
     }
     before = after;
   }

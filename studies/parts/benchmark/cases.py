@@ -58,7 +58,7 @@ PEERS: list[dict[str, Any]] = [
     {"peer": "diffrax_tsit5", "device": "cpu", "storeys": (5,), "samples": 128},
     {"peer": "diffrax_steps", "device": "cpu", "storeys": (5,), "samples": 128},
     {"peer": "opensees_newmark", "device": "cpu", "storeys": (1, 5, 10, 20), "samples": 8, "substeps": 8},
-    {"peer": "cuda_registers", "device": "cuda", "laws": ("elastic", "bouc_wen"), "dtypes": BOTH},
+    {"peer": "cuda_registers", "device": "cuda", "laws": LAWS, "dtypes": BOTH},
     {"peer": "numba_gpu", "device": "cuda", "storeys": (1, 5, 10, 20)},
     {"peer": "jax_scan", "device": "cuda", "storeys": (5,)},
     {"peer": "jax_scan_unrolled", "device": "cuda", "storeys": (5,)},
