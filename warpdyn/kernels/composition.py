@@ -3,8 +3,8 @@
 A skeleton is a plain function, never called, whose text holds the course of an integration. Where a statement
 `slot("name")` stands in it, the bodies of the functions `name` of all wanted parts are put, at its indentation and one
 after another, before Warp sees the text. They are statements of the kernel itself: they share its local variables, and
-nothing is called or copied. `slot("name", i=0)` writes 0 for the variable `i` in what is put there. A part may hold
-slots too.
+nothing is called or copied. `slot("name", i=0)` writes 0 for the variable `i` in what is put there, and in what is put
+into the slots of that: a part may hold slots too. So may the module of a skeleton hold functions for its slots.
 
 A part is a module of one of FOLDERS. It holds
 
@@ -73,6 +73,7 @@ Every step, with `index` from the first one on and `substep` from the interval's
 Every walk through the storeys, from the top down:
 
     begin_walk             of lane j
+    visit_storey           of storey i, all that a stage of an explicit method does
     before_storey, after_storey   storey i, before and after its lanes
     state_of_stage         sets `drift` and `vi` of storey i and lane j; state_below takes those of the storey below off
                            `drift` and `rate`, memory_of_stage sets `memory`
@@ -163,7 +164,7 @@ def compose(skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None) -
     values |= {f"HAS_{slot.upper()}": slot in filled for slot in set().union(*map(bodies_of, parts))}
     known = {name: value for name, value in values.items() if name.isupper() and isinstance(value, bool | int)}
     written = {name: value for name, value in values.items() if isinstance(value, str)}
-    text = with_names(spliced(source_of(skeleton), wanted), written)
+    text = with_names(spliced(source_of(skeleton), [home, *wanted]), written)
     text = without_unread(folded(text, known))
     named = {node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)}
     of_modules: dict[str, Any] = {}
