@@ -4,7 +4,8 @@
 
 Maps of growth over w h and damping for every method, the limits measured in them, period and damping errors, RK4 on
 either side of its limit; then cases beyond that theory: stiffness-proportional damping in a tall chain, the limit of
-Bouc-Wen's law, implicit methods on yielding storeys, and time summed in float32. Writes stability.nc and 8 figures.
+Bouc-Wen's law, implicit methods on yielding storeys, and time summed in float32. Writes stability.nc, 8 figures and
+stability_limits.csv, of which docs/reference/methods keeps a copy.
 dormand_prince54 is left out: it chooses its own steps, and so has no growth per step.
 """
 
@@ -18,7 +19,7 @@ from importlib.metadata import version
 import numpy as np
 import xarray as xr
 from parts.command_line import file_in, read_arguments, save_figures
-from parts.stability import failure_figures, failures, figures, oscillator
+from parts.stability import failure_figures, failures, figures, limit_table, oscillator
 from seed_frame import Variable, labelled
 
 from warpdyn.core.output_variables import STATUS_MEANINGS
@@ -32,6 +33,7 @@ LIMITED = [name for name in STEPPED if np.isfinite(stability_limit(METHODS[name]
 # Damping ratios of the limits: those of the tables, and as many as a curve needs.
 TABULATED = (0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.99, 1, 1.1, 1.25, 1.5, 2)
 LIMIT_DAMPING = np.unique(np.round([*TABULATED, *np.linspace(0, 2, 81)], 12))
+TABLED_DAMPING = (0, 0.02, 0.05, 0.1, 0.5, 1)  # of stability_limits.csv
 ACCURACY_STEPS = np.geomspace(0.05, 1.6, 60)
 # On either side of RK4's limit of 2.8284: how an oscillator without damping grows or decays.
 RK4_STEPS, GROWN_STEPS, GROWTH = np.array([2.7, 2.82, 2.83, 2.9, 3.0]), np.array([2.83, 2.9, 3.0]), 1000.0
@@ -277,6 +279,7 @@ def main() -> None:
     started = time.perf_counter()
     result = build_dataset(arguments.samples, arguments.device)
     netcdf.write(result, target)
+    limit_table.write(result, TABLED_DAMPING, arguments.out / "stability_limits.csv")
     drawn = {f"stability_{name}": draw(result) for name, draw in FIGURES.items()}
     save_figures(drawn, arguments.out)
     print_report(result)

@@ -2,11 +2,11 @@
 
     python tests/cheapest_design.py [precision] [seeds] [device]
 
-It is run by hand, and its figures are copied to docs/statistics.md. Fixed designs are nested stripes (structures of
-each record's own, on any of the candidate levels) and `capacities` of a fixed bracket width. Stripes are drawn from one
-large table, whose structures and levels are many: what the intervals of every set of levels come to follows from it by
-the sandwich variance, and the most promising sets are then fitted for every seed. A design meets the precision if half
-the interval of every median is as narrow in 95 of 100 seeds. The records are the same in all seeds.
+It is run by hand, and its figures are copied to docs/explanation/intervals.md. Fixed designs are nested stripes
+(structures of each record's own, on any of the candidate levels) and `capacities` of a fixed bracket width. Stripes are
+drawn from one large table, whose structures and levels are many: what the intervals of every set of levels come to
+follows from it by the sandwich variance, and the most promising sets are then fitted for every seed. A design meets the
+precision if half the interval of every median is as narrow in 95 of 100 seeds. The records are the same in all seeds.
 """
 
 from __future__ import annotations

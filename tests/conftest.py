@@ -17,6 +17,7 @@ import pytest
 import warp as wp
 import xarray as xr
 from hypothesis import HealthCheck, settings
+from validation import Measured
 
 import warpdyn as wd
 from warpdyn.kernels import build, compilation
@@ -31,9 +32,9 @@ settings.register_profile("warpdyn", deadline=None, suppress_health_check=[Healt
 settings.load_profile("warpdyn")
 
 
-def readme_commands() -> list[str]:
-    """Return the commands in the README's shell blocks and in its text."""
-    text = (ROOT / "README.md").read_text()
+def documented_commands() -> list[str]:
+    """Return the commands in the shell blocks and in the text of the README, and of the page of studies."""
+    text = "".join((ROOT / page).read_text() for page in ("README.md", "docs/how_to/studies.md"))
     blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
     inline = re.findall(r"`(\S*python studies/[^`]+)`", text)
     return [line for block in blocks for line in block.splitlines() if line.strip()] + inline
@@ -77,7 +78,7 @@ def main_job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
         if on_cpu:  # what these tests are about
             return folder, log.read_text()
     out = tmp_path_factory.mktemp("main_job")
-    done = run_study(readme_commands()[0], out)
+    done = run_study(documented_commands()[0], out)
     assert done.returncode == 0, done.stderr
     return out, done.stdout
 
@@ -96,6 +97,18 @@ def _forget_kernels_of_another_level() -> None:
             for each, factory in vars(module).items():
                 if each.endswith("_kernel") and hasattr(factory, "cache_clear"):
                     factory.cache_clear()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let the study of the validation report ask for the figures that tests measure."""
+    parser.addoption("--validation", metavar="FILE", help="run what uses `measured` alone, and write its figures")
+
+
+@pytest.fixture
+def measured(request: pytest.FixtureRequest) -> Measured:
+    """Return the function that holds a figure to its bound, and keeps it for the validation report."""
+    test = f"{request.path.name}::{request.node.originalname}"
+    return Measured(test, request.config.getoption("--validation"))
 
 
 @pytest.fixture
@@ -145,7 +158,9 @@ def compile_here() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Let `-m fast` leave out the thorough cases of a file that is marked `fast`."""
+    """Let `-m fast` leave out the thorough cases of a file that is marked `fast`, and `--validation` other tests."""
+    if config.getoption("--validation"):
+        items[:] = [item for item in items if "measured" in getattr(item, "fixturenames", ())]
     if config.option.markexpr == "fast":
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("thorough")])
         items[:] = [item for item in items if not item.get_closest_marker("thorough")]

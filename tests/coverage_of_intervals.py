@@ -1,4 +1,4 @@
-"""How often the intervals of fragility curves cover the truth; run by hand, and copied to docs/statistics.md.
+"""How often the intervals of fragility curves cover the truth; run by hand, copied to docs/explanation/intervals.md.
 
     python tests/coverage_of_intervals.py [--replications 500] [--device cpu] [--building one_storey|main_job]
         [--records 22 44 100] [--design crossed nested] [--sampling monte_carlo sobol]

@@ -2,10 +2,10 @@
 
     python tests/coverage_of_precision.py [replications] [records] [device]
 
-Its figures are copied to docs/statistics.md. Each replication has records and structures of its own, of the population
-of tests/coverage_of_intervals.py. The precisions are those that one structure of each record reaches often, in about
-half of the replications, and seldom: the second is where stopping selects most. The truth is the fit to the capacities
-of two structures under every motion of the population.
+Its figures are copied to docs/explanation/intervals.md. Each replication has records and structures of its own, of the
+population of tests/coverage_of_intervals.py. The precisions are those that one structure of each record reaches often,
+in about half of the replications, and seldom: the second is where stopping selects most. The truth is the fit to the
+capacities of two structures under every motion of the population.
 """
 
 from __future__ import annotations

@@ -6,12 +6,12 @@ import threading
 import time
 
 import pytest
-from scipy.stats import qmc
 from test_simulate import assert_same_bits, make_scene
 
 import warpdyn as wd
 from warpdyn.running import blocks, pipeline
 from warpdyn.scene.scatter import SAMPLING
+from warpdyn.scene.sobol_points import SobolPoints
 
 pytestmark = pytest.mark.meant_as_given("storey_height")
 
@@ -39,8 +39,7 @@ def test_blocks_prepared_side_by_side_change_no_bit(sampling, monkeypatch):
 
         return slow
 
-    for name in ("random", "fast_forward", "reset"):
-        monkeypatch.setattr(qmc.Sobol, name, slowly(getattr(qmc.Sobol, name)))
+    monkeypatch.setattr(SobolPoints, "at", slowly(SobolPoints.at))
     monkeypatch.setattr(pipeline.Pipeline, "_prepare", prepared)
     monkeypatch.setattr(pipeline, "blocks_ahead", lambda run: 4)
     monkeypatch.setattr(blocks, "CPU_BLOCK", 2 * scene.excitation.samples_per_structure)

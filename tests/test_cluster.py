@@ -225,6 +225,10 @@ def say_older(name=None):
     """Have a worker believe that it has an older version of a package, or again what it has."""
     import importlib.metadata as metadata
 
+    import warpdyn
+
+    warpdyn.own = getattr(warpdyn, "own", warpdyn.__version__)
+    warpdyn.__version__ = "0.0.1" if name == "warpdyn" else warpdyn.own
     metadata.own = getattr(metadata, "own", metadata.version)
     metadata.version = metadata.own if name is None else lambda each: "0.0.1" if each == name else metadata.own(each)
 

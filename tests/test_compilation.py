@@ -1,4 +1,4 @@
-"""Kernels that are compiled side by side: in other processes, into the cache that this one reads."""
+"""Kernels that are compiled side by side: in threads, or in other processes, into the cache that this one reads."""
 
 import os
 import subprocess
@@ -17,7 +17,9 @@ SCRIPT = """
 from dataclasses import replace
 import warpdyn as wd
 from warpdyn.integration.model import dynamics_of, plan_of
+from warpdyn.kernels import compilation
 from warpdyn.kernels.compilation import compile_side_by_side, is_compiled
+compilation.MOST_KERNELS_OF_THREADS = 0  # processes are to do it
 building = wd.ShearBuilding(1.0, 100.0, 3.0)
 scene = wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), recorders=("drift",))
 plan = replace(plan_of(scene, dynamics_of(scene), "heun", "float64", is_gpu=False), lanes=1, max_unroll=1)
@@ -37,14 +39,33 @@ def test_every_plan_is_in_the_cache_afterwards(tmp_path):
 
 
 def test_a_few_kernels_start_no_process(monkeypatch):
-    there, *missing = plans(4)
+    there, *missing = plans(6)
+    compiled = []
     monkeypatch.setattr(compilation, "MOST_PROCESSES", 8)
     monkeypatch.setattr(compilation, "is_compiled", lambda plan, device: plan == there)
+    monkeypatch.setattr(compilation, "load_kernel", lambda plan, device: compiled.append(plan))
     monkeypatch.setattr(compilation, "ProcessPoolExecutor", None)
     compilation.compile_side_by_side([there, missing[0], missing[1], missing[0]], "cpu", threads=8)
+    assert sorted(compiled) == missing[:2]
     compilation.compile_side_by_side(missing, "cpu", threads=1)
+    compilation.compile_side_by_side(missing[:1], "cpu", threads=8)
+    assert len(compiled) == 2  # the others are compiled when they are launched
     with pytest.raises(TypeError):  # it would
         compilation.compile_side_by_side(missing, "cpu", threads=2)
+
+
+def test_threads_compile_at_the_same_time_and_the_longest_first(monkeypatch):
+    begun, together = [], threading.Barrier(2)
+
+    def compile_here(plan, _device):
+        begun.append(plan.dofs)
+        together.wait(60)
+
+    monkeypatch.setattr(compilation, "is_compiled", lambda _plan, _device: False)
+    monkeypatch.setattr(compilation, "load_kernel", compile_here)
+    compilation.compile_side_by_side(plans(4), "cpu", threads=2)
+    assert sorted(begun[:2]) == [3, 4]
+    assert sorted(begun[2:]) == [1, 2]
 
 
 def test_helpers_take_the_longest_and_this_process_the_shortest(monkeypatch):
@@ -78,6 +99,7 @@ class PlanOfStoreys(NamedTuple):
     """Stand-in of a plan."""
 
     dofs: int
+    max_unroll: int = 1
 
 
 def plans(number):
@@ -93,7 +115,7 @@ def test_a_process_that_fails_stops_no_run(monkeypatch):
     monkeypatch.setattr(compilation, "is_compiled", lambda _plan, _device: False)
     monkeypatch.setattr(compilation, "ProcessPoolExecutor", fail)
     with pytest.warns(UserWarning, match=r"compiled one by one: .* \(no semaphores\)"):
-        compilation.compile_side_by_side(plans(3), "cpu", threads=2)
+        compilation.compile_side_by_side(plans(5), "cpu", threads=2)
 
 
 class Processes:

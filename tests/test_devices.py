@@ -8,6 +8,7 @@ from method_sources import thorough_unless
 from opensees import finer, growing, material_forces, ratcheting, wandering
 from scipy.linalg import eigh, expm
 from scipy.special import gamma
+from validation import difference
 
 import warpdyn as wd
 
@@ -52,19 +53,24 @@ def history(building, load, step, method="rk4", dtype="float64", **options):
 
 @along_protocols
 @pytest.mark.parametrize("law", ["elastic", "bilinear", "bouc_wen"])
-def test_friction_damper_beside_a_law(law, protocol):
+def test_friction_damper_beside_a_law(law, protocol, measured):
     drift = PROTOCOLS[protocol]
     own = {} if law == "elastic" else {"yield_force": 1e5, "hardening_ratio": 0.05}
     device = {"devices": ("friction_damper",), "slip_force": 4e4, "brace_stiffness": 8e7}
     theirs = material_forces("ElasticPP", [8e7, 4e4 / 8e7], drift)
     assert np.ptp(theirs) == pytest.approx(8e4)
     ours = forces(drift, law=law, **own, **device) - forces(drift, law=law, **own)
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * 1e5)  # the same rules, rounded otherwise
+    measured(
+        "forces of `friction_damper` beside three laws, over the yield force",
+        truth="OpenSees' ElasticPP",
+        value=difference(ours, theirs) / 1e5,
+        bound=1e-9,  # the same rules, rounded otherwise
+    )
 
 
 @along_protocols
 @pytest.mark.parametrize("device", ["gap", "one_sided_gap"])
-def test_gap_that_gives_all_back(device, protocol):
+def test_gap_that_gives_all_back(device, protocol, measured):
     drift = PROTOCOLS[protocol]
     parameters = {"clearance": 0.012, "contact_stiffness": 3e8}
     theirs = material_forces("ElasticPPGap", [3e8, 1e12, 0.012], drift)
@@ -72,7 +78,8 @@ def test_gap_that_gives_all_back(device, protocol):
         theirs = theirs + material_forces("ElasticPPGap", [3e8, -1e12, -0.012], drift)
     assert np.abs(theirs).max() > 1e6
     ours = forces(drift, devices=(device,), **parameters) - STIFFNESS * drift
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * np.abs(theirs).max())
+    claim, error = f"forces of `{device}` that gives all energy back, over the largest", difference(ours, theirs)
+    measured(claim, truth="OpenSees' ElasticPPGap", value=error / np.abs(theirs).max(), bound=1e-9)
 
 
 def test_gap_keeps_its_share_of_the_work():
@@ -95,15 +102,16 @@ ISOLATORS = {
 
 
 @along_protocols
-def test_lead_rubber_bearing(protocol):
+def test_lead_rubber_bearing(protocol, measured):
     drift = PROTOCOLS[protocol]
     theirs = material_forces("Steel01", [1e5, STIFFNESS, 1.5e6 / STIFFNESS], drift)
     ours = forces(drift, law="lead_rubber_bearing", **ISOLATORS["lead_rubber_bearing"])
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * 1e5)
+    claim = "forces of storeys of law `lead_rubber_bearing`, over the yield force"
+    measured(claim, truth="OpenSees' Steel01", value=difference(ours, theirs) / 1e5, bound=1e-9)
 
 
 @along_protocols
-def test_friction_pendulum_against_the_bearing_element(protocol):
+def test_friction_pendulum_against_the_bearing_element(protocol, measured):
     from opensees import opensees
 
     drift = PROTOCOLS[protocol]
@@ -147,7 +155,8 @@ def test_friction_pendulum_against_the_bearing_element(protocol):
     share = (p["friction_coefficient"] + slope) * slope
     assert share < 2.2e-3
     largest = p["weight"] * (p["friction_coefficient"] + slope)
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1.1 * share * largest)
+    claim = "forces of storeys of law `friction_pendulum`: errors over the share of the force that it leaves out"
+    measured(claim, truth="OpenSees' singleFPBearing", value=difference(ours, theirs) / (share * largest), bound=1.1)
 
 
 DISSIPATIVE = {

@@ -7,6 +7,7 @@ import statsmodels.api as sm
 from scipy.optimize import minimize
 from scipy.special import expit, ndtr
 from scipy.stats import norm
+from validation import difference, relative_difference
 
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, estimator_of
 from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
@@ -44,7 +45,7 @@ def by_record() -> tuple[np.ndarray, int]:
 
 
 @pytest.mark.parametrize("building", WOOD_FRAMES.buildings)
-def test_probit_and_logit_of_collapse_counts_are_those_of_two_other_programs(building):
+def test_probit_and_logit_of_collapse_counts_are_those_of_two_other_programs(building, measured):
     levels, counts = WOOD_FRAMES.im, WOOD_FRAMES.counts[building].to_numpy()
     for name, link in (("lognormal", sm.families.links.Probit()), ("logit", sm.families.links.Logit())):
         median, dispersion, outcome = ESTIMATORS[name].fit(levels, counts[None], 45)
@@ -56,13 +57,25 @@ def test_probit_and_logit_of_collapse_counts_are_those_of_two_other_programs(bui
         # Maxima of one likelihood: statsmodels and pyFragility stop at relative changes of 1e-8.
         np.testing.assert_allclose(ours, glm.predict(), atol=1e-6)
         np.testing.assert_allclose(ours, theirs.probability(levels), atol=1e-6)
+        for program, due in (("statsmodels", glm.predict()), ("pyFragility", theirs.probability(levels))):
+            measured(
+                f"lognormal and loglogistic collapse curves of three wood frames beside {program}",
+                truth=f"probabilities of its fit to the same published counts ({program})",
+                value=difference(ours, due),
+                bound=1.1e-6,  # 1e-6, and a relative 1e-7 of probabilities up to 1
+            )
 
 
-def test_ordinal_curves_are_those_of_pyfragility():
+def test_ordinal_curves_are_those_of_pyfragility(measured):
     theirs = pf.fit_damage_states(ORDINAL_LEVELS, counts=IN_STATE)
     median, dispersion, outcome = ESTIMATORS["ordinal"].fit(ORDINAL_LEVELS, EXCEEDING, 40)
     assert (outcome == STATUS["fitted"]).all()
-    np.testing.assert_allclose(median, np.exp(-theirs.params[:3] / theirs.params[3]), rtol=1e-6)
+    measured(
+        "medians of ordinal curves, which cannot cross",
+        truth="pyFragility's fit_damage_states",
+        value=relative_difference(median, np.exp(-theirs.params[:3] / theirs.params[3])),
+        bound=1e-6,
+    )
     np.testing.assert_allclose(dispersion, 1 / theirs.params[3], rtol=1e-6)
 
 
@@ -147,7 +160,7 @@ def test_stripes_without_information_have_no_curve():
 
 
 @pytest.mark.parametrize("name", ["lognormal", "logit"])
-def test_cluster_robust_covariance_is_that_of_two_other_programs(name):
+def test_cluster_robust_covariance_is_that_of_two_other_programs(name, measured):
     counts, total = by_record()
     ours = robust(name, counts, total)
     im, record = np.tile(ORDINAL_LEVELS, 11), np.repeat(np.arange(11), 6)
@@ -161,7 +174,12 @@ def test_cluster_robust_covariance_is_that_of_two_other_programs(name):
         intercept, slope = theirs.params
         change = np.array([[-1 / slope, intercept / slope**2], [0.0, -1 / slope]])  # of both logarithms
         # The same formula, at parameters that agree within 1e-8.
-        np.testing.assert_allclose(ours[state], change @ theirs.cov_params() @ change.T, rtol=1e-5)
+        measured(
+            "cluster-robust covariances of curves, records as clusters",
+            truth="statsmodels' cluster-robust covariance",
+            value=relative_difference(ours[state], change @ theirs.cov_params() @ change.T),
+            bound=1e-5,
+        )
         if name == "lognormal":  # pyFragility's parameters are then median and dispersion
             other = pf.fit_binomial(im, k, np.full(66, float(total)), cluster=record)
             change = np.diag(1 / other.params)

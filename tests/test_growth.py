@@ -58,15 +58,20 @@ def test_every_method_is_in_one_of_the_lists():
 
 
 @pytest.mark.parametrize("zeta", LIMITS)
-def test_limits_match_the_table(zeta):
+def test_limits_match_the_table(zeta, measured):
     for methods, expected in zip(COLUMNS, LIMITS[zeta], strict=True):
         for method in methods:
             # The table was bisected on |R| - 1, which leaves it up to 6e-15 off for Euler.
-            assert stability_limit(method, zeta) == pytest.approx(expected, abs=1e-12), method.name
+            measured(
+                "stability limits of Runge-Kutta methods by damping ratio",
+                truth="bisection of |R(z)| = 1, not by warpdyn",
+                value=abs(stability_limit(method, zeta) - expected),
+                bound=1e-12,
+            )
 
 
 @pytest.mark.parametrize("zeta", [*LIMITS, 100.0])
-def test_limits_in_closed_form(zeta):
+def test_limits_in_closed_form(zeta, measured):
     # Newmark's methods with gamma = 1/2: 1 / sqrt(1/4 - beta), whatever the damping. Velocity Verlet: an eigenvalue is
     # 1 where V = 2 zeta x is 2, and -1 where 4 - x^2 - 2 V + V^2 = 0. Lagged: it is -1 where 4 - x^2 - 2 V = 0.
     verlet = 2 * (np.sqrt(1 - 3 * zeta**2) - zeta) / (1 - 4 * zeta**2) if zeta < 0.5 else 1 / zeta
@@ -84,7 +89,12 @@ def test_limits_in_closed_form(zeta):
             gamma / 2 - beta
         )
     for method, expected in limits.items():
-        assert stability_limit(method, zeta) == pytest.approx(expected, rel=1e-12), method
+        measured(
+            "stability limits of Newmark's methods, velocity Verlet and central difference by damping ratio",
+            truth="closed forms (Hughes, The Finite Element Method, 9.1)",
+            value=abs(stability_limit(method, zeta) / expected - 1),
+            bound=1e-12,
+        )
 
 
 def test_limit_of_nystroem_without_damping():

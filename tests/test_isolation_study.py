@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from conftest import readme_commands, run_study
+from conftest import documented_commands, run_study
 from labels import check_labels
 from matplotlib import image
 
 
 def test_study(tmp_path: Path) -> None:
-    (command,) = (c for c in readme_commands() if "studies/isolation.py" in c)
+    (command,) = (c for c in documented_commands() if "studies/isolation.py" in c)
     done = run_study(f"{command} --structures 2", tmp_path)
     assert done.returncode == 0, done.stderr
     assert image.imread(tmp_path / "isolation.png").shape[0] > 500

@@ -1,6 +1,7 @@
 """Warp's kernel cache: what is damaged in it, or cannot be written to it, is named and compiled again."""
 
 import re
+import shutil
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -25,6 +26,8 @@ def twice(values: wp.array(dtype=float)):
 def cache(tmp_path, monkeypatch):
     """Keep kernels in a folder of this test's."""
     wp.init()
+    headers = kernel_cache._folder_of_headers()  # which take seconds to precompile, and are those of all tests
+    monkeypatch.setattr(kernel_cache, "_folder_of_headers", lambda: headers)
     monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
     twice.module.unload()
     yield tmp_path
@@ -127,3 +130,27 @@ def test_what_takes_long_is_said_on_a_terminal(is_terminal, monkeypatch, capsys)
     monkeypatch.setattr("sys.stderr.isatty", lambda: is_terminal)
     messages.say("compiling kernel of a test ...")
     assert ("compiling kernel of a test ..." in capsys.readouterr().err) == is_terminal
+
+
+def test_headers_are_precompiled_once(cache, monkeypatch):
+    """Another thread takes those that are in the cache, as another process does; damaged ones are made again."""
+    folder, own = cache / "headers", dict(wp._src.context.runtime._pch_dirs)
+    monkeypatch.setattr(kernel_cache, "_folder_of_headers", lambda: folder)
+
+    def compile_anew():
+        shutil.rmtree(cache / twice.module.get_module_identifier(1), ignore_errors=True)
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(load_anew).result()
+        [headers] = folder.glob("*.pch")
+        return headers, headers.stat().st_mtime_ns
+
+    headers, made = compile_anew()
+    assert compile_anew() == (headers, made)
+    flip(headers)  # which would end the process where the compiler trusted it
+    monkeypatch.setattr(kernel_cache, "_headers_checked", set())
+    with (
+        pytest.warns(UserWarning, match=r"damaged in .*headers"),
+        kernel_cache._kept_headers("cpu", cache / "not compiled"),
+    ):
+        assert not headers.exists()
+    assert wp._src.context.runtime._pch_dirs == own  # Warp's own folders stand where they stood

@@ -7,6 +7,7 @@ import pyFragility
 import pytest
 from scipy.optimize import minimize
 from scipy.stats import beta, norm
+from validation import difference
 
 from warpdyn.statistics.lognormal_fit import (
     FIT_MEANINGS,
@@ -41,10 +42,15 @@ def direct_fit(levels, exceeding, total):
 # Binomial intervals
 
 
-def test_clopper_pearson_published_values():
+def test_clopper_pearson_published_values(measured):
     lower, upper = clopper_pearson([0, 4, 40], 40)
     # Twelve decimals are published. All of 40 mirrors none of 40.
-    np.testing.assert_allclose(lower, [0, 0.027925415294, 1 - 0.088097302879], atol=1e-12, rtol=0)
+    measured(
+        "Clopper-Pearson limits of 0, 4 and 40 in 40",
+        truth="published values to twelve decimals",
+        value=difference(lower, [0, 0.027925415294, 1 - 0.088097302879]),
+        bound=1e-12,
+    )
     np.testing.assert_allclose(upper, [0.088097302879, 0.236637399876, 1], atol=1e-12, rtol=0)
 
 
@@ -60,11 +66,15 @@ def test_clopper_pearson_agrees_with_beta_quantiles_and_knows_nothing_without_tr
 # The fit
 
 
-def test_fit_of_bakers_data():
+def test_fit_of_bakers_data(measured):
     median, dispersion = fit_lognormal(BAKER_LEVELS, BAKER_EXCEEDING, BAKER_TOTAL)
     # The truth is given to 1e-16; the fit promises 1e-10.
-    assert abs(median - 1.0761157942926833) < 1e-9
-    assert abs(dispersion - 0.4292372038323184) < 1e-9
+    measured(
+        "maximum likelihood of Baker's (2015) example of multiple stripes: median and dispersion",
+        truth="the maximum by 40-digit arithmetic",
+        value=difference([median, dispersion], [1.0761157942926833, 0.4292372038323184]),
+        bound=1e-9,
+    )
 
 
 def test_the_start_of_the_search_does_not_matter():
@@ -91,13 +101,18 @@ def test_the_start_of_the_search_does_not_matter():
     ],
     ids=["Baker", "wood frame 1", "wood frame 2", "wood frame 4, retrofitted"],
 )
-def test_fit_agrees_with_pyfragility(levels, exceeding, total):
+def test_fit_agrees_with_pyfragility(levels, exceeding, total, measured):
     totals = np.full(levels.size, float(total))
     theirs = pyFragility.fit_msa(levels, exceeding, totals)
     also = pyFragility.mle.fit_mle(pyFragility.CollapseData(levels, exceeding, totals)).fragility
     ours = fit_lognormal(levels, exceeding, total)
     # pyFragility stops its minimiser at about 1e-6.
-    np.testing.assert_allclose(ours, theirs.params, atol=1e-4, rtol=0)
+    measured(
+        "medians and dispersions of four published sets of counts",
+        truth="pyFragility's fit_msa, whose minimiser stops at about 1e-6",
+        value=difference(ours, theirs.params),
+        bound=1e-4,
+    )
     np.testing.assert_allclose(ours, [also.theta, also.beta], atol=1e-4, rtol=0)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from conftest import ROOT, readme_commands, run_study
+from conftest import ROOT, documented_commands, run_study
 from matplotlib.image import imread
 
 BUILDINGS, EVENTS = 60, 25
@@ -18,7 +18,7 @@ BUILDINGS, EVENTS = 60, 25
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("metropolis")
-    (command,) = (c for c in readme_commands() if "studies/metropolis.py" in c)
+    (command,) = (c for c in documented_commands() if "studies/metropolis.py" in c)
     done = run_study(f"{command} --buildings {BUILDINGS}", out, is_limited=False)
     assert done.returncode == 0, done.stderr
     return out

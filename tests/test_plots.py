@@ -207,6 +207,11 @@ def test_distributions_end_below_one_where_samples_collapse():
         plots.drift_distributions(runs)
     with pytest.raises(ValueError, match=r"run 'as it is' has no stripe of 0\.5 g; it has 0\.2, 0\.4, 0\.8, 1\.6 g"):
         plots.drift_distributions(runs, level=0.5)
+    # Under random motions samples have no level.
+    without = RUN.isel(sample=np.flatnonzero(RUN["im_level"] == 0.8)).drop_vars("im_level")
+    (axes,) = plots.drift_distributions({"random": without}).axes
+    np.testing.assert_array_equal(line_named(axes, "random: 50 % collapsed").get_xydata(), line.get_xydata())
+    assert axes.get_title() == ""
 
 
 def test_histories_end_at_the_collapse():
@@ -257,11 +262,44 @@ def test_a_cloud_has_its_line_its_collapses_and_a_median_for_each_limit():
         plots.cloud_regression(RUN, CURVES)
 
 
+@pytest.mark.parametrize("side", ["min", "max"])
+def test_the_name_of_a_limit_leaves_its_median_free(side):
+    """Whether the median is at the left or at the right of the cloud."""
+    median = float(getattr(RUN["im_level"], side)())
+    moved = CLOUD.assign(fragility_median=xr.full_like(CLOUD["fragility_median"], median))
+    (axes,) = plots.cloud_regression(RUN, moved).axes
+    axes.figure.draw_without_rendering()
+    for name, limit in zip(axes.texts, CLOUD["damage_limit"], strict=True):
+        x, y = axes.transData.transform((median, 100 * float(limit)))
+        assert not name.get_window_extent().padded(3).contains(x, y)
+
+
 def test_curves_without_stripes_are_drawn():
     (axes,) = plots.fragility_curves(CLOUD).axes
     assert len(axes.get_lines()) == 2
     assert axes.get_xlim()[1] < 1.2 * CLOUD["intensity"].max()
     plots.fragility_comparison({"stripes": CURVES, "cloud": CLOUD}).draw_without_rendering()
+
+
+def test_the_legend_of_curves_that_rise_at_once_stands_clear_of_them():
+    """The levels begin where the first curve is halfway up, so that it fills the upper left corner."""
+    figure = plots.fragility_curves(CURVES.sel(stripe=slice(float(CURVES["fragility_median"][0]), None)))
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    covered = axes.get_legend().get_window_extent()
+    for line in axes.get_lines():
+        drawn = axes.transData.transform(line.get_xydata()[np.isfinite(line.get_xydata()).all(axis=1)])
+        assert not covered.count_contains(drawn[drawn[:, 0] >= axes.bbox.x0])
+
+
+def test_names_of_designs_have_room_above_a_lone_panel():
+    of_one_state = CURVES.isel(damage_state=[1])
+    names = "as built", "after moderate damage", "after extensive damage"
+    figure = plots.fragility_comparison(dict.fromkeys(names, of_one_state))
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    ends = legend.get_window_extent().intervalx
+    assert all(figure.bbox.containsx(end) for end in ends)
 
 
 def test_colours_are_the_users():

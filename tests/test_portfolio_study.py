@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import ROOT, readme_commands, run_study
+from conftest import ROOT, documented_commands, run_study
 from matplotlib.image import imread
 
 import warpdyn as wd
@@ -23,7 +23,7 @@ LIMITS = {"W1 high 1": (0.004, 0.012, 0.04, 0.1), "W1 moderate 1": (0.004, 0.009
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     out = tmp_path_factory.mktemp("portfolio")
-    (command,) = (c for c in readme_commands() if "studies/portfolio.py" in c)
+    (command,) = (c for c in documented_commands() if "studies/portfolio.py" in c)
     done = run_study(f"{command} --buildings {BUILDINGS}", out, is_limited=False)  # pandas loads pyarrow
     assert done.returncode == 0, done.stderr
     assert "histories" not in done.stderr  # no progress bar where there is no terminal
@@ -64,7 +64,7 @@ def test_shares_are_those_counted_one_by_one(study: tuple[Path, str], module: ob
                     counts[sum(worst > limit for limit in limits)] += 1
                 share = result["archetype_damage_share"].sel(archetype=name, event=event)
                 np.testing.assert_allclose(share, counts / counts.sum(), err_msg=f"{name} {event}")
-        # What the README says of the error, and the study prints.
+        # What the page of studies says of the error, and the study prints.
         error = result["estimated_relative_error"].sel(demand="peak_storey_drift")
         assert 1e-5 < float(error.sel(error_statistic="95 %")) < 0.002
     groups, failed = re.search(r"(\d+) groups, (\d+) samples failed", study[1]).groups()

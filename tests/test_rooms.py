@@ -37,6 +37,7 @@ ROOMS = (
     "risk",
     "exchange",
     "plots",
+    "reports",
 )
 MOST_FILES = 13  # a dozen or so, and `__init__.py`
 MOST_LINES = 400

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from report_pages import Page
 from test_sequences import AFTER, LATER, MAIN, joined, make_building, make_motion, scaled
 
 import warpdyn as wd
@@ -244,3 +245,11 @@ def test_bad_input_is_refused_by_name():
     run = xr.Dataset({"status": ("sample", [0])})
     with pytest.raises(ValueError, match="the dataset has no events"):
         wd.select_event(run, "mainshock")
+
+
+def test_a_report_has_every_event(striped, tmp_path):
+    page = Page(wd.report(striped, tmp_path / "page.html"))
+    assert [name for name in page.headings if name.startswith("Event")] == ["Event: mainshock", "Event: aftershock"]
+    # Three structures under two motions at two levels, each history once; then each of them under six more.
+    assert page.numbers("Status of the samples", "samples").tolist() == [12]
+    assert page.numbers("Status of the samples (again 1)", "samples").tolist() == [72]

@@ -63,7 +63,7 @@ def test_models_are_those_of_from_hazus(study: ModuleType) -> None:
 
 @pytest.mark.usefixtures("unoptimised")
 def test_the_scene_of_the_documentation(study: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "regional.md").read_text(), flags=re.DOTALL)
+    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs/coming_from/r2d.md").read_text(), flags=re.DOTALL)
     monkeypatch.chdir(tmp_path)
     kept = [building for building in study.BUILDINGS if building.building_type in ("W1", "C1M")]
     rows = ["id,Latitude,Longitude,NumberOfStories,YearBuilt,StructureType,PlanArea,ReplacementCost"]

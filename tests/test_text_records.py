@@ -26,6 +26,8 @@ def write(folder: Path, content: str, name: str = "record.AT2") -> Path:
         "0,1\r\n.02,-2\r\n.04,3.5\r\n",
         "\ufeff  0.00 , 1.0\n  2.0D-2 , -2.0\n  4.0E-2 , 3.5\n",
         "5\t1\n5.02\t-2\n5.04\t3.5\n",
+        "Time (s);Acceleration (m/s2)\n0;1\n0.02;-2\n0.04;3.5\n",
+        "Time [s], m/s/s\n0,1\n0.02,-2\n0.04,3.5\n",
     ],
 )
 def test_text_with_times(tmp_path, content):

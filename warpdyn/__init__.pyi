@@ -68,6 +68,7 @@ from .reduction.damage.counts import DamageCounts as DamageCounts
 from .reduction.damage.losses import DamageLoss as DamageLoss
 from .reduction.demand_histogram import DemandHistogram as DemandHistogram
 from .reduction.demand_moments import DemandMoments as DemandMoments, LargestDemand as LargestDemand
+from .reports.run_report import report as report
 from .risk.annual_rates import annual_rates as annual_rates
 from .risk.collapse_margin import (
     collapse_margin as collapse_margin,

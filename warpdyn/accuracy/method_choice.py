@@ -18,7 +18,15 @@ class MethodChoice:
         dtype: "float32" or "float64".
         longest_step: Longest integration step [s]; each motion's own is divided into the fewest that are no longer.
         table: The candidates: over `candidate` the method, dtype, longest step, errors and time per sample.
-        carried: Registers, memory traffic, steps and time that the scene costs with this choice, by name.
+        carried: Registers, memory traffic, steps and time that the scene costs with this choice, by names that have
+            their units, as "expected integration time [s]".
+
+    Example:
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter)
+        >>> choice = wd.plan(scene, 0.02, method="rk4", dtype="float32")
+        >>> run = wd.simulate(scene, method=choice.method, dtype=choice.dtype, longest_step=choice.longest_step)
+        >>> run.attrs["method"]
+        'rk4'
     """
 
     method: str

@@ -60,7 +60,7 @@ def plan(
 
     Args:
         scene: The scene.
-        target_error: Relative error that 95 % of the samples stay below.
+        target_error: Relative error [1] that 95 % of the samples stay below.
         structures: Number of structures in the planned run, for its expected time.
         seed: Seed of the pilot's samples.
         method: The method, if it is already chosen; None to try those that can be the cheapest.
@@ -70,6 +70,13 @@ def plan(
 
     Raises:
         ValueError: If an argument is out of its range, or no candidate reaches the target.
+        TypeError: If the scene is none.
+
+    Example:
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter)
+        >>> choice = wd.plan(scene, target_error=0.02, method="rk4", dtype="float32")
+        >>> choice.method, choice.dtype
+        ('rk4', 'float32')
     """
     check_kind("plan", "a Scene", scene, Scene)
     if not scene.structure.is_many:  # which is refused

@@ -31,8 +31,8 @@ class meant_as_given:  # it reads as a word of the language: `with meant_as_give
         ValueError: If there is none, or a name is unknown.
 
     Example:
-        >>> with meant_as_given("storey_height", "no_damping"):
-        ...     pass
+        >>> with wd.meant_as_given("storey_height", "no_damping"):
+        ...     machine = wd.ShearBuilding(mass=100.0, stiffness=4e4, height=0.2)
     """
 
     _is_idle = False  # until the names are checked

@@ -55,15 +55,15 @@ def write_nrml_fragility(
             fractions `exceedance_fraction(damage_state, stripe)`.
         path: The file, whose name ends in ".xml"; an older one is replaced.
         format: "continuous", or "discrete".
-        intensities: Intensities of discrete functions, in the curves' unit, increasing, at which the fitted curves are
+        intensities: Intensities of discrete functions [units of the curves], increasing, at which the fitted curves are
             written; None writes the fractions of the samples that exceeded a state at each stripe.
         measure: OpenQuake's name of the intensity measure, such as "SA(0.3)", "PGA" or "AvgSA"; None takes it from the
             curves, where SA and AvgSA must have a damping ratio of 5 %. It is written in OpenQuake's unit (g, cm/s).
-        minimum_intensity: Least intensity (minIML) of continuous functions, in the curves' unit; None takes where the
+        minimum_intensity: Least intensity (minIML) of continuous functions [units of the curves]; None takes where the
             lightest state is exceeded with a probability of 1e-6.
-        maximum_intensity: Greatest one (maxIML), beyond which the engine holds the probability; None takes where every
-            state is exceeded with a probability of at least 0.999.
-        no_damage_limit: Intensity up to which there is no damage, in the curves' unit; None takes `minimum_intensity`
+        maximum_intensity: Greatest one (maxIML) [units of the curves], beyond which the engine holds the probability;
+            None takes where every state is exceeded with a probability of at least 0.999.
+        no_damage_limit: Intensity up to which there is no damage [units of the curves]; None takes `minimum_intensity`
             of continuous functions, and none of discrete ones.
         loss_type: "structural", "nonstructural", "contents" or another of the engine's.
         description: What the model is; None says how warpdyn fitted the curves.
@@ -79,8 +79,9 @@ def write_nrml_fragility(
         OSError: If the file cannot be written.
 
     Example:
-        >>> curves = wd.fragility(run, wd.hazus_drift_limits("C1M", "high"))
-        >>> wd.write_nrml_fragility({"CR/LFM/HEX:5": curves}, "fragility.xml")
+        >>> path = wd.write_nrml_fragility({"CR/LFM/HEX:2": curves}, "fragility.xml")
+        >>> list(wd.read_nrml_fragility(path))
+        ['CR/LFM/HEX:2']
     """
     path = checked_path(FUNCTION, path, ".xml")
     nrml.check_by_taxonomy(FUNCTION, curves)

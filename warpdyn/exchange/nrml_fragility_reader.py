@@ -33,7 +33,10 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
         FileNotFoundError: If there is no such file.
 
     Example:
-        >>> curves = wd.read_nrml_fragility("fragility.xml")["CR/LFM/HEX:5"]
+        >>> path = wd.write_nrml_fragility({"CR/LFM/HEX:2": curves}, "fragility.xml")
+        >>> again = wd.read_nrml_fragility(path)["CR/LFM/HEX:2"]
+        >>> again["fragility_median"].round(2).values  # g
+        array([0.49, 1.24])
     """
     model = nrml.read_model(READER, path, "fragilityModel")
     states = (nrml.child(path, model, "limitStates").text or "").replace(",", " ").split()

@@ -35,7 +35,9 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
         OSError: If the file cannot be written.
 
     Example:
-        >>> wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
+        >>> path = wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
+        >>> wd.read_taxonomy_mapping(path)["CR/LFM"]
+        {'C1M_H': 0.7, 'C1M_L': 0.3}
     """
     path = checked_path(TAXONOMIES, path, ".csv")
     check_kind(TAXONOMIES, "a mapping of taxonomies to ids of functions", mapping, Mapping)
@@ -70,9 +72,11 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
     Raises:
         ValueError: If a column is missing, a weight is no number or the weights of a taxonomy do not sum to 1.
         FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
 
     Example:
-        >>> wd.read_taxonomy_mapping("mapping.csv")["W"]
+        >>> path = wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
+        >>> wd.read_taxonomy_mapping(path)["W"]
         {'W1': 1.0}
     """
     found: dict[str, dict[str, float]] = {}
@@ -119,7 +123,8 @@ def write_consequences(
         OSError: If the file cannot be written.
 
     Example:
-        >>> wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv")
+        >>> wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv").name
+        'consequences.csv'
     """
     path = checked_path(CONSEQUENCES, path, ".csv")
     check_kind(CONSEQUENCES, "a mapping of ids to shares by damage state", consequences, Mapping)
@@ -182,9 +187,12 @@ def read_consequences(
     Raises:
         ValueError: If a column is missing, a share is no number, or the file has no such consequence or an id twice.
         FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
 
     Example:
-        >>> wd.read_consequences("consequences.csv")["C1M_H"]["complete"]
+        >>> path = wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv")
+        >>> wd.read_consequences(path)["C1M_H"]["complete"]
+        1.0
     """
     found: dict[str, dict[str, float]] = {}
     named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}

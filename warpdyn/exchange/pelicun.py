@@ -66,8 +66,9 @@ def write_pelicun_demands(
         OSError: If the file cannot be written.
 
     Example:
-        >>> run = wd.simulate(scene, structures=64)  # of wd.Stripes(motions, [0.1, 0.4, 0.8], measure)
-        >>> wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)
+        >>> path = wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)  # g
+        >>> len(wd.read_pelicun_demands(path)["sample"])
+        24
     """
     path = checked_path(FUNCTION, path, ".csv")
     needed = ("peak_storey_drift_ratio", "status", "sample")

@@ -44,10 +44,13 @@ def read_pelicun_demands(path: str | os.PathLike, *, direction: int = 1) -> xr.D
     Raises:
         ValueError: If the file has no units, a unit that is none of the demand, or no demand in this direction.
         FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
 
     Example:
-        >>> demands = wd.read_pelicun_demands("demands.csv")
-        >>> demands.peak_storey_drift_ratio.median("sample")
+        >>> path = wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)  # g
+        >>> demands = wd.read_pelicun_demands(path)
+        >>> demands["peak_storey_drift_ratio"].sizes["storey"]
+        2
     """
     direction = whole_number("direction", direction, 0)
     text = read_csv_text(FUNCTION, path)

@@ -11,7 +11,6 @@ import platform
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
-from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -23,6 +22,7 @@ import xarray as xr
 from warpdyn.core.checks import check_kind
 from warpdyn.core.interruption import interruptible, stop_if_asked
 from warpdyn.files.unfinished import Unfinished
+from warpdyn.files.versions import version_of
 
 # Samples in a chunk of the file: some hundred kilobytes of each variable, so that the half-filled chunks at the end of
 # a block cost little.
@@ -47,7 +47,7 @@ def trace(title: str, function: str) -> dict[str, str]:
         "Conventions": "CF-1.11",
         "title": title,
         "history": f"{_now()} warpdyn.{function}",
-        "source": f"warpdyn {version('warpdyn')}, warp-lang {version('warp-lang')}, numpy {np.__version__}, "
+        "source": f"warpdyn {version_of('warpdyn')}, warp-lang {version_of('warp-lang')}, numpy {np.__version__}, "
         f"Python {platform.python_version()}",
     }
 
@@ -72,8 +72,11 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
         TypeError: If `dataset` is no Dataset.
 
     Example:
-        >>> run = wd.simulate(scene, structures=1000)
-        >>> wd.write(run, "run.nc")
+        >>> path = wd.write(run, "run.nc")
+        >>> import xarray as xr
+        >>> with xr.open_dataset(path) as kept:
+        ...     kept.sizes["sample"]
+        144
     """
     check_kind("write", "a Dataset", dataset, xr.Dataset)
     with interruptible(), Unfinished(path) as unfinished:

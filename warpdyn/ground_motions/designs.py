@@ -124,11 +124,14 @@ class Stripes(Design):
         ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure does
             not grow with the scale (as durations do not), a motion has no intensity to scale (its values are all zero),
             or `structures_per_motion` is no whole number from 1.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
 
     Example:
-        >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)
-        >>> run = wd.simulate(wd.Scene(building, design, scatter))  # 3 structures for each of the motions
-        >>> wd.Stripes(motions, [0.1, 0.3, 1.0], wd.PeakGroundVelocity())  # m/s
+        >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)  # g
+        >>> wd.Scene(building, design, scatter).structures_given
+        24
+        >>> wd.Stripes(motions, [0.1, 0.3, 1.0], wd.PeakGroundVelocity()).samples_per_structure  # levels in m/s
+        24
     """
 
     motions: Sequence[GroundMotion]
@@ -223,6 +226,15 @@ class Cloud(Design):
     Args:
         motions: Ground motions.
         measure: The intensity measure that labels the samples, in g if it is an acceleration.
+
+    Raises:
+        ValueError: If there is no motion.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
+
+    Example:
+        >>> design = wd.Cloud(motions, wd.PeakGroundVelocity())
+        >>> design.samples_per_structure
+        8
     """
 
     motions: Sequence[GroundMotion]
@@ -253,11 +265,17 @@ class OneMotionPerStructure(Design):
     Args:
         motions: Ground motions.
         motion: Index into `motions` for each sample, shape [sample]; None draws one for each from the seed.
-        scale: Factor on the motion: one for all, or one a sample, shape [sample].
+        scale: Factor on the motion [1]: one for all, or one a sample, shape [sample].
         measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
 
     Raises:
         ValueError: If an index is out of range or a scale is not finite and positive.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
+
+    Example:
+        >>> design = wd.OneMotionPerStructure(motions, motion=[0, 3, 3], scale=[1.0, 0.5, 2.0])
+        >>> wd.Scene(building, design).structures_given
+        3
     """
 
     motions: Sequence[GroundMotion]

@@ -41,6 +41,11 @@ class EventSequence(_Placed):
 
     Raises:
         ValueError, TypeError: If there are fewer than two events, a name is not text, or a design is of another kind.
+
+    Example:
+        >>> design = wd.EventSequence({"mainshock": stripes, "aftershock": wd.Cloud(motions[:2])})
+        >>> design.samples_per_structure
+        96
     """
 
     events: Mapping[str, Excitation | GroundMotion]

@@ -47,6 +47,13 @@ class WhiteNoise:
 
     Args:
         intensity: Two-sided spectral density over circular frequency [m2/s3].
+
+    Raises:
+        ValueError: If the intensity is not finite and above 0.
+
+    Example:
+        >>> wd.FilteredNoise(wd.WhiteNoise(0.01), duration=10.0, interval=0.02).intervals
+        500
     """
 
     intensity: float
@@ -57,7 +64,11 @@ class WhiteNoise:
         real_number("WhiteNoise.intensity [m2/s3]", self.intensity, above=0)
 
     def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
-        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s]."""
+        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
+
+        Args:
+            circular_frequency: Circular frequencies [rad/s], any shape.
+        """
         return np.full(np.shape(circular_frequency), float(self.intensity))
 
     def recursion(self, interval: float) -> Recursion:
@@ -75,7 +86,15 @@ class KanaiTajimi:
     Args:
         intensity: Two-sided spectral density of the noise over circular frequency [m2/s3].
         ground_frequency: Circular frequency of the ground w_g [rad/s].
-        ground_damping_ratio: Damping ratio of the ground zeta_g.
+        ground_damping_ratio: Damping ratio of the ground zeta_g [1].
+
+    Raises:
+        ValueError: If a value is not finite and above 0.
+
+    Example:
+        >>> spectrum = wd.KanaiTajimi(0.01, ground_frequency=15.0, ground_damping_ratio=0.6)
+        >>> spectrum.spectral_density(np.array([0.0, 15.0])).round(4)
+        array([0.01  , 0.0169])
     """
 
     intensity: float
@@ -88,7 +107,11 @@ class KanaiTajimi:
         _check_positive(self)
 
     def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
-        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s]."""
+        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
+
+        Args:
+            circular_frequency: Circular frequencies [rad/s], any shape.
+        """
         ratio = (np.asarray(circular_frequency) / self.ground_frequency) ** 2
         viscous = 4 * self.ground_damping_ratio**2 * ratio
         return self.intensity * (1 + viscous) / ((1 - ratio) ** 2 + viscous)
@@ -113,9 +136,18 @@ class CloughPenzien:
     Args:
         intensity: Two-sided spectral density of the noise over circular frequency [m2/s3].
         ground_frequency: Circular frequency of the ground [rad/s].
-        ground_damping_ratio: Damping ratio of the ground.
+        ground_damping_ratio: Damping ratio of the ground [1].
         filter_frequency: Circular frequency w_f [rad/s] below which the motion is filtered out.
-        filter_damping_ratio: Damping ratio zeta_f of the second filter.
+        filter_damping_ratio: Damping ratio zeta_f of the second filter [1].
+
+    Raises:
+        ValueError: If a value is not finite and above 0.
+
+    Example:
+        >>> ground, low_cut = (15.0, 0.6), (1.5, 0.6)  # rad/s, damping ratio
+        >>> spectrum = wd.CloughPenzien(0.01, *ground, *low_cut)
+        >>> spectrum.spectral_density(np.array([0.0, 15.0])).round(4)
+        array([0.   , 0.017])
     """
 
     intensity: float
@@ -135,7 +167,11 @@ class CloughPenzien:
         return KanaiTajimi(self.intensity, self.ground_frequency, self.ground_damping_ratio)
 
     def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
-        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s]."""
+        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
+
+        Args:
+            circular_frequency: Circular frequencies [rad/s], any shape.
+        """
         ratio = (np.asarray(circular_frequency) / self.filter_frequency) ** 2
         passed = ratio**2 / ((1 - ratio) ** 2 + 4 * self.filter_damping_ratio**2 * ratio)
         return self.ground.spectral_density(circular_frequency) * passed
@@ -165,6 +201,14 @@ class JenningsEnvelope:
         rise: Length of the rise [s], 0 for none.
         strong: Length of the strong part [s].
         decay: Rate of decay after it [1/s].
+
+    Raises:
+        ValueError: If a value is not finite or below 0.
+
+    Example:
+        >>> envelope = wd.JenningsEnvelope(rise=2.0, strong=4.0, decay=0.5)
+        >>> envelope.at(np.array([1.0, 3.0, 8.0])).round(3)
+        array([0.25 , 1.   , 0.368])
     """
 
     rise: float
@@ -176,7 +220,11 @@ class JenningsEnvelope:
             real_number(f"JenningsEnvelope.{name}", getattr(self, name), least=0)
 
     def at(self, time: np.ndarray) -> np.ndarray:
-        """Return the envelope at some times [s]."""
+        """Return the envelope at some times [s].
+
+        Args:
+            time: Times from the beginning of the motion [s], any shape.
+        """
         rising = (np.asarray(time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
         after = np.maximum(time - self.rise - self.strong, 0.0)
         return np.where(np.asarray(time) < self.rise, rising, np.exp(-self.decay * after))
@@ -197,6 +245,11 @@ class FilteredNoise(SingleLoad):
 
     Raises:
         ValueError, TypeError: If a value is out of its range, or the interval does not divide the duration.
+
+    Example:
+        >>> noise = wd.FilteredNoise(wd.KanaiTajimi(0.01, 15.0, 0.6), 10.0, 0.02, wd.JenningsEnvelope(2.0, 4.0, 0.5))
+        >>> noise.motion(sample=0, seed=1).duration  # the first sample's motion in a run of this seed
+        10.0
     """
 
     spectrum: Spectrum
@@ -249,7 +302,15 @@ class FilteredNoise(SingleLoad):
         return np.ones_like(time) if self.envelope is None else self.envelope.at(time)
 
     def motion(self, sample: int, seed: int = 0) -> GroundMotion:
-        """Return the base motion of one sample of a run, given by its index and the run's seed."""
+        """Return the base motion of one sample of a run, given by its index and the run's seed.
+
+        Args:
+            sample: Index of the sample.
+            seed: Seed of the run.
+
+        Raises:
+            ValueError: If one of them is no whole number from 0.
+        """
         sample, seed = whole_number("sample", sample, 0), whole_number("seed", seed, 0)
         process = self.spectrum.recursion(self.interval)
         states = process.output.size

@@ -49,6 +49,15 @@ class HarmonicForce(FormulaLoad):
         circular_frequency: w [rad/s]; 0 for a constant force F0 sin(phase).
         duration: Length of the run [s].
         phase: Phase [rad].
+
+    Raises:
+        ValueError: If an amplitude or the phase is not finite, the circular frequency is below 0 or the duration not
+            above 0.
+
+    Example:
+        >>> shaker = wd.HarmonicForce([0.0, 2e3], circular_frequency=20.0, duration=5.0)
+        >>> wd.Scene(building, shaker).excitation.amplitude
+        array([   0., 2000.])
     """
 
     amplitude: ArrayLike
@@ -95,6 +104,14 @@ class ForceHistory(SingleLoad):
     Args:
         force: Nodal forces [N], shape [time, dof].
         step: Sampling step [s].
+
+    Raises:
+        ValueError: If the forces are not finite numbers at two times or more, or the step is not finite and above 0.
+
+    Example:
+        >>> push = wd.ForceHistory([[0.0, 0.0], [1e4, 2e4], [0.0, 0.0]], step=0.1)
+        >>> wd.Scene(building, push).excitation.force.shape
+        (3, 2)
     """
 
     force: ArrayLike
@@ -148,6 +165,14 @@ class FreeVibration(FormulaLoad):
         duration: Length of the run [s].
         displacement: Initial displacement [m], shape [dof]; zero by default.
         velocity: Initial velocity [m/s], shape [dof]; zero by default.
+
+    Raises:
+        ValueError: If the duration is not finite and above 0, or a displacement or velocity is not finite.
+
+    Example:
+        >>> struck = wd.FreeVibration(duration=2.0, velocity=[0.0, 0.5])
+        >>> wd.Scene(building, struck).excitation.velocity
+        array([0. , 0.5])
     """
 
     duration: float

@@ -31,7 +31,7 @@ def spectral_acceleration(
     Args:
         motion: The ground motion.
         period: Undamped natural period [s], a scalar or any shape.
-        damping_ratio: Viscous damping as a fraction of critical, from 0 up to but not including 1.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
 
     Returns:
         Spectral acceleration [m/s2], a float for a scalar period, otherwise an array of the shape of `period`.
@@ -78,7 +78,12 @@ class IntensityMeasure(ABC):
 
 @dataclass(frozen=True)
 class PeakGroundAcceleration(IntensityMeasure):
-    """The largest absolute ground acceleration [m/s2]."""
+    """The largest absolute ground acceleration [m/s2].
+
+    Example:
+        >>> round(wd.PeakGroundAcceleration().value(motions[0]), 2)
+        6.97
+    """
 
     units = "m s-2"
     name = "PGA"
@@ -90,7 +95,12 @@ class PeakGroundAcceleration(IntensityMeasure):
 
 @dataclass(frozen=True)
 class PeakGroundVelocity(IntensityMeasure):
-    """The largest absolute ground velocity [m/s], without baseline correction of the record."""
+    """The largest absolute ground velocity [m/s], without baseline correction of the record.
+
+    Example:
+        >>> round(wd.PeakGroundVelocity().value(motions[0]), 2)
+        1.1
+    """
 
     units = "m s-1"
     name = "PGV"
@@ -102,7 +112,13 @@ class PeakGroundVelocity(IntensityMeasure):
 
 @dataclass(frozen=True)
 class PeakGroundDisplacement(IntensityMeasure):
-    """The largest absolute ground displacement [m], without baseline correction of the record."""
+    """The largest absolute ground displacement [m], without baseline correction of the record.
+
+    Example:
+        >>> filtered = wd.records.band_pass(motions[0], 0.2, 20.0)  # without what noise adds up to at long periods
+        >>> round(wd.PeakGroundDisplacement().value(filtered), 2)
+        0.08
+    """
 
     units = "m"
     name = "PGD"
@@ -114,7 +130,12 @@ class PeakGroundDisplacement(IntensityMeasure):
 
 @dataclass(frozen=True)
 class AriasIntensity(IntensityMeasure):
-    """The integral of the squared ground acceleration times pi / (2 g) [m/s]."""
+    """The integral of the squared ground acceleration times pi / (2 g) [m/s].
+
+    Example:
+        >>> round(wd.AriasIntensity().value(motions[0]), 2)
+        1.42
+    """
 
     units = "m s-1"
     power = 2
@@ -127,7 +148,12 @@ class AriasIntensity(IntensityMeasure):
 
 @dataclass(frozen=True)
 class CumulativeAbsoluteVelocity(IntensityMeasure):
-    """The integral of the absolute ground acceleration [m/s]."""
+    """The integral of the absolute ground acceleration [m/s].
+
+    Example:
+        >>> round(wd.CumulativeAbsoluteVelocity().value(motions[0]), 2)
+        5.05
+    """
 
     units = "m s-1"
     name = "CAV"
@@ -142,11 +168,16 @@ class SignificantDuration(IntensityMeasure):
     """The time between two shares of the Arias intensity [s]; NaN for a motion that is zero throughout.
 
     Args:
-        start: Share at which the duration starts.
-        end: Share at which it ends.
+        start: Share of the Arias intensity at which the duration starts [1].
+        end: Share at which it ends [1].
 
     Raises:
         ValueError: Unless 0 < start < end < 1.
+
+    Example:
+        >>> measure = wd.SignificantDuration(0.05, 0.75)
+        >>> round(measure.value(motions[0]), 2)
+        2.13
     """
 
     start: float = 0.05
@@ -175,10 +206,15 @@ class SpectralAcceleration(IntensityMeasure):
 
     Args:
         period: Undamped natural period [s].
-        damping_ratio: Viscous damping as a fraction of critical, from 0 up to but not including 1.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
 
     Raises:
         ValueError: If the period is not one finite, positive number, or the damping ratio is outside [0, 1).
+
+    Example:
+        >>> measure = wd.SpectralAcceleration(building.fundamental_period)
+        >>> measure.values(motions[:3]).round(1)
+        array([2.7, 5. , 4.2])
     """
 
     period: float
@@ -197,11 +233,22 @@ class SpectralAcceleration(IntensityMeasure):
         return f"Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
 
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
+        """Return the measure of a motion.
+
+        Args:
+            motion: The motion.
+        """
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion, shape [motion], by one launch of a kernel."""
+        """Return the measure of each motion, shape [motion], by one launch of a kernel.
+
+        Args:
+            motions: The motions.
+
+        Raises:
+            ValueError: If the period is outside 1e-5 to 1e9 steps of a motion.
+        """
         return _accelerations(motions, np.array([self.period]), self.damping_ratio)[:, 0]
 
 
@@ -215,10 +262,16 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     Args:
         periods: Undamped natural periods [s], a row.
-        damping_ratio: Viscous damping as a fraction of critical, from 0 up to but not including 1.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
 
     Raises:
         ValueError: If the periods are not a row of finite, positive numbers, or the damping ratio is outside [0, 1).
+
+    Example:
+        >>> first = building.fundamental_period
+        >>> measure = wd.AverageSpectralAcceleration(np.arange(0.2 * first, 3 * first, 0.1))
+        >>> measure.values(motions[:3]).round(1)
+        array([2.4, 5. , 3.4])
     """
 
     periods: ArrayLike
@@ -276,6 +329,12 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
 
     Raises:
         ValueError: If there is no motion.
+        TypeError: If a motion is no GroundMotion.
+
+    Example:
+        >>> measures = wd.intensity_measures(motions)
+        >>> measures["peak_ground_velocity"].round(2).values
+        array([1.1 , 1.53, 0.35, 0.41, 0.61, 0.33, 0.46, 0.67])
     """
     motions = checked_motions(motions)
     warn_of_implausible_motions(motions)

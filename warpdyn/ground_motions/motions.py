@@ -35,6 +35,12 @@ class GroundMotion:
     Raises:
         ValueError: If the acceleration is not a finite 1-D array of at least two values, or the step is not
             finite and positive.
+
+    Example:
+        >>> time = np.arange(0, 10, 0.01)
+        >>> motion = wd.GroundMotion(3.0 * np.sin(2 * np.pi * time), 0.01, "sine")
+        >>> motion.duration, motion.peak_ground_acceleration
+        (9.99, 3.0)
     """
 
     acceleration: np.ndarray = field(repr=False)
@@ -72,7 +78,11 @@ class GroundMotion:
         return self.name
 
     def resampled(self, step: float) -> GroundMotion:
-        """Return the motion on a grid of another step [s], straight between the new samples."""
+        """Return the motion on a grid of another step [s], straight between the new samples.
+
+        Args:
+            step: Step of the new samples [s].
+        """
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
     def description(self) -> dict[str, object]:

@@ -26,7 +26,7 @@ class MotionsAtSites(Design):
     Args:
         motions: Ground motions.
         motion: Index into `motions` at each site in each earthquake, shape [site, earthquake, component].
-        scale: Factor on it, of this shape or one that broadcasts to it; 0 where there is no shaking.
+        scale: Factor on it [1], of this shape or one that broadcasts to it; 0 where there is no shaking.
         site: Site of each structure in each draw, shape [structure, draw].
         earthquake: Earthquake of each draw, shape [draw]; None for one after the other, and the first again after the
             last.
@@ -35,9 +35,13 @@ class MotionsAtSites(Design):
 
     Raises:
         ValueError: If a shape does not fit, an index is out of range, or a factor is not finite or below 0.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
 
     Example:
-        >>> design = wd.MotionsAtSites(motions, [[[0]], [[1]]], 1.0, site=[[0], [1], [1]])  # 3 structures at 2 sites
+        >>> site = [[0], [1], [1]]  # of three structures at two sites
+        >>> design = wd.MotionsAtSites(motions, [[[0]], [[1]]], 1.0, site)
+        >>> design.structures_given
+        3
     """
 
     motions: Sequence[GroundMotion]

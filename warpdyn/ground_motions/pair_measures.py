@@ -49,9 +49,14 @@ class GeometricMean(PairMeasure):
 
     Raises:
         ValueError: From `values`, as `records.pairs` says.
+        TypeError: If the measure is none of one component.
 
     Example:
-        `wd.Stripes(motions, levels, wd.GeometricMean(wd.SpectralAcceleration(1.0)))`
+        >>> told = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **told, component="NE"[i]) for i in (0, 1)]
+        >>> measure = wd.GeometricMean(wd.PeakGroundAcceleration())
+        >>> measure.values(components).round(2)
+        array([7.86, 7.86])
     """
 
     measure: IntensityMeasure
@@ -84,12 +89,19 @@ class RotatedSpectralAcceleration(PairMeasure):
 
     Args:
         period: Undamped natural period [s].
-        damping_ratio: Viscous damping as a fraction of critical, from 0 up to but not including 1.
-        percentile: 50 for RotD50, 100 for RotD100, 0 for RotD00.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
+        percentile: Percentile over the directions [%]: 50 for RotD50, 100 for RotD100, 0 for RotD00.
 
     Raises:
         ValueError: If the period or damping ratio is none, or the percentile is outside 0 to 100; from `values`, as
             `records.pairs` says, or if the components of a pair have different steps.
+
+    Example:
+        >>> told = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **told, component="NE"[i]) for i in (0, 1)]
+        >>> measure = wd.RotatedSpectralAcceleration(0.5, percentile=100)
+        >>> measure.values(components).round(1)
+        array([5.6, 5.6])
     """
 
     period: float

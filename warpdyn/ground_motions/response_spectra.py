@@ -39,7 +39,7 @@ def response_spectra(
     Args:
         motions: Ground motions, or one.
         periods: Undamped natural periods [s], one or a row.
-        damping_ratios: Viscous damping as a fraction of critical, from 0 up to but not including 1, one or a row.
+        damping_ratios: Viscous damping as a fraction of critical [1], from 0 up to but not including 1, one or a row.
         device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
         threads: CPU threads; None for every core this process may use.
 
@@ -50,6 +50,12 @@ def response_spectra(
     Raises:
         ValueError: If there is no motion, a period is not finite and positive or is outside 1e-5 to 1e9 steps of a
             motion, a damping ratio is outside [0, 1), or there is no such device.
+        TypeError: If a motion is no GroundMotion.
+
+    Example:
+        >>> spectra = wd.response_spectra(motions, periods=[0.1, 0.3, 1.0], damping_ratios=[0.02, 0.05])
+        >>> spectra["pseudo_spectral_acceleration"].sel(period=0.3, damping_ratio=0.05).values.round(1)
+        array([ 6.2,  8.4,  7.3, 10.7,  6.1,  5.8,  8.3,  5.3])
     """
     motions = checked_motions(motions)
     periods = _one_or_row("periods", checked_periods(periods, "periods"))

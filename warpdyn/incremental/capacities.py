@@ -82,11 +82,12 @@ def capacities(
             `drawn_structure` says which were drawn.
         demand: Name of a recorded variable, such as "peak_floor_acceleration", of which the worst storey or floor
             counts, as an absolute value.
-        tolerance: Relative width of a bracket: capacity_upper / capacity_lower - 1 is at most this.
+        tolerance: Relative width of a bracket [1]: capacity_upper / capacity_lower - 1 is at most this.
         highest: Highest level [g, or SI units of a measure that is no acceleration]: a limit that is not passed there
             has an infinite capacity. None for the last level of Stripes, and of a Cloud for four times as much as the
             elastic response of its first structure needs; `math.inf` for this whatever the design.
-        ladder: Ratio of neighbouring levels of the ladder. Each pair has a ladder of its own, up to the highest level.
+        ladder: Ratio of neighbouring levels of the ladder [1]. Each pair has a ladder of its own, up to the highest
+            level.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
         keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
         seed: Seed of every random draw.
@@ -111,8 +112,9 @@ def capacities(
         TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
 
     Example:
-        >>> found = wd.capacities(scene, {"slight": 0.0033, "complete": 0.0533, "collapse": math.inf}, structures=64)
-        >>> found["capacity"].median(["structure", "motion"])
+        >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.015}, structures=2)
+        >>> found["capacity"].median(["structure", "motion"]).round(1).values  # g
+        array([0.5, 1.2])
     """
     check_kind("capacities", "a Scene", scene, Scene)
     design = _design_of(scene)

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
-from threading import Lock
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,11 +18,9 @@ from warpdyn.scene.scatter import (
     combined,
     storeys_with,
 )
+from warpdyn.scene.sobol_points import SobolPoints
 from warpdyn.structures.physics import physics_problem
 from warpdyn.structures.structure import Structure
-
-if TYPE_CHECKING:
-    from scipy.stats import qmc
 
 
 class Sampler:
@@ -64,17 +59,16 @@ class Sampler:
         self.structure, self.scatter, self.seed = structure, scatter, seed
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)
         self._points: np.ndarray | None = None
-        self._sobol: qmc.Sobol | None = None
-        self._turn = Lock()
-        if not self.variables or sampling not in ("latin_hypercube", "sobol"):
+        self._sobol: SobolPoints | None = None
+        if not self.variables:
             return
-        from scipy.stats import qmc  # which takes a third of a second to import
-
         generator = np.random.default_rng([seed, Purpose.POINTS])
-        if sampling == "latin_hypercube":
+        if sampling == "sobol":
+            self._sobol = SobolPoints(len(self.variables), generator)
+        elif sampling == "latin_hypercube":
+            from scipy.stats import qmc  # which takes a third of a second to import
+
             self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)
-        else:
-            self._sobol = qmc.Sobol(len(self.variables), rng=generator)
 
     def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:
         """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
@@ -142,18 +136,4 @@ class Sampler:
             return self._points[structures]
         if self._sobol is None:
             return None
-        edges = np.concatenate([[0], np.flatnonzero(np.diff(structures) != 1) + 1, [structures.size]])
-        with self._turn:  # blocks are prepared by several threads, and the sequence is one
-            return np.concatenate([self._sobol_rows(structures[a:b]) for a, b in pairwise(edges)])
-
-    def _sobol_rows(self, structures: np.ndarray) -> np.ndarray:
-        """Return Sobol points of consecutive indices; those before them are skipped, which takes 5 ns each."""
-        assert self._sobol is not None
-        first, count = int(structures[0]), structures.size
-        if first < self._sobol.num_generated:
-            self._sobol.reset()
-        if first > self._sobol.num_generated:
-            self._sobol.fast_forward(first - self._sobol.num_generated)
-        if first == 0 and count > 1:  # scipy warns if more than the first point is drawn and it is no power of 2
-            return np.concatenate([self._sobol.random(1), self._sobol.random(count - 1)])
-        return self._sobol.random(count)
+        return self._sobol.at(structures)

@@ -49,7 +49,9 @@ def read_r2d(
         ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if there is no such file.
 
     Example:
-        >>> inventory = wd.inventories.read_r2d("SanFrancisco_buildings.csv")
+        >>> inventory = wd.inventories.read_r2d("buildings.csv")
+        >>> inventory["plan_area"].round(1).tolist()  # m2
+        [92.9, 185.8]
     """
     one_of("area_unit", area_unit, tuple(FACTORS))
     return _inventory(str(path), read_csv(path), area_unit, columns or {})
@@ -77,6 +79,8 @@ def read_geojson(
 
     Example:
         >>> inventory = wd.inventories.read_geojson("AnchorageBuildings.geojson")
+        >>> inventory["structure_type"].tolist()
+        ['W1']
     """
     one_of("area_unit", area_unit, tuple(FACTORS))
     with open(path, encoding="utf-8-sig") as file:

@@ -73,6 +73,11 @@ class HazusRule:
 
     Raises:
         ValueError: If there is no such zone.
+
+    Example:
+        >>> stock = wd.inventories.portfolio(inventory, wd.inventories.HazusRule(seismic_zone="3"))
+        >>> list(stock.portfolio.archetypes)
+        ['W1 moderate 2', 'C1L moderate 2']
     """
 
     seismic_zone: str = "4"

@@ -31,6 +31,15 @@ class BuildingStock:
         rows: Row of the inventory of each building of the portfolio, counted from 0, shape [building].
         left_out: Rows that have no archetype, counted from 0.
         id: Id in the inventory of each building of the portfolio, shape [building].
+
+    Example:
+        >>> stock = wd.inventories.portfolio(inventory)
+        >>> stock.portfolio.buildings, stock.limits["C1L high 2"]["slight"]
+        (3, 0.005)
+        >>> stock.buildings(inventory)["id"].tolist()  # in the order of the portfolio
+        ['a', 'b', 'c']
+        >>> stock.replacement_values(inventory)["C1L high 2"]
+        4000000.0
     """
 
     portfolio: Portfolio
@@ -61,8 +70,8 @@ class BuildingStock:
             ValueError: If it is another one, whose ids differ.
 
         Example:
-            >>> labels = {"occupancy": stock.buildings(inventory)["occupancy"]}
-            >>> wd.DamageCounts(stock.limits, over="occupancy", labels=labels)
+            >>> labels = {"kind": stock.buildings(inventory)["structure_type"]}
+            >>> by_kind = wd.DamageCounts(stock.limits, over="kind", labels=labels)
         """
         self.check(inventory)
         return inventory.iloc[self.rows]
@@ -72,6 +81,9 @@ class BuildingStock:
 
         Args:
             inventory: The inventory.
+
+        Raises:
+            ValueError: If its rows are not as many, or an id differs.
         """
         if "id" not in inventory:
             raise ValueError(
@@ -166,7 +178,7 @@ def portfolio(
         building: What makes the building of a Hazus archetype of type, design level and storeys, such as
             `lambda *of: wd.ShearBuilding.from_hazus(*of, law="hysteretic")`.
         scatter: What differs among buildings of a Hazus archetype, as an Archetype takes it.
-        correlation: Correlation of pairs of scattered parameters, as an Archetype takes it.
+        correlation: Correlation of pairs of scattered parameters [1], as an Archetype takes it.
         unknown: What is done with buildings for which the rule finds no archetype: "refuse" (an error that counts and
             names them) or "leave out" (a warning that does).
 
@@ -181,8 +193,8 @@ def portfolio(
 
     Example:
         >>> stock = wd.inventories.portfolio(wd.inventories.read_r2d("buildings.csv"))
-        >>> run = wd.simulate(wd.Scene(stock.portfolio, wd.Cloud(motions), recorders=("drift",)))
-        >>> shares = wd.damage_shares(run, stock.limits)
+        >>> list(stock.portfolio.archetypes)
+        ['W1 moderate 1', 'C1M high 5']
     """
     if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
         raise TypeError("portfolio() takes an inventory, as the readers of wd.inventories return it")

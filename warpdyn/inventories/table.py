@@ -51,7 +51,8 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
 
     Example:
         >>> frame = pd.DataFrame({"id": ["a"], "longitude": [-122.3], "latitude": [37.8], "floors": [2]})
-        >>> wd.inventories.from_table(frame, {"storeys": "floors"})["storeys"]
+        >>> wd.inventories.from_table(frame, {"storeys": "floors"})["storeys"].tolist()
+        [2.0]
     """
     if isinstance(table, xr.Dataset):
         if len(table.dims) != 1:
@@ -104,7 +105,8 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
     """Return an inventory with numbers as numbers and text as categories; raise a ValueError if rows are wrong."""
     problems = []
     has_none = table["id"].isna().to_numpy()
-    table["id"] = table["id"].astype(str).str.strip()
+    # Before version 3, pandas makes text of what is missing.
+    table["id"] = table["id"].astype(str).str.strip().mask(has_none)
     has_none = has_none | (table["id"].isna() | (table["id"] == "")).to_numpy()
     twice = table["id"].duplicated(keep=False).to_numpy() & ~has_none
     problems += _problem(table, twice, "stand twice (each building has an id of its own)", "")

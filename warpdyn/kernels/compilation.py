@@ -1,8 +1,9 @@
 """Compile the kernels of several plans side by side: before the first of them is launched or, on a GPU, while it runs.
 
-Warp generates a kernel's code in Python, which holds the interpreter's lock: threads would wait for each other. The
-compiling is shared with processes instead, which leave their results in Warp's kernel cache. They come from loky, whose
-processes do not run the user's script again, as those of the standard library do where it has no `__main__` guard.
+Warp generates a kernel's code in Python, which holds the interpreter's lock, so that threads wait for each other. Many
+kernels are shared with processes instead, which leave their results in the kernel cache. They come from loky, whose
+processes do not run the user's script again, as those of the standard library do where it has no `__main__` guard. A
+few kernels of a processor are compiled by threads before a process would have begun.
 """
 
 from collections import deque
@@ -15,7 +16,7 @@ import warp as wp
 from loky import ProcessPoolExecutor
 
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.thread_pool import result_of
+from warpdyn.core.thread_pool import as_finished, result_of
 from warpdyn.kernels.build import build_kernel, load_kernel
 from warpdyn.kernels.kernel_cache import block_size
 from warpdyn.kernels.plan import Plan
@@ -23,6 +24,8 @@ from warpdyn.kernels.plan import Plan
 # A process takes three to four seconds until it has compiled its first kernel, as long as two kernels take, and half a
 # gigabyte of a GPU's memory until it ends: more of them were no faster on 16 processor cores.
 MOST_PROCESSES, FEWEST_KERNELS = 8, 3
+# A processor's compiler leaves the interpreter's lock, for three quarters of a large kernel's time.
+MOST_KERNELS_OF_THREADS = 4
 ONE_BY_ONE = "kernels are compiled one by one: a process that compiled them side by side failed"
 CONFIGURATION = (bool, int, float, str, type(None))  # types of settings that a process is started with
 
@@ -45,6 +48,9 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
         threads: Processor cores to use.
     """
     missing = [plan for plan in dict.fromkeys(plans) if not is_compiled(plan, device)]
+    if device == "cpu" and len(missing) <= MOST_KERNELS_OF_THREADS:
+        _compile_in_threads(missing, threads)
+        return
     helpers = min(threads, MOST_PROCESSES, len(missing)) - 1
     if helpers < 1 or len(missing) < FEWEST_KERNELS:
         return  # each is compiled when it is first launched
@@ -118,6 +124,20 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
             processes.shutdown(wait=False, kill_workers=True)
             raise
     processes.shutdown()
+
+
+def _compile_in_threads(plans: list[Plan], threads: int) -> None:
+    """Compile the kernels of plans for a processor in threads of this process, those that take longest first."""
+    if min(threads, len(plans)) < 2:
+        return  # each is compiled when it is first launched
+    longest = sorted(plans, key=lambda plan: -plan.dofs * plan.max_unroll)
+    pool = ThreadPoolExecutor(min(threads, len(plans)))
+    try:
+        tasks = [pool.submit(load_kernel, plan, "cpu") for plan in longest]
+        for task in as_finished(tasks):
+            task.result()
+    finally:  # an interrupted user does not wait for what has not begun
+        pool.shutdown(cancel_futures=True)
 
 
 def _hand_out(left: deque[Plan], processes: Executor, device: str) -> None:

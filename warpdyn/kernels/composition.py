@@ -32,7 +32,8 @@ arguments.
 The slots of all skeletons, and the local variables that can be named there. i counts storeys of a thread (or degrees
 of freedom), j lanes; g is the storey in the building, the same as i but where threads share a sample. `h[j]` is the
 step of lane j, 0 once it is done; `u[i, j]`, `v[i, j]`, `z[i * M + m, j]` are the accepted state, `us[i, j]`,
-`vs[i, j]` the one that is tried.
+`vs[i, j]` the one that is tried. The propagated skeleton steps through modes and has neither: in its slots a state is
+`drift`, `vi`, `ai` and `restoring`.
 
     declare                variables, before all else: `row()` has a value for each lane, `matrix()` one for each storey
                            and lane, `indices()` a whole number for each lane
@@ -130,6 +131,7 @@ At the end of a run, of lane j:
 """
 
 import ast
+import functools
 import hashlib
 import linecache
 import sys
@@ -140,7 +142,15 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpdyn.kernels.registry import all_parts, names_in
-from warpdyn.kernels.source_text import bodies_of, folded, source_of, spliced, with_names, without_unread
+from warpdyn.kernels.source_text import (
+    bodies_of,
+    folded,
+    names_of,
+    source_of,
+    spliced,
+    with_names,
+    without_unread,
+)
 
 
 class Composed(NamedTuple):
@@ -164,15 +174,26 @@ def compose(skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None) -
     values |= {f"HAS_{slot.upper()}": slot in filled for slot in set().union(*map(bodies_of, parts))}
     known = {name: value for name, value in values.items() if name.isupper() and isinstance(value, bool | int)}
     written = {name: value for name, value in values.items() if isinstance(value, str)}
-    text = with_names(spliced(source_of(skeleton), [home, *wanted]), written)
-    text = without_unread(folded(text, known))
-    named = {node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)}
+    text, named = _text(skeleton, (home, *wanted), tuple(known.items()), tuple(written.items()))
     of_modules: dict[str, Any] = {}
     for each in (home, *wanted):
         held = vars(each if isinstance(each, ModuleType) else sys.modules[each.__module__])
         bodies = bodies_of(each)
         _add(of_modules, {name: held[name] for name in named & held.keys() - values.keys() - bodies.keys()})
     return Composed(text, {name: value for name, value in (of_modules | values).items() if name in named})
+
+
+@functools.cache  # plans that differ in their types alone have one text
+def _text(
+    skeleton: Callable,
+    holders: tuple[Any, ...],
+    known: tuple[tuple[str, Any], ...],
+    written: tuple[tuple[str, str], ...],
+) -> tuple[str, frozenset[str]]:
+    """Return the text of a kernel whose slots modules and parts fill, and the names in it."""
+    text = with_names(spliced(source_of(skeleton), holders), dict(written))
+    text = without_unread(folded(text, dict(known)))
+    return text, frozenset(name.id for name in names_of(ast.parse(text)))
 
 
 def kernel_of(composed: Composed, options: Mapping[str, Any]) -> wp.Kernel:

@@ -1,4 +1,7 @@
-"""Warp's kernel cache: what is read from it is what was written, and what is damaged in it is compiled again."""
+"""Warp's kernel cache: what is read from it is what was written, and what is damaged in it is compiled again.
+
+It holds precompiled headers, too, which Warp itself would make anew in every process.
+"""
 
 import atexit
 import hashlib
@@ -8,7 +11,10 @@ import shutil
 import tempfile
 import threading
 from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import warp as wp
 
@@ -19,6 +25,9 @@ SEAL = "warpdyn.json"  # digests of the files of a module, beside them
 THREADS_OF_A_BLOCK = 128
 COMPILATION_IS_TOLD = 1.0  # seconds after which a compilation is told of
 
+COMPILED = (".o", ".ptx", ".cubin")
+
+_headers_checked: set[Path] = set()  # folders of headers that this process has found undamaged
 _loaded: set[tuple[wp.Module, str]] = set()
 _loading: defaultdict[wp.Module, threading.Lock] = defaultdict(threading.Lock)
 
@@ -94,13 +103,61 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
 def _load(module: wp.Module, device: str, block_size: int) -> None:
     """Load a module; compile into a folder for this process alone if the cache cannot be written."""
     try:
-        module.load(wp.get_device(device), block_dim=block_size)
+        with _kept_headers(device, folder_of(module, block_size)):
+            module.load(wp.get_device(device), block_dim=block_size)
     except OSError as error:
         if _takes_files(Path(wp.config.kernel_cache_dir)):
             raise
         _move_elsewhere(error)
         module.mark_modified()
         module.load(wp.get_device(device), block_dim=block_size)
+
+
+@contextmanager
+def _kept_headers(device: str, folder: Path) -> Iterator[None]:
+    """Let the calling thread take precompiled headers from the kernel cache while it compiles, and leave them there.
+
+    Warp precompiles its headers anew in each thread of each process that compiles for a processor, for nearly two
+    seconds, as long as a large kernel takes. Each file is moved into its place when it is complete. The compiler
+    refuses one whose headers have changed, and a version of Warp that keeps them otherwise goes on as it does.
+
+    Args:
+        device: Device that is compiled for; only a processor's headers are kept.
+        folder: Folder of the module; nothing is to be compiled where it holds what was.
+    """
+    of_threads = getattr(getattr(wp._src.context, "runtime", None), "_pch_dirs", None)
+    there = folder.is_dir() and any(path.suffix in COMPILED for path in folder.iterdir())
+    if device != "cpu" or there or not isinstance(of_threads, dict):
+        yield
+        return
+    headers = _folder_of_headers()
+    if headers not in _headers_checked and headers.is_dir() and _is_damaged(headers):
+        _discard(headers, "files differ from what was compiled")
+    try:
+        headers.mkdir(parents=True, exist_ok=True)
+    except OSError:  # Warp's own attempt to write beside it tells of this
+        yield
+        return
+    thread, before = threading.get_ident(), {path.name for path in headers.iterdir()}
+    own = of_threads.get(thread)
+    of_threads[thread] = SimpleNamespace(name=str(headers))
+    try:
+        yield
+    finally:
+        of_threads.pop(thread)
+        if own is not None:
+            of_threads[thread] = own
+    if {path.name for path in headers.iterdir()} - before:
+        _seal(headers)
+    _headers_checked.add(headers)
+
+
+def _folder_of_headers() -> Path:
+    """Return the folder of precompiled headers of this installation of Warp; they fit no other one."""
+    header = Path(wp.__file__).parent / "native" / "builtin.h"
+    about = header.stat()
+    installation = hashlib.sha256(f"{header} {about.st_size} {about.st_mtime_ns}".encode()).hexdigest()[:16]
+    return Path(wp.config.kernel_cache_dir) / f"precompiled_headers_{installation}"
 
 
 def _move_elsewhere(error: OSError) -> None:
@@ -155,6 +212,6 @@ def _seal(folder: Path) -> None:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the digests of a module's binaries and their descriptions, by name."""
-    files = (path for path in sorted(folder.iterdir()) if path.suffix in (".o", ".ptx", ".cubin", ".meta"))
+    """Return the digests of binaries and their descriptions, by name."""
+    files = (path for path in sorted(folder.iterdir()) if path.suffix in (*COMPILED, ".meta", ".pch"))
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files if path.is_file()}

@@ -62,7 +62,9 @@ def find(kind: type[_Kind]) -> dict[str, type[_Kind]]:
     return found
 
 
+#: The class of every storey law by its name in a scene.
 LAWS: dict[str, type[Law]] = find(Law)
+#: The class of every device that stands beside a storey's law, by its name in a scene.
 DEVICES: dict[str, type[Device]] = find(Device)
 globals().update({element.__name__: element for element in (LAWS | DEVICES).values()})
 

@@ -36,6 +36,10 @@ from warpdyn.core.near_misses import did_you_mean
 from warpdyn.laws.parameter import Parameter, names_of
 
 Values = Mapping[str, np.ndarray]
+SHAPES = "Each parameter is one number for all storeys, or has one for each, shape [storey], from the ground up."
+ERRORS = """Raises:
+    ValueError: If a parameter is out of its bounds, not finite, or neither a number nor a row of numbers.
+    TypeError: If a parameter is missing, or the name of one is unknown."""
 
 
 class Layout(enum.IntEnum):
@@ -100,7 +104,9 @@ def _described(cls: type[StoreyElement]) -> str:
         for name, known in cls.parameters.items()
     )
     head, example, tail = text.partition("\n\nExample:")
-    return f"{head}\n\nArgs:\n{arguments}{example}{tail}\n" if arguments else f"{text}\n"
+    if not arguments:
+        return f"{text}\n"
+    return f"{head}\n\n{SHAPES}\n\nArgs:\n{arguments}\n\n{ERRORS}{example}{tail}\n"
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(parameter, shared))
@@ -114,6 +120,10 @@ class StoreyElement:
         opensees: What OpenSees calls its material or element; a scene may use these names.
         is_linear_until_yield: Whether a storey is linear, and remembers nothing, until its drift first passes
             `yield_force` over the stiffness (or for ever, without a `yield_force`).
+
+    Example:
+        >>> wd.laws.Bilinear.name, list(wd.laws.Bilinear.parameters)
+        ('bilinear', ['yield_force', 'hardening_ratio'])
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]  # what `dataclass` gives each subclass
@@ -201,12 +211,27 @@ class StoreyElement:
 
 
 class Law(StoreyElement):
-    """A storey law: the force of a storey at its drift, by its parameters and the path that led there."""
+    """A storey law: the force of a storey at its drift, by its parameters and the path that led there.
+
+    Example:
+        >>> isinstance(wd.laws.Takeda(yield_force=1e6, hardening_ratio=0.02), wd.laws.Law)
+        True
+        >>> wd.laws.LAWS["takeda"].parameters["unloading_exponent"].default
+        0.4
+    """
 
 
 class Device(StoreyElement):
-    """What stands beside a storey's law, with parameters of its own; a storey without one has a strength of 0."""
+    """What stands beside a storey's law, with parameters of its own; a storey without one has a strength of 0.
+
+    Example:
+        >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)
+        >>> isinstance(damper, wd.laws.Device), list(wd.laws.DEVICES)
+        (True, ['friction_damper', 'gap', 'one_sided_gap', 'viscous_damper'])
+    """
 
 
+#: The yield force [N] that most laws have among their parameters.
 YIELD_FORCE = Parameter("N", "storey yield force", low=0.0, low_open=True)
+#: The hardening ratio [1] that most laws have among their parameters.
 HARDENING_RATIO = Parameter("1", "ratio of post-yield to initial storey stiffness", low=0.0, high=1.0, high_open=True)

@@ -16,13 +16,18 @@ class Parameter:
     Args:
         units: UDUNITS string.
         long_name: What the dataset calls it.
-        low: Lower bound.
-        high: Upper bound.
+        low: Lower bound [`units`].
+        high: Upper bound [`units`].
         low_open: Whether the lower bound itself is refused.
         high_open: Whether the upper bound itself is refused.
-        default: Value where the scene names none; None where it must.
+        default: Value where the scene names none [`units`]; None where it must.
         often_in_percent: Whether others give it in percent, so that a value above the upper bound may be meant so.
         opensees: What OpenSees calls it, or what OpenSees is given for it.
+
+    Example:
+        >>> stiffness = wd.laws.Parameter("N m-1", "storey stiffness", low=0.0, low_open=True)
+        >>> stiffness.allowed
+        'finite and above 0'
     """
 
     units: str

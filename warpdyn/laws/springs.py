@@ -2,7 +2,8 @@
 
 A law sees the storey drift [m], its own memory and its coefficients, both as short vectors, and returns a force [N].
 The coefficients are prepared once per structure (each law's `parameters.py`), so that no division stands in the time
-loop. The rows are those of the folders' `device_functions.py`; they are imported when the first row is asked for.
+loop. The rows are those of the folders' `device_functions.py`; a folder's are imported when one of them is asked for,
+as Warp reads each function's text, a third of a second for all.
 
 `spring_row` also makes rows of several: "bouc_wen_1+gap" is of storeys that have both, "bilinear|bouc_wen_1+gap" of
 storeys that have the first or the second, and the third besides.
@@ -24,41 +25,50 @@ if TYPE_CHECKING:
     DEVICE_SPRINGS: dict[str, Spring]  # rows of devices, which stand beside a storey's law
 
 
+_FOUND: dict[str, dict[str, Spring]] = {"SPRINGS": {}, "DEVICE_SPRINGS": {}}  # rows of the folders imported so far
+
+
 @functools.cache
-def _tables() -> dict[str, dict[str, Spring]]:
-    """Return the tables of rows, as every folder's device functions give them."""
-    tables: dict[str, dict[str, Spring]] = {"SPRINGS": {}, "DEVICE_SPRINGS": {}}
-    for folder in laws.law_folders():
-        name = f"{laws.__name__}.{folder}.device_functions"
-        if find_spec(name) is not None:  # isolators have those of bilinear storeys
-            module = importlib.import_module(name)
-            for table, rows in tables.items():
-                rows |= getattr(module, table, {})
-    for rows in tables.values():
+def _find_rows(folder: str) -> None:
+    """Add the rows that a folder's device functions give to those found."""
+    name = f"{laws.__name__}.{folder}.device_functions"
+    if find_spec(name) is None:  # isolators have those of bilinear storeys
+        return
+    module = importlib.import_module(name)
+    for table, found in _FOUND.items():
+        rows = getattr(module, table, {})
         for row, spring in rows.items():
             _check_coefficients(row, spring)
-    return tables
+        found |= rows
 
 
 def __getattr__(name: str) -> dict[str, Spring]:
-    if name in ("SPRINGS", "DEVICE_SPRINGS"):
-        return _tables()[name]
+    if name in _FOUND:
+        for folder in laws.law_folders():
+            _find_rows(folder)
+        return _FOUND[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 @functools.cache
 def spring_row(name: str) -> Spring:
     """Return the row of a name, made of several where it names several: the same name gives the same row."""
-    from warpdyn.laws.combined_springs import one_or_other, side_by_side
-
     one, _, other = name.rpartition("+")
     if one:
+        from warpdyn.laws.combined_springs import side_by_side
+
         return side_by_side(one, spring_row(one), other, spring_row(other))
     one, _, other = name.partition("|")
     if other:
+        from warpdyn.laws.combined_springs import one_or_other
+
         return one_or_other(one, spring_row(one), other, spring_row(other))
-    tables = _tables()
-    return (tables["SPRINGS"] | tables["DEVICE_SPRINGS"])[name]
+    springs, of_devices = _FOUND.values()
+    if name not in springs and name not in of_devices:
+        for element in (laws.LAWS | laws.DEVICES).values():  # a row may be of laws in several folders
+            if name in element.rows:
+                _find_rows(element.__module__.split(".")[-2])
+    return (springs | of_devices)[name]
 
 
 def _check_coefficients(name: str, row: Spring) -> None:

@@ -33,6 +33,10 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
 
     Raises:
         TypeError: If it is something else.
+
+    Example:
+        >>> figure = wd.plots.building(building)
+        >>> figure.savefig("building.png")
     """
     check_kind("plots.building", "a ShearBuilding", building, ShearBuilding)
     values, storeys = building.parameters, building.storeys
@@ -113,6 +117,9 @@ def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> 
     Raises:
         ValueError: If the dataset has no base shears.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.pushover_curve(wd.pushover(building, np.linspace(0.0, 0.1, 101)))
     """
     check_dataset(
         "plots.pushover_curve",

@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from warpdyn.core.checks import check_dataset
 from warpdyn.plots.samples import demands_of
 from warpdyn.plots.style import (
+    AMONG_POINTS,
     COLLAPSE_COLOUR,
     COLOURS,
     MOST_POINTS,
     PALE,
-    SMALL,
     Colours,
     Drawn,
     check_kept,
@@ -53,6 +53,10 @@ def cloud_regression(
     Raises:
         ValueError: If the run or the curves lack something.
         TypeError: If one of them is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
+        >>> figure = wd.plots.cloud_regression(run, wd.fragility_of_cloud(run, limits))
     """
     name = "cloud_regression"
     needed = ("regression_intercept", "regression_slope", "regression_deviation", "damage_limit", "fragility_median")
@@ -87,8 +91,10 @@ def cloud_regression(
         limit, median = factor * float(row["damage_limit"]), float(row["fragility_median"])
         axes.axhline(limit, color=colour, lw=1)
         said = f"{state}: median {median:.3g}" if np.isfinite(median) else f"{state}, no fit"
-        on_right: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": "right", "va": "bottom"}
-        axes.annotate(said, (0.99, limit), fontsize=SMALL, color=colour, **on_right)
+        # Away from the median, where the cloud is below a high limit and above a low one.
+        at, side = (0.99, "right") if median < np.sqrt(level.min() * level.max()) else (0.01, "left")
+        where: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": side, "va": "bottom"}
+        axes.annotate(said, (at, limit), color=colour, **where, **AMONG_POINTS)
         if np.isfinite(median):
             axes.plot(median, limit, "o", color=colour, ms=7, mec="white", zorder=5)
     if np.isfinite(float(curves.get("collapse_median", np.inf))):

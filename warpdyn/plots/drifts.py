@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from warpdyn.core.checks import whole_number
 from warpdyn.plots.samples import Demands, demands_of, percent
 from warpdyn.plots.style import (
+    AMONG_POINTS,
     COLLAPSE_COLOUR,
     COLOURS,
     DARK,
@@ -56,6 +57,9 @@ def drift_over_height(
     Raises:
         ValueError: If the dataset has no drifts or no levels.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.drift_over_height(run, levels=3)
     """
     whole_number("levels", levels, 1)
     drawn = demands_of("drift_over_height", dataset, "peak_storey_drift_ratio", OF_STRIPES, by_storey=True)
@@ -122,6 +126,10 @@ def drift_against_intensity(
     Raises:
         ValueError: If the dataset has no drifts or no levels.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> result = run.merge(curves, combine_attrs="no_conflicts")  # with the limits
+        >>> figure = wd.plots.drift_against_intensity(result)
     """
     name = "drift_against_intensity"
     drawn = demands_of(name, dataset, "peak_storey_drift_ratio", OF_MOTIONS)
@@ -131,7 +139,7 @@ def drift_against_intensity(
     for colour, (state, limit) in zip(colours_of([state for state, _ in limits], colours), limits, strict=True):
         axes.axhline(100 * limit, color=colour, lw=1)
         place = (0.01, 100 * limit)
-        axes.annotate(state, place, xycoords=axes.get_yaxis_transform(), fontsize=SMALL, color=colour, va="bottom")
+        axes.annotate(state, place, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS)
     axes.set_ylabel("Largest peak storey drift ratio [%]")
     return result
 
@@ -153,6 +161,9 @@ def residual_drifts(dataset: xr.Dataset, *, scale: str = "log", ax: Axes | None 
     Raises:
         ValueError: If the dataset has no residual drifts or no levels.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.residual_drifts(run)
     """
     advice = "draw a run of a ShearBuilding under ground motions with the recorder 'residual'"
     drawn = demands_of("residual_drifts", dataset, "residual_drift_ratio", advice)
@@ -216,7 +227,7 @@ def drift_distributions(
     Args:
         runs: The run of each design by its name, such as `{"as it is": run, "with dampers": other}`.
         level: Level of the stripe that is drawn [unit of the levels], where runs are on stripes; None where all
-            samples are on one.
+            samples are on one, or on none, as under random motions.
         colours: Colour of each design, in their order or by name.
         ax: Axes to draw into; None for a figure of its own.
 
@@ -226,16 +237,17 @@ def drift_distributions(
     Raises:
         ValueError: If there is no run, one has no drifts, or runs on stripes need a level.
         TypeError: If a run is no Dataset.
+
+    Example:
+        >>> other = wd.simulate(scene, structures=3, seed=2)
+        >>> figure = wd.plots.drift_distributions({"one seed": run, "another": other}, level=0.6)  # g
     """
     named = checked_designs("drift_distributions", runs, "run")
     result, (axes,) = panels("drift_distributions", ax, size=(6.4, 4.6))
-    demands = {
-        name: demands_of("drift_distributions", run, "peak_storey_drift_ratio", OF_MOTIONS)
-        for name, run in named.items()
-    }
-    demands = {
-        name: _on_one_level(name, drawn, level) if drawn.is_striped else drawn for name, drawn in demands.items()
-    }
+    demands = {}
+    for name, run in named.items():
+        drawn = demands_of("drift_distributions", run, "peak_storey_drift_ratio", OF_MOTIONS, by_level=False)
+        demands[name] = _on_one_level(name, drawn, level) if drawn.is_striped else drawn
     stripes = {name: _stripe_of(drawn) if drawn.is_striped else "" for name, drawn in demands.items()}
     is_same = len(set(stripes.values())) == 1
     for colour, (name, drawn) in zip(colours_of(named, colours), demands.items(), strict=True):

@@ -52,6 +52,10 @@ def fragility_curves(
     Raises:
         ValueError: If the dataset lacks the curves.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.fragility_curves(curves, colours={"slight": "tab:blue", "complete": "tab:red"})
+        >>> figure.savefig("fragility.png")
     """
     _check_curves("fragility_curves", dataset)
     result, (axes,) = panels("fragility_curves", ax)
@@ -62,7 +66,7 @@ def fragility_curves(
         _draw_curve(axes, row, colour, f"{state}{f' ({limit})' if limit else ''}{_without_fit(row)}")
     _finish(axes, _levels(dataset), scale)
     axes.set(xlabel=label_of_measure(dataset), ylabel="Probability of exceedance")
-    legend(axes, loc="upper left" if scale == "log" else "lower right")
+    legend(axes, loc="best")
     confidence = 100 * dataset.attrs["confidence"]
     title(
         axes,
@@ -93,6 +97,11 @@ def fragility_comparison(
     Raises:
         ValueError: If a design lacks curves, or they have no damage state or another intensity measure in common.
         TypeError: If a design's curves are no Dataset.
+
+    Example:
+        >>> stiffer = wd.ShearBuilding(1e5, 6e7, 3.0, law=law, **damped)
+        >>> others = wd.fragility(wd.simulate(wd.Scene(stiffer, stripes, scatter), structures=3), limits)
+        >>> figure = wd.plots.fragility_comparison({"as it is": curves, "stiffer": others})
     """
     function = "fragility_comparison"
     named = checked_designs(function, curves, "dataset of fragility curves")
@@ -111,7 +120,7 @@ def fragility_comparison(
     if not common:
         raise ValueError(f"plots.{function}: the designs have no damage state in common")
     columns = 1 if len(common) == 1 else 2
-    size = (3.6 * columns + 0.4, 2.6 * -(-len(common) // columns) + 0.4)
+    size = (7.0, 4.6) if columns == 1 else (3.6 * columns + 0.4, 2.6 * -(-len(common) // columns) + 0.4)
     result, all_axes = panels(function, ax, len(common), columns=columns, size=size, sharex=True, sharey=True)
     for axes, state in zip(all_axes, common, strict=True):
         limits: set[str] = set()

@@ -46,7 +46,7 @@ def ground_motions(
 
     Args:
         motions: A ground motion, or some.
-        damping_ratio: Of the response spectra, as a fraction of critical.
+        damping_ratio: Of the response spectra, as a fraction of critical [1].
         colours: Colours of the motions, in their order or by name.
         ax: Three axes to draw into; None for a figure of its own.
 
@@ -56,6 +56,9 @@ def ground_motions(
     Raises:
         ValueError: If there is no motion, or the damping ratio is out of range.
         TypeError: If a motion is no GroundMotion.
+
+    Example:
+        >>> figure = wd.plots.ground_motions(motions[:2])
     """
     drawn = checked_motions(motions)
     result, (history, growth, spectrum) = panels("ground_motions", ax, 3, columns=1, size=(7.0, 7.4))
@@ -115,6 +118,9 @@ def spectra(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Iterable[Axe
     Raises:
         ValueError: If the dataset has no spectra.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.spectra(wd.response_spectra(motions, periods=np.geomspace(0.1, 2.0, 20)))
     """
     advice = "draw what response_spectra(motions, periods) returned"
     check_dataset("plots.spectra", dataset, "pseudo_spectral_acceleration", "period", advice=advice)

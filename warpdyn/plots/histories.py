@@ -35,6 +35,10 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
     Raises:
         ValueError: If the dataset has no such history.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(scene, structures=3, histories=wd.Histories([0]))
+        >>> figure = wd.plots.histories(run)
     """
     chosen = _chosen_history("histories", dataset, history, "displacement")
     time, displacement = chosen["time"].values, chosen["displacement"].values
@@ -88,6 +92,9 @@ def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Ax
     Raises:
         ValueError: If the dataset has no storey forces along a path.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.hysteresis(wd.storey_hysteresis(building, [0.0, 0.02, -0.02, 0.02]))
     """
     check_dataset("plots.hysteresis", dataset, advice=f"{_HISTORIES} of a ShearBuilding")
     if "storey_drift" in dataset and "storey_force" in dataset:

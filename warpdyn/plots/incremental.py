@@ -11,12 +11,12 @@ from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.plots.drifts import OF_STRIPES, limits_of
 from warpdyn.plots.samples import SHARES, Demands, demands_of, fractiles
 from warpdyn.plots.style import (
+    AMONG_POINTS,
     COLLAPSE_COLOUR,
     COLOURS,
     DARK,
     PALE,
     SCALES,
-    SMALL,
     Drawn,
     check_kept,
     grid,
@@ -58,6 +58,10 @@ def ida_curves(
         ValueError: If the run is of several archetypes, is not on at least two stripes or has no drifts, or the scale
             is unknown.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> result = run.merge(curves, combine_attrs="no_conflicts")  # with the limits
+        >>> figure = wd.plots.ida_curves(result)
     """
     one_of("scale", scale, SCALES)
     if isinstance(dataset, xr.Dataset):
@@ -131,6 +135,10 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
     Raises:
         ValueError: If the dataset has no capacities, or all of them are infinite or failed.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> found = wd.capacities(scene, limits, structures=2, keep_curves=True)
+        >>> figure = wd.plots.capacities(found)
     """
     advice = "draw what capacities(scene, limits) returned"
     check_dataset("plots.capacities", dataset, "capacity", "damage_limit", advice=advice)
@@ -203,7 +211,7 @@ def _name_limits(axes: Axes, limits: list[tuple[str, float]]) -> None:
         at = float(across.transform(axes.transData.transform((limit, axes.get_ylim()[1])))[0])
         if at - before > APART and at > APART:
             place, where = (limit, 0.98), axes.get_xaxis_transform()
-            axes.annotate(state, place, xycoords=where, rotation=90, fontsize=SMALL, color=DARK, ha="right", va="top")
+            axes.annotate(state, place, xycoords=where, rotation=90, color=DARK, ha="right", va="top", **AMONG_POINTS)
             before = at
 
 

@@ -48,9 +48,8 @@ def damage_map(
         TypeError: If `results` is no DataFrame.
 
     Example:
-        >>> results = wd.building_results(counted, stock, inventory, wd.hazus_loss_ratios("RES1"))
-        >>> wd.plots.damage_map(results)
-        >>> wd.plots.damage_map(results, "extensive", cell=2.0)
+        >>> figure = wd.plots.damage_map(results)  # mean loss ratios
+        >>> figure = wd.plots.damage_map(results, "slight", cell=5.0)  # km
     """
     check_kind("plots.damage_map", "a DataFrame", results, pd.DataFrame, _ADVICE)
     value, weight, words = _values_of(results, state)

@@ -56,6 +56,9 @@ def hazard_and_rates(
 
     Raises:
         TypeError, ValueError: As of `annual_rates`.
+
+    Example:
+        >>> figure = wd.plots.hazard_and_rates(curves, hazard)
     """
     tree = branches_of("plots.hazard_and_rates", hazard)
     found = curves_of("plots.hazard_and_rates", curves, tree)
@@ -108,6 +111,9 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
     Raises:
         ValueError: If the dataset lacks the contributions, or one damage state alone was selected.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.disaggregation(wd.disaggregate(curves, hazard))
     """
     needed = "contribution", "intensity_lower", "intensity_upper", "modal_intensity", "annual_rate", "damage_state"
     check_dataset("plots.disaggregation", dataset, *needed, advice="draw what disaggregate(curves, hazard) returned")
@@ -154,6 +160,9 @@ def vulnerability(
     Raises:
         ValueError: If the dataset lacks the curve.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.vulnerability(wd.vulnerability(curves, {"slight": (0.05, 0.5), "complete": (1.0, 0.0)}))
     """
     needed = "mean_loss_ratio", "coefficient_of_variation", "intensity"
     check_dataset("plots.vulnerability", dataset, *needed, advice="draw what vulnerability(curves, ratios) returned")
@@ -196,6 +205,10 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     Raises:
         ValueError: If the dataset lacks the curve.
         TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> losses = wd.annual_losses(curves, hazard, {"slight": (0.05, 0.5), "complete": (1.0, 0.0)})
+        >>> figure = wd.plots.loss_exceedance(losses)
     """
     if isinstance(dataset, xr.Dataset) and "loss" in dataset.data_vars:
         return _loss_exceedance_of_events(dataset, colour, ax)

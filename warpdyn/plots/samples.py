@@ -89,7 +89,9 @@ def check_run(function: str, run: object, *names: str, advice: str) -> None:
         raise ValueError(f"plots.{function}: the run has no samples: the selection it was taken by left none")
 
 
-def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_storey: bool = False) -> Demands:
+def demands_of(
+    function: str, run: xr.Dataset, demand: str, advice: str, *, by_storey: bool = False, by_level: bool = True
+) -> Demands:
     """Return a demand of a run, the largest of all storeys or that of each.
 
     Args:
@@ -98,6 +100,7 @@ def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_s
         demand: Name of the variable, which lies along `sample` and `storey`.
         advice: What to draw instead of a dataset that lacks something.
         by_storey: Whether storeys are kept apart.
+        by_level: Whether levels must be known; without them, as under random motions, they are NaN.
 
     Raises:
         ValueError: If the run lacks something, or no sample of it has a result.
@@ -108,7 +111,7 @@ def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_s
             f"plots.{function} draws a run, and these are capacities: plots.capacities(found) draws them, with the "
             "curves they were found on where capacities(..., keep_curves=True) kept these"
         )
-    check_run(function, run, demand, "status", "im_level", advice=advice)
+    check_run(function, run, demand, "status", *["im_level"] * by_level, advice=advice)
     if "sample" not in run["status"].dims:
         raise ValueError(f"plots.{function}: the run has no dimension sample: select one by isel(sample=[number])")
     status = decoded_status(run["status"])
@@ -130,13 +133,14 @@ def demands_of(function: str, run: xr.Dataset, demand: str, advice: str, *, by_s
         # Other storeys stand: their demands up to the collapse count, if they have any.
         here = run["storey_of_collapse"].values[kept, None] == run["storey"].values
         beyond = beyond & (here | ~np.isfinite(values))
+    level = run["im_level"] if "im_level" in run else xr.DataArray(np.full(status.size, np.nan))
     return Demands(
         values,
         collapsed,
-        run["im_level"].values[kept].astype(np.float64),
+        level.values[kept].astype(np.float64),
         of_sample["structure"][kept],
         of_sample["motion_index"][kept],
-        run["im_level"].attrs.get("design") == STRIPED,
+        level.attrs.get("design") == STRIPED,
         label_of_measure(run),
         beyond,
     )

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import xarray as xr
-from matplotlib import ticker
+from matplotlib import patheffects, ticker
 from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
@@ -23,6 +23,12 @@ COLLAPSE_COLOUR = "#D55E00"
 PALE, DARK = "0.7", "0.35"  # of what stands behind, and of remarks
 SMALL = 8  # points, of legends and remarks
 TITLE = 9
+# Of a name that stands among points or curves: a white edge around its letters, above them all.
+AMONG_POINTS: dict[str, Any] = {
+    "fontsize": SMALL,
+    "path_effects": [patheffects.withStroke(linewidth=3, foreground="white")],
+    "zorder": 6,
+}
 MOST_POINTS = 20_000  # of a cloud: more only fill it in
 SCALES = ("log", "linear")
 # What every plot draws into, and returns: its own figure, or the axes that it was given. `Any` stands for these, so

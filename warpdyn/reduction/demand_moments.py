@@ -28,9 +28,14 @@ class DemandMoments(Statistic):
         over: What the moments are taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
 
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+
     Example:
-        >>> found = wd.simulate(scene, structures=1000, statistics=wd.DemandMoments("peak_base_shear", over="motion"))
-        >>> found["peak_base_shear_mean_by_motion"]
+        >>> found = wd.simulate(scene, structures=3, statistics=wd.DemandMoments("peak_base_shear", over="stripe"))
+        >>> (found["peak_base_shear_mean_by_stripe"] / 1e3).round().values  # kN
+        array([173., 248., 295., 316., 343., 409.])
     """
 
     demand: str
@@ -52,9 +57,14 @@ class LargestDemand(Statistic):
         over: What it is taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
 
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+
     Example:
-        >>> found = wd.simulate(scene, structures=1000, statistics=wd.LargestDemand("peak_storey_drift_ratio"))
-        >>> float(found["peak_storey_drift_ratio_largest"])
+        >>> found = wd.simulate(scene, structures=3, statistics=wd.LargestDemand("peak_storey_drift_ratio"))
+        >>> round(float(found["peak_storey_drift_ratio_largest"]), 3)
+        0.046
     """
 
     demand: str

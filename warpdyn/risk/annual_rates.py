@@ -33,7 +33,7 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
             above the last; a warning tells where that decides more than 5 % of a rate.
         hazard: The hazard of the curves' intensity measure.
         years: The period [year], in which occurrences are a Poisson process.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
 
     Returns:
         `annual_rate(damage_state)` of reaching or exceeding the state [1/year], `return_period` [year],
@@ -47,8 +47,11 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
         ValueError: If a state has no fit, a rate has no bound, or the hazard is of another unit or intensity measure.
 
     Example:
-        >>> rates = wd.annual_rates(wd.fragility(run, limits), hazard)
-        >>> rates["probability_in_period"]
+        >>> rates = wd.annual_rates(curves, hazard)
+        >>> rates["annual_rate"].round(5).values  # 1/year
+        array([5.6e-04, 6.0e-05])
+        >>> rates["probability_in_period"].round(3).values  # in 50 years
+        array([0.028, 0.003])
     """
     tree = branches_of("annual_rates", hazard)
     found = curves_of("annual_rates", curves, tree)
@@ -131,7 +134,7 @@ def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float)
     Args:
         sampled: Values, shape [replicate, branch, ...]; NaN where a replicate has none.
         weights: Weights of the branches, of sum 1, shape [branch].
-        confidence: Probability that the interval covers.
+        confidence: Probability that the interval covers [1].
     """
     replicates, branches, *rest = sampled.shape
     if replicates * branches < 2:

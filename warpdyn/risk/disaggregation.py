@@ -24,7 +24,7 @@ def disaggregate(
         hazard: The hazard of the curves' intensity measure; the mean over the branches of a logic tree is taken.
         bins: Number of bins, equal in the logarithm of the intensity.
         lowest: Lower edge of the first bin [units of the hazard]; by default the first point of the hazard.
-        highest: Upper edge of the last bin; by default the last point of the hazard.
+        highest: Upper edge of the last bin [units of the hazard]; by default the last point of the hazard.
 
     Returns:
         `annual_rate_of_bin(damage_state, intensity)` [1/year], `contribution(damage_state, intensity)`, its share of
@@ -37,7 +37,8 @@ def disaggregate(
         TypeError, ValueError: As of `annual_rates`; if the edges do not increase.
 
     Example:
-        >>> wd.disaggregate(curves, hazard)["modal_intensity"]
+        >>> wd.disaggregate(curves, hazard)["modal_intensity"].round(2).values  # g
+        array([0.53, 1.13])
     """
     tree = branches_of("disaggregate", hazard)
     return contributions(curves_of("disaggregate", curves, tree), tree, bins=bins, lowest=lowest, highest=highest)
@@ -132,8 +133,10 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
             the hazard is of another unit or measure.
 
     Example:
-        >>> by_record = wd.rates_by_record(wd.capacities(scene, limits), hazard)
-        >>> by_record["contribution"].sel(damage_state="complete").argmax()
+        >>> by_record = wd.rates_by_record(wd.capacities(scene, limits, highest=4.0), hazard)
+        >>> contribution = by_record["contribution"].sel(damage_state="complete")
+        >>> contribution.argmax("motion").item()  # the record that contributes most
+        1
     """
     name, dims = "rates_by_record", ("motion", "structure", "damage_state")
     needed = "capacity", "capacity_lower", "capacity_upper"

@@ -54,8 +54,11 @@ def event_losses(
         TypeError: If `counted` is no Dataset.
 
     Example:
-        >>> asked = wd.DamageLoss(stock.limits, ratios, stock.replacement_costs(inventory), events=events, over="event")
-        >>> wd.plots.loss_exceedance(wd.event_losses(wd.simulate(scene, statistics=asked)))
+        >>> costs = stock.replacement_costs(inventory)
+        >>> asked = wd.DamageLoss(stock.limits, wd.hazus_loss_ratios("RES1"), costs, over="motion")
+        >>> losses = wd.event_losses(wd.simulate(region, statistics=asked), event_rates=[0.001] * len(motions))
+        >>> float(losses["expected_annual_loss"].round())
+        406.0
     """
     advice = "give what simulate(..., statistics=[DamageLoss(..., over='event')]) returned"
     check_dataset(_FUNCTION, counted, advice=advice)

@@ -45,8 +45,11 @@ class HazardCurve:
 
     Example:
         >>> hazard = wd.HazardCurve([0.1, 0.3, 1.0], [1e-2, 1e-3, 5e-5], measure="SA(0.75)")
+        >>> float(hazard.intensity_of(1 / 475).round(2))  # g
+        0.21
         >>> of_velocity = wd.HazardCurve([0.03, 0.1, 1.0], [4e-2, 8e-3, 3e-5], measure="PGV", units="m s-1")
-        >>> hazard.intensity_of(1 / 475)
+        >>> float(of_velocity.rate_of(0.1).round(4))  # 1/year
+        0.008
     """
 
     intensity: np.ndarray
@@ -101,7 +104,9 @@ class HazardCurve:
             ValueError: As of the class; if a probability is not above 0 and below 1.
 
         Example:
-            >>> wd.HazardCurve.from_probabilities([0.1, 0.5], [0.39, 0.02], years=50)
+            >>> hazard = wd.HazardCurve.from_probabilities([0.1, 0.5], [0.39, 0.02], years=50)
+            >>> hazard.annual_rate.round(5)
+            array([0.00989, 0.0004 ])
         """
         years = real_number("years", years, above=0)
         values = _positive_points("probability", probability)
@@ -131,6 +136,8 @@ class HazardCurve:
 
         Example:
             >>> hazard = wd.HazardCurve.from_openquake_csv("hazard_curve-mean-PGA_1.csv", site=(-122.4, 37.8))
+            >>> hazard.measure
+            'PGA'
         """
         intensity, rate, measure, units = files.read_openquake_csv(path, site)
         return cls(intensity, rate, measure=measure, units=units)
@@ -156,6 +163,8 @@ class HazardCurve:
 
         Example:
             >>> hazard = wd.HazardCurve.from_usgs("hazard.json", measure="SA(0.75)")
+            >>> hazard.measure
+            'SA(0.75)'
         """
         intensity, rate, measure = files.read_usgs(path, measure, site)
         return cls(intensity, rate, measure=measure)
@@ -187,7 +196,8 @@ class HazardCurve:
         """Return the intensities that are exceeded at annual rates [1/year]; where the curve is level, the largest.
 
         Args:
-            rate: Annual rate, any shape, above 0; `1 / return_period`. A warning tells of rates beyond the points.
+            rate: Annual rate [1/year], any shape, above 0; `1 / return_period`. A warning tells of rates beyond the
+                points.
 
         Raises:
             ValueError: If a rate is not above 0, or above the first of a curve that begins level.
@@ -222,7 +232,10 @@ class HazardLogicTree:
         TypeError: If `curves` is no row, or a branch is no HazardCurve.
 
     Example:
-        >>> tree = wd.HazardLogicTree([low, middle, high], [0.2, 0.6, 0.2])
+        >>> low, high = wd.HazardCurve([0.1, 1.0], [5e-3, 2e-5]), wd.HazardCurve([0.1, 1.0], [2e-2, 2e-4])
+        >>> tree = wd.HazardLogicTree([low, hazard, high], [0.2, 0.6, 0.2])
+        >>> float(tree.rate_of(0.1).round(4))  # 1/year
+        0.0096
     """
 
     curves: tuple[HazardCurve, ...]
@@ -267,7 +280,14 @@ class HazardLogicTree:
         return self.curves[0].units
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:
-        """Return the mean annual rate over the branches at which intensities are exceeded [1/year]."""
+        """Return the mean annual rate over the branches at which intensities are exceeded [1/year].
+
+        Args:
+            intensity: Intensity measure [units], any shape, above 0.
+
+        Raises:
+            ValueError: If an intensity is not above 0.
+        """
         return np.tensordot(self.weights, np.stack([curve.rate_of(intensity) for curve in self.curves]), 1)
 
 

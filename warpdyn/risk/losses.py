@@ -48,9 +48,9 @@ def annual_losses(
         curves: As of `annual_rates`.
         hazard: The hazard of the curves' intensity measure.
         loss_ratios: As of `vulnerability`.
-        replacement_value: Value of the building, in the currency in which losses are wanted; 1 for loss ratios.
+        replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
         return_periods: Return periods [year], such as 475.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
 
     Returns:
         `expected_annual_loss` and `deviation_of_annual_loss` [as the value, a year]; `contribution(damage_state)`, the
@@ -63,8 +63,9 @@ def annual_losses(
         TypeError, ValueError: As of `annual_rates` and `vulnerability`.
 
     Example:
-        >>> losses = wd.annual_losses(curves, hazard, wd.hazus_loss_ratios("COM4"), replacement_value=12e6)
-        >>> float(losses["expected_annual_loss"])
+        >>> losses = wd.annual_losses(curves, hazard, {"slight": 0.05, "complete": 1.0}, replacement_value=12e6)
+        >>> float(losses["expected_annual_loss"].round(-1))
+        1030.0
     """
     tree = branches_of("annual_losses", hazard)
     found = curves_of("annual_losses", curves, tree)
@@ -179,7 +180,7 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
         vulnerability: `mean_loss_ratio(intensity)` [1], as `vulnerability`, `storey_losses` of a run on stripes and
             `read_nrml_vulnerability` return it.
         hazard: The hazard of the function's intensity measure.
-        replacement_value: Value of the building, in the currency in which losses are wanted; 1 for loss ratios.
+        replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
 
     Returns:
         `expected_annual_loss` [as the value, a year]; `branch_expected_annual_loss(branch)` of a logic tree, of which
@@ -191,8 +192,9 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
             are unknown or not from 0 to 1, or the hazard is of another unit or measure.
 
     Example:
-        >>> losses = wd.storey_losses(run, drift_loss)
-        >>> wd.expected_annual_loss(losses, hazard, replacement_value=12e6)["expected_annual_loss"]
+        >>> losses = wd.vulnerability(curves, {"slight": 0.05, "complete": 1.0})
+        >>> float(wd.expected_annual_loss(losses, hazard, replacement_value=12e6)["expected_annual_loss"].round(-1))
+        1030.0
     """
     name = "expected_annual_loss"
     check_dataset(name, vulnerability, "mean_loss_ratio", "intensity", advice="give what vulnerability() returned")

@@ -33,7 +33,7 @@ def portfolio_losses(
         shares: What `damage_shares` returned.
         loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, the same for
             all archetypes; or of each archetype such a mapping.
-        replacement_values: Value of all buildings of each archetype together, in one currency.
+        replacement_values: Value of all buildings of each archetype together [currency].
         event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares, or a
             DataArray along it, which goes by its labels; None for losses of events alone.
         return_periods: Return periods [year] of the total loss, if events have rates.
@@ -52,8 +52,10 @@ def portfolio_losses(
             counted building in an event, or rates are not one for each event, are negative, or are given on stripes.
 
     Example:
-        >>> shares = wd.damage_shares(run, limits)
-        >>> wd.portfolio_losses(shares, wd.hazus_loss_ratios("RES3"), {"low": 3e8, "tall": 1.2e9})["loss"]
+        >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
+        >>> losses = wd.portfolio_losses(shares, wd.hazus_loss_ratios("RES1"), stock.replacement_values(inventory))
+        >>> float(losses["loss_ratio"].mean().round(3))
+        0.011
     """
     needed = "archetype_damage_share", "counted_buildings"
     check_dataset(_FUNCTION, shares, *needed, advice="give what damage_shares(run, limits) returned")

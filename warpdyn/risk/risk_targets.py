@@ -62,7 +62,9 @@ def risk_targeted_intensity(
         ValueError: If a probability is not between 0 and 1, or no intensity meets the target.
 
     Example:
-        >>> wd.risk_targeted_intensity(hazard)["risk_coefficient"]
+        >>> target = wd.risk_targeted_intensity(hazard)
+        >>> float(target["risk_targeted_intensity"].round(2)), float(target["risk_coefficient"].round(2))
+        (0.48, 0.92)
     """
     tree = branches_of("risk_targeted_intensity", hazard)
     dispersion = real_number("dispersion", dispersion, above=0)
@@ -144,7 +146,9 @@ def check_risk_target(
         TypeError, ValueError: As of `annual_rates` and `risk_targeted_intensity`.
 
     Example:
-        >>> wd.check_risk_target(curves, hazard, design_intensity=1.5)["meets_risk_target"]
+        >>> found = wd.check_risk_target(curves, hazard, design_intensity=1.0)
+        >>> bool(found["meets_risk_target"]), bool(found["meets_conditional_target"])
+        (True, False)
     """
     function = "check_risk_target"
     tree = branches_of(function, hazard)

@@ -62,8 +62,10 @@ def storey_losses(
             archetypes or events or no samples, or more than 1 % of the samples failed.
 
     Example:
-        >>> drift = [0.0, 0.004, 0.01, 0.03], [0.0, 0.005, 0.05, 0.12]  # of five equal storeys
-        >>> losses = wd.storey_losses(run, drift, ([0.0, 3.0, 12.0], [0.0, 0.0, 0.06]))
+        >>> drift_loss = [0.0, 0.004, 0.01, 0.03], [0.0, 0.02, 0.1, 0.3]  # of each of two equal storeys
+        >>> losses = wd.storey_losses(run, drift_loss, acceleration_loss=([0.0, 3.0, 12.0], [0.0, 0.0, 0.06]))
+        >>> losses["mean_loss_ratio"].round(2).values  # at the level of each stripe
+        array([0.01, 0.02, 0.04, 0.09, 0.17, 0.32])
     """
     check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned")
     refuse_portfolio(_FUNCTION, run)

@@ -32,6 +32,11 @@ class Histories:
 
     Raises:
         ValueError: If a number is not whole or negative, or there is no sample.
+
+    Example:
+        >>> run = wd.simulate(scene, structures=3, histories=wd.Histories([0, 5], every=2))
+        >>> run["displacement"].dims
+        ('history', 'time', 'dof')
     """
 
     samples: Sequence[int] = (0,)

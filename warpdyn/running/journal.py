@@ -12,7 +12,6 @@ import zipfile
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ import numpy as np
 from warpdyn.core.description import fingerprint
 from warpdyn.core.messages import tell
 from warpdyn.files.unfinished import Unfinished, attributes_of
+from warpdyn.files.versions import version_of
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.stability_guard import Reruns
@@ -34,9 +34,9 @@ def fingerprint_of(*decides: object) -> str:
 
 
 @cache
-def _versions() -> tuple[str, ...]:
+def _versions() -> tuple[str | None, ...]:
     """Return the versions of what computes; they are read from files, once."""
-    return tuple(version(name) for name in ("warpdyn", "warp-lang", "numpy", "scipy"))
+    return tuple(version_of(name) for name in ("warpdyn", "warp-lang", "numpy", "scipy"))
 
 
 class Journal:

@@ -260,6 +260,10 @@ def summary(run: xr.Dataset) -> str:
 
     Raises:
         ValueError, TypeError: If it is something else.
+
+    Example:
+        >>> print(wd.summary(run).splitlines()[0])
+        144 samples: 144 ok
     """
     check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
     check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")

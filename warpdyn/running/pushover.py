@@ -56,6 +56,14 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     Raises:
         ValueError: If a drift is not finite or the shape is another.
         TypeError: If `building` is no ShearBuilding.
+
+    Example:
+        >>> cycle = wd.storey_hysteresis(building, [0.0, 0.01, -0.01, 0.0])
+        >>> (cycle["storey_force"] / 1e3).round().values  # kN
+        array([[   0.,    0.],
+               [ 305.,  205.],
+               [-305., -205.],
+               [  95.,   95.]])
     """
     check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding)
     path = finite_numbers("drift", drift)
@@ -89,7 +97,7 @@ def pushover(
         roof_displacement: Roof displacements [m], starting from 0, which may reverse, shape [step]; for Bouc-Wen
             storeys in steps that are short beside the yield displacement.
         pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
-            "uniform" (floor mass), or floor loads of any scale, shape [floor].
+            "uniform" (floor mass), or floor loads of any scale [1], shape [floor].
 
     Returns:
         `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],
@@ -100,6 +108,11 @@ def pushover(
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
         RuntimeError: If no equilibrium is found in a step.
         TypeError: If `building` is no ShearBuilding.
+
+    Example:
+        >>> pushed = wd.pushover(building, np.linspace(0.0, 0.1, 101))
+        >>> (pushed["base_shear"][::25] / 1e3).round().values  # kN
+        array([  0., 315., 342., 368., 395.])
     """
     check_kind("pushover", "a ShearBuilding", building, ShearBuilding)
     path = finite_numbers("roof_displacement", roof_displacement)

@@ -129,13 +129,13 @@ def run_scene(
         is_journaled=journal is not None,
         is_reduced=table.reduces,
     )
-    compile_side_by_side(_plans(run, kept), execution.devices[0], run.model.threads)
     queues = open_queues(execution.devices, run.model.threads)
     findings = _findings(run, blocks, queues[0], integration)
     histories = None
     if kept.histories is not None:
         histories = KeptHistories(kept.histories, run, queues[0], integration)
     estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
+    compile_side_by_side(_plans(run, kept), execution.devices[0], run.model.threads)
     with table:
         with counted_histories(sum(run.samples_by_event)) as progress:
             pipeline = Pipeline(

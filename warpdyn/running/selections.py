@@ -9,6 +9,7 @@ from warpdyn.core.checks import check_dataset, whole_number
 from warpdyn.core.units import unit_attributes
 
 OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio of all storeys
+OF_COLLAPSE = "storey_of_collapse"
 
 
 def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
@@ -24,6 +25,12 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
     Raises:
         ValueError: If the run is not of an EventSequence, or has no such event.
         TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> events = wd.EventSequence({"mainshock": stripes, "aftershock": wd.Cloud(motions[:2])})
+        >>> run = wd.simulate(wd.Scene(building, events, recorders=("drift",)))
+        >>> wd.select_event(run, "mainshock").sizes["sample"], run.sizes["sample"]
+        (48, 96)
     """
     check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence")
     if "event" not in run.dims or "im_level_design" not in run.coords:
@@ -53,6 +60,11 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
     Raises:
         ValueError: If there is no such archetype.
         TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(region)
+        >>> wd.select_archetype(run, "C1L high 2").sizes["sample"]
+        8
     """
     check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio")
     names = archetypes_of(run).tolist()
@@ -70,7 +82,8 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
 
     The storeys are counted from 1 again. The own storeys of a building on isolators begin with the second; with a tuned
     mass damper they end with the last but one. Variables of the largest drift ratio of all storeys are removed; the
-    status, with collapse, and variables of the whole building stay.
+    status, with collapse, and variables of the whole building stay. `storey_of_collapse` is -1 where a storey collapsed
+    that is left out.
 
     Args:
         run: What `simulate` or `select_archetype` returned; a portfolio only if all its buildings are on isolators.
@@ -79,6 +92,11 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     Raises:
         ValueError: If the run has no such storeys.
         TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> upper = wd.select_storeys(run, first=2, last=2)
+        >>> upper.sizes["storey"]
+        1
     """
     check_dataset("select_storeys", run, advice="give what simulate() returned")
     storeys = run.sizes.get("storey", 0)
@@ -90,6 +108,10 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     for dim in dims:
         numbers = np.arange(1, last - first + 2, dtype=np.int32)
         part = part.assign_coords({dim: (dim, numbers, run[dim].attrs if dim in run.coords else {})})
+    if OF_COLLAPSE in run:
+        storey = run[OF_COLLAPSE]
+        is_kept = (storey >= first) & (storey <= last)
+        part[OF_COLLAPSE] = xr.where(is_kept, storey - (first - 1), -1).astype(storey.dtype).assign_attrs(storey.attrs)
     return part.drop_vars(OF_THE_LARGEST, errors="ignore")
 
 

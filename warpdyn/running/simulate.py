@@ -83,10 +83,10 @@ def simulate(
         longest_step: Upper bound of the chosen steps [s], in place of the default rule.
         resample: Whether a motion whose step is no multiple of `step` is resampled at `step`, which cuts its corners.
         dtype: "float32" or "float64"; None for "float32", or the choice made for `target_error`.
-        tolerance: Relative error that an adaptive method allows itself in a step (1e-6 by default); its steps are no
-            longer than those of other methods.
-        target_error: Relative error that the peak drifts of 95 % of the samples stay below; `plan` chooses the step for
-            it, and method and dtype if they are not given. None for no such choice.
+        tolerance: Relative error [1] that an adaptive method allows itself in a step (1e-6 by default); its steps are
+            no longer than those of other methods.
+        target_error: Relative error [1] that the peak drifts of 95 % of the samples stay below; `plan` chooses the step
+            for it, and method and dtype if they are not given. None for no such choice.
         on_unstable: What is done where the step is beyond a structure's stability limit: "substep" (these samples take
             the fewest stable steps in each interval of the record), "raise" (an error before any sample runs), or
             "flag" (status unstable_step). Where a step proves too long only during the run, "substep" runs the sample
@@ -100,13 +100,13 @@ def simulate(
         histories: Samples whose whole histories are kept; None for none. An EventSequence and a portfolio have
             none.
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
-        checked_share: Share of the samples (at least 30 of them) that are run again at half the step and in float64, to
-            estimate the relative error of every demand; None for none.
-        sample_error: Relative error asked for of every sample, such as 0.05; None for no estimate. Every sample is run
-            twice more: at half the step in float64, for `estimated_relative_error_of_sample`, and under its motion
+        checked_share: Share of the samples [1] (at least 30 of them) that are run again at half the step and in
+            float64, to estimate the relative error of every demand; None for none.
+        sample_error: Relative error [1] asked for of every sample, such as 0.05; None for no estimate. Every sample is
+            run twice more: at half the step in float64, for `estimated_relative_error_of_sample`, and under its motion
             scaled by 1.001, for the flag `sensitive`: whether its peaks then change by more than this error and .001,
-            as it does near a bifurcation, where no step settles them. A warning counts both. It costs some three to
-            six times the run; an EventSequence has none.
+            as it does near a bifurcation, where no step settles them. A warning counts both. It costs some three to six
+            times the run; an EventSequence has none.
         path: NetCDF file (run.nc) or Zarr store (run.zarr) to write the samples to, block by block. It appears when the
             run has finished; a file of the same run that stood there before stays until then. A run that was stopped or
             killed goes on from its finished blocks when the same call is made again, and the results have the same
@@ -141,6 +141,17 @@ def simulate(
         OSError: If the file cannot be written, or another run stands there.
         RuntimeError: If workers of the cluster have other versions of warpdyn, Warp, NumPy or SciPy, or devices of
             different kinds; or if a region was given up because several workers died that ran it.
+        TypeError: If the scene is none, or `statistics`, `histories` or `cluster` is of another kind.
+
+    Example:
+        >>> run = wd.simulate(scene, structures=3, seed=1)
+        >>> run.sizes["sample"]  # 3 structures under 8 motions at 6 levels
+        144
+        >>> run["peak_storey_drift_ratio"].dims, run["peak_storey_drift_ratio"].attrs["units"]
+        (('sample', 'storey'), '1')
+        >>> largest = run["peak_storey_drift_ratio"].max("storey")
+        >>> largest.groupby("im_level").median().astype(float).round(3).values  # at each level
+        array([0.001, 0.002, 0.004, 0.007, 0.011, 0.021])
     """
     check_kind("simulate", "a Scene", scene, Scene)
     integration = Integration.from_arguments(

@@ -15,8 +15,16 @@ class Normal:
     """A normal distribution.
 
     Args:
-        mean: Mean.
-        standard_deviation: Standard deviation, at least 0.
+        mean: Mean [units of what is drawn].
+        standard_deviation: Standard deviation [units of what is drawn], at least 0.
+
+    Raises:
+        ValueError: If a value is not finite, or the standard deviation is below 0.
+
+    Example:
+        >>> distribution = wd.Normal(mean=0.05, standard_deviation=0.01)
+        >>> wd.RandomValue(distribution).per
+        'building'
     """
 
     mean: float
@@ -36,8 +44,16 @@ class Lognormal:
     """A lognormal distribution, by its median and dispersion.
 
     Args:
-        median: Median, above 0.
-        dispersion: Standard deviation of the natural logarithm, at least 0.
+        median: Median [units of what is drawn], above 0.
+        dispersion: Standard deviation of the natural logarithm [1], at least 0.
+
+    Raises:
+        ValueError: If a value is not finite, the median is not above 0 or the dispersion is below 0.
+
+    Example:
+        >>> distribution = wd.Lognormal(median=1.0, dispersion=0.2)
+        >>> wd.RandomFactor(distribution).distribution
+        Lognormal(median=1.0, dispersion=0.2)
     """
 
     median: float
@@ -49,7 +65,19 @@ class Lognormal:
 
     @classmethod
     def from_mean(cls, mean: float, cov: float) -> Lognormal:
-        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean)."""
+        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean).
+
+        Args:
+            mean: Mean [units of what is drawn], above 0.
+            cov: Coefficient of variation [1], at least 0.
+
+        Raises:
+            ValueError: If the mean is not finite and above 0, or the coefficient is not finite or below 0.
+
+        Example:
+            >>> round(wd.Lognormal.from_mean(mean=0.05, cov=0.5).median, 4)
+            0.0447
+        """
         real_number("mean", mean, above=0)
         real_number("cov", cov, least=0)
         return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
@@ -64,8 +92,16 @@ class Uniform:
     """A uniform distribution between two bounds.
 
     Args:
-        low: Lower bound.
-        high: Upper bound, above the lower.
+        low: Lower bound [units of what is drawn].
+        high: Upper bound [units of what is drawn], above the lower.
+
+    Raises:
+        ValueError: If a bound is not finite, or the upper is not above the lower.
+
+    Example:
+        >>> distribution = wd.Uniform(low=0.02, high=0.08)
+        >>> wd.RandomValue(distribution).distribution
+        Uniform(low=0.02, high=0.08)
     """
 
     low: float

@@ -27,7 +27,12 @@ class Archetype:
         count: How many buildings there are of it; None for as many as `scatter` lists, or one.
         scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue or
             GivenValues, one for each building, which hold a table of single buildings.
-        correlation: Correlation of pairs of scattered parameters, as a Scene takes it.
+        correlation: Correlation of pairs of scattered parameters [1], as a Scene takes it.
+
+    Example:
+        >>> archetype = wd.Archetype(building, count=20, scatter=scatter)
+        >>> archetype.count
+        20
     """
 
     building: ShearBuilding
@@ -51,6 +56,12 @@ class Portfolio(Structure):
 
     Raises:
         ValueError, TypeError: If there is no archetype, or one is not valid; the message names the archetype.
+
+    Example:
+        >>> stiffer = wd.ShearBuilding(1e5, 6e7, 3.0, law=law, **damped)
+        >>> town = wd.Portfolio({"old": wd.Archetype(building, 20, scatter), "new": wd.Archetype(stiffer, 5, scatter)})
+        >>> town.buildings
+        25
     """
 
     family = "chain"

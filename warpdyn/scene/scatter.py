@@ -51,7 +51,7 @@ class RandomScatter(ParameterScatter):
     Args:
         distribution: Distribution of the random variable.
         per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
 
     Raises:
         ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all storeys.
@@ -97,14 +97,16 @@ class RandomFactor(RandomScatter):
     Args:
         distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
         per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
 
     Raises:
         TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
 
     Example:
-        >>> RandomFactor(Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5).per
-        'storey'
+        >>> own = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5)
+        >>> correlation = {("stiffness", "yield_force"): 0.7}
+        >>> wd.Scene(building, stripes, {"stiffness": own, "yield_force": own}, correlation).sampling
+        'sobol'
     """
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
@@ -119,14 +121,14 @@ class RandomValue(RandomScatter):
     Args:
         distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
         per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws, 0 to 1, for `per="storey"`.
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
 
     Raises:
         TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
 
     Example:
-        >>> RandomValue(Uniform(0.02, 0.08)).distribution.high
-        0.08
+        >>> wd.Scene(building, stripes, {"damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}).sampling
+        'sobol'
     """
 
     def problem(self, name: str, structure: Structure) -> str | None:
@@ -149,6 +151,11 @@ class GivenValues(ParameterScatter):
 
     Raises:
         ValueError: If a value is not finite or the shape is another.
+
+    Example:
+        >>> strengths = wd.GivenValues([[2.5e5, 2e5], [3e5, 2e5], [3.5e5, 2.5e5]])  # N, a row a structure
+        >>> wd.Scene(building, stripes, {"yield_force": strengths}).structures_given
+        3
     """
 
     def __repr__(self) -> str:

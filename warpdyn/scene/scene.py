@@ -31,13 +31,14 @@ class Scene:
         excitation: Stripes, Cloud, OneMotionPerStructure or MotionsAtSites ground motions, or an EventSequence of them;
             FilteredNoise; HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
         scatter: How structures differ: parameter name -> RandomFactor, RandomValue or GivenValues.
-        correlation: Correlation of pairs of scattered parameters, (name, name) -> -1 to 1, of the underlying normals.
+        correlation: Correlation of pairs of scattered parameters [1], (name, name) -> -1 to 1, of the underlying
+            normals.
         sampling: "sobol" (scrambled; the default), whose medians vary least from seed to seed, "latin_hypercube" or
             "monte_carlo", which is the default, and the only one, of a portfolio.
         recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
             and "energy".
-        collapse_drift_ratio: Storey drift ratio at which a sample collapses: there it ends, with the demands up to
+        collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses: there it ends, with the demands up to
             there, no residual drift, its `time_of_collapse` and its `storey_of_collapse`. Storeys may have capacities
             of their own (`drift_capacity` and `drift_ratio_capacity` of a ShearBuilding). None for none, but for 0.5
             where a building has a `gravity_load` and no such capacities.
@@ -47,6 +48,12 @@ class Scene:
 
     Raises:
         ValueError, TypeError: If a part is unknown or the parts do not fit each other.
+
+    Example:
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter, recorders=("drift",))
+        >>> run = wd.simulate(scene, structures=3)
+        >>> int((run["status"] == 0).sum())  # samples that are ok
+        24
     """
 
     structure: Structure
@@ -146,7 +153,12 @@ class Scene:
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def to_json(self) -> str:
-        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset."""
+        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset.
+
+        Example:
+            >>> scene.to_json()[:40]
+            '{"structure":{"type":"ShearBuilding","la'
+        """
         return to_json(self)
 
     @classmethod
@@ -163,9 +175,10 @@ class Scene:
             TypeError: If `text` is no text, or a motion is no GroundMotion.
 
         Example:
-            >>> run = xr.open_dataset("run.nc")
-            >>> scene = wd.Scene.from_json(run.attrs["scene"], motions)
-            >>> again = wd.simulate(scene, structures=64, seed=run.attrs["seed"])
+            >>> same = wd.Scene.from_json(run.attrs["scene"], motions)
+            >>> again = wd.simulate(same, structures=3, seed=run.attrs["seed"])
+            >>> bool((again["peak_storey_drift_ratio"] == run["peak_storey_drift_ratio"]).all())
+            True
         """
         return cls(**arguments_of_scene(text, motions))
 

@@ -45,7 +45,9 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
 
     Example:
         >>> grid = wd.sites.read_event_grid("records/EventGrid.csv", unit="g")
-        >>> design = grid.at(inventory, stock, draws=25, seed=1)
+        >>> design = grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3, seed=1)
+        >>> design.samples_per_structure
+        25
     """
     file, names, places, rows = _read_stations(path)
     if rows[0] and MOTIONS not in rows[0][0]:
@@ -106,6 +108,8 @@ def read_intensity_grid(path: str | os.PathLike, unit: str = "g") -> xr.Dataset:
 
     Example:
         >>> field = wd.sites.read_intensity_grid("intensities/EventGrid.csv")["SA(1.0)"]
+        >>> field.dims, field.attrs["units"]
+        (('earthquake', 'point'), 'g')
     """
     file, names, (longitude, latitude), rows = _read_stations(path)
     columns = [str(name) for name in rows[0][0]]

@@ -43,7 +43,9 @@ def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike
 
     Example:
         >>> shaking = wd.sites.read_ground_motion_field("gmf-data_1.csv", "sitemesh_1.csv")
-        >>> grid = wd.sites.scale_records(shaking["SA(1.0)"], motions, seed=1)
+        >>> shaking["SA(1.0)"].values  # g, by earthquake and point
+        array([[0.3, 0.4],
+               [0.2, 0. ]])
     """
     values, mesh = read_csv(fields, comment="#"), read_csv(sites, comment="#")
     event = _column(fields, values, EVENTS)

@@ -117,7 +117,9 @@ def scale_records(
 
     Example:
         >>> shaking = wd.sites.read_shakemap("grid.xml")
-        >>> grid = wd.sites.scale_records(shaking["SA(1.0)"], wd.records.pairs(motions), seed=1)
+        >>> grid = wd.sites.scale_records(shaking["SA(1.0)"], motions, seed=1)
+        >>> grid.scale.shape  # point, earthquake, component
+        (4, 1, 1)
     """
     check_kind("scale_records", "a DataArray of intensities", field, xr.DataArray)
     name = str(field.name)

@@ -30,10 +30,17 @@ class MotionGrid:
         latitude: Latitudes of the points [degree], shape [point].
         motions: The motions.
         motion: Index into these, shape [point, earthquake, component].
-        scale: Factor on the motion, of the same shape.
+        scale: Factor on the motion [1], of the same shape.
         points: Names of the points.
         earthquakes: Names of the earthquakes.
         measure: The intensity measure that labels samples.
+
+    Example:
+        >>> longitude, latitude = np.array([-122.3, -122.2]), np.array([37.8, 37.8])
+        >>> motion, scale = np.array([[[0]], [[1]]]), np.ones((2, 1, 1))  # by point, earthquake and component
+        >>> grid = wd.sites.MotionGrid(longitude, latitude, motions, motion, scale, ["west", "east"], ["quake"])
+        >>> grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3).samples_per_structure
+        25
     """
 
     longitude: np.ndarray
@@ -87,10 +94,12 @@ class MotionGrid:
         Raises:
             ValueError: If buildings are farther from the grid than that, the stock was made of another inventory, or an
                 argument is out of its range.
+            TypeError: If `inventory` is none.
 
         Example:
-            >>> design = grid.at(inventory, stock, draws=25, seed=1)
-            >>> run = wd.simulate(wd.Scene(stock.portfolio, design, recorders=("drift",)))
+            >>> grid = wd.sites.read_event_grid("records/EventGrid.csv", unit="g")
+            >>> design = grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3, seed=1)
+            >>> region = wd.Scene(stock.portfolio, design, recorders=("drift",))
         """
         check_kind("MotionGrid.at", "an inventory", inventory, pd.DataFrame)
         one_of("choice", choice, (DRAW, MEAN))
@@ -155,6 +164,13 @@ def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
     Raises:
         ValueError: If the run is not of that design.
         TypeError: If an argument is of the wrong kind.
+
+    Example:
+        >>> design = wd.MotionsAtSites(motions, [[[0]], [[1]]], 1.0, site=[[0, 0], [1, 1], [1, 0]])
+        >>> run = wd.simulate(wd.Scene(stock.portfolio, design, recorders=("drift",)))
+        >>> labelled = wd.sites.label_samples(run, design)
+        >>> labelled["site_index"].values.tolist()
+        [0, 0, 1, 1, 1, 0]
     """
     check_dataset("label_samples", run, "sample", advice="give what simulate() returned")
     check_kind("label_samples", "the MotionsAtSites of the run", design, MotionsAtSites)

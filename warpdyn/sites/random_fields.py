@@ -53,6 +53,8 @@ def correlated_fields(
         >>> shaking = wd.sites.read_shakemap("grid.xml")["SA(1.0)"]
         >>> model = wd.sites.JayaramBaker2009(1.0)
         >>> fields = wd.sites.correlated_fields(shaking, model, between=0.3, within=0.55, draws=50, seed=1)
+        >>> dict(fields.sizes)
+        {'earthquake': 50, 'point': 4}
     """
     check_kind("correlated_fields", "a DataArray of medians", median, xr.DataArray)
     if set(median.dims) != {"earthquake", "point"}:
@@ -99,6 +101,12 @@ def within_event_residuals(
 
     Raises:
         ValueError: If there are more than 4,096 points that are not evenly spaced, or too many.
+
+    Example:
+        >>> longitude, latitude = [-122.3, -122.2], [37.8, 37.8]
+        >>> model = wd.sites.JayaramBaker2009(1.0)
+        >>> wd.sites.within_event_residuals(longitude, latitude, model, draws=50, seed=1).shape
+        (50, 2)
     """
     lon, lat = finite_numbers("longitude", longitude), finite_numbers("latitude", latitude)
     random = np.random.default_rng([whole_number("seed", seed, 0), Purpose.WITHIN_EARTHQUAKES])

@@ -50,7 +50,8 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
 
     Example:
         >>> shaking = wd.sites.read_shakemap("grid.xml")
-        >>> grid = wd.sites.scale_records(shaking["SA(1.0)"], motions)
+        >>> shaking["PGA"].values  # g
+        array([[0.21, 0.22, 0.23, 0.24]])
     """
     if not paths:
         raise ValueError("read_shakemap() takes at least one file")

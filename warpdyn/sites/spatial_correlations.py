@@ -12,7 +12,13 @@ from warpdyn.core.checks import one_of, real_number
 
 
 class SpatialCorrelation(ABC):
-    """The correlation of the within-event residuals of ln intensity at two places, by their distance."""
+    """The correlation of the within-event residuals of ln intensity at two places, by their distance.
+
+    Example:
+        >>> model = wd.sites.JayaramBaker2009(1.0)  # a SpatialCorrelation
+        >>> model.correlation([0.0, 10e3, 50e3]).round(3)  # at distances in m
+        array([1.   , 0.311, 0.003])
+    """
 
     @property
     @abstractmethod
@@ -20,7 +26,11 @@ class SpatialCorrelation(ABC):
         """Distance at which the correlation is exp(-3) = 0.05 [m]."""
 
     def correlation(self, distance: ArrayLike) -> np.ndarray:
-        """Return the correlation [1] at distances [m]: exp(-3 h / b), b the range."""
+        """Return the correlation [1] at distances [m]: exp(-3 h / b), b the range.
+
+        Args:
+            distance: Distances between two places [m], any shape.
+        """
         return np.exp(-3 * np.asarray(distance, dtype=np.float64) / self.correlation_range)
 
 

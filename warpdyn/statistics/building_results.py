@@ -50,7 +50,7 @@ def building_results(
 
         - `building`, its number in the portfolio, and `archetype`;
         - `sample_count`, and `failed_count` of samples that are in no probability;
-        - `probability_<state>` of being in each damage state, "none" too, and `standard_error_<state>`, which is
+        - ``probability_<state>`` of being in each damage state, "none" too, and ``standard_error_<state>``, which is
           sqrt(p (1 - p) / (n - 1)) of n independent samples; NaN where n is 0 or 1; a 0, where p is 0 or 1, says that
           all samples are alike, not that the probability is exact;
         - with `loss_ratios` the `expected_loss_ratio` [1] and `loss_ratio_standard_deviation` [1] of a sample, the
@@ -64,9 +64,13 @@ def building_results(
         TypeError: If an argument is of the wrong kind.
 
     Example:
-        >>> counted = wd.simulate(scene, statistics=wd.DamageCounts(stock.limits, over="building"))
+        >>> counted = wd.simulate(region, statistics=wd.DamageCounts(stock.limits, over="building"))
         >>> results = wd.building_results(counted, stock, inventory, wd.hazus_loss_ratios("RES1"))
-        >>> wd.write_building_results(results, "buildings.parquet")
+        >>> results[["id", "probability_none", "sample_count"]]
+          id  probability_none  sample_count
+        0  a             0.125             8
+        1  b             0.125             8
+        2  c             0.500             8
     """
     check_dataset(_FUNCTION, counted, advice="give what simulate(..., statistics=...) returned")
     check_kind(_FUNCTION, "a BuildingStock", stock, BuildingStock, "as wd.inventories.portfolio returns it")

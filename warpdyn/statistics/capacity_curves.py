@@ -49,7 +49,7 @@ def fragility_from_capacities(
             that the lowest level passed, NaN where the search failed. Without a bracket capacities are exact.
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
 
     Returns:
@@ -63,8 +63,10 @@ def fragility_from_capacities(
         TypeError: If `capacities` is no Dataset.
 
     Example:
-        >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.05}, structures=16)
+        >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.015}, structures=3)
         >>> curves = wd.fragility_from_capacities(found)
+        >>> curves["fragility_median"].round(1).values  # g
+        array([0.5, 1.2])
     """
     check_dataset("fragility_from_capacities", capacities, "capacity", advice=_ADVICE)
     replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)

@@ -50,7 +50,7 @@ def dataset_of_curves(
             [row, damage_state, intensity].
         highest: Highest intensity of the curves.
         units: Units of the intensity.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
         replicates: Number of draws.
         seed: Their seed.
     """

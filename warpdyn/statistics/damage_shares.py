@@ -51,7 +51,7 @@ def damage_shares(
             event, such as both components of a record, the worst of them counts. Or the event of each sample, as a
             coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
             itself, or as counts were made.
-        number: Buildings that each building of the portfolio stands for, shape [building]: an inventory's column
+        number: Buildings that each building of the portfolio stands for [1], shape [building]: an inventory's column
             `number`, in the order of the portfolio (`stock.buildings(inventory)["number"]`). Shares, and the buildings
             counted and failed, are of these numbers then. Counts have it from `DamageCounts(number=...)`. None for one
             building each.
@@ -67,6 +67,11 @@ def damage_shares(
         ValueError, TypeError: If the run is not of a portfolio or has no drifts, limits are missing, not positive or do
             not increase, events are not one for each motion, or more than 1 % of the buildings, counted in every event,
             failed; if more than 1 % of an archetype failed in an event, a warning names both.
+
+    Example:
+        >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
+        >>> shares["damage_share"].mean("motion").sel(damage_state=["none", "slight"]).round(2).values
+        array([0.25, 0.71])
     """
     check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
     if limits is None and not is_reduced(run):

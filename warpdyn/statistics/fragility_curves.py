@@ -78,7 +78,7 @@ def fragility(
         intervals_over: "records and structures", or "records" to take the structures as given.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions, which risks and
             losses carry on.
-        confidence: Probability that the intervals cover.
+        confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
 
     Returns:
@@ -94,8 +94,12 @@ def fragility(
         TypeError: If `dataset` is no Dataset.
 
     Example:
-        >>> curves = wd.fragility(run, {"slight": 0.005, "moderate": 0.01})
-        >>> floors = wd.fragility(run, {"contents": 3.0}, demand="peak_floor_acceleration")  # m/s2
+        >>> curves = wd.fragility(run, {"slight": 0.005, "complete": 0.015})
+        >>> curves["fragility_median"].round(2).values  # g
+        array([0.49, 1.24])
+        >>> contents = dict(limits={"contents": 3.0}, demand="peak_floor_acceleration")  # m/s2
+        >>> wd.fragility(run, **contents, intervals_over="records")["fragility_median"].round(2).values
+        array([0.75])
     """
     check_dataset("fragility", dataset, advice="give what simulate() returned")
     replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)

@@ -48,7 +48,7 @@ def fragility_posterior(
         priors: Prior distributions of "median" [g, or the unit of the levels] and "dispersion" [1] of every damage
             state, as frozen distributions of scipy.stats; what has none has a flat one.
         draws: Number of draws, after 2,000 that the sampler adapts in.
-        confidence: Probability that the intervals hold.
+        confidence: Probability that the intervals hold [1].
         seed: Seed of the sampler.
 
     Returns:
@@ -63,7 +63,9 @@ def fragility_posterior(
 
     Example:
         >>> from scipy.stats import lognorm
-        >>> drawn = wd.fragility_posterior(run, limits, priors={"dispersion": lognorm(0.3, scale=0.4)})
+        >>> drawn = wd.fragility_posterior(run, limits, priors={"dispersion": lognorm(0.3, scale=0.4)}, draws=500)
+        >>> dict(drawn["replicate_median"].sizes)
+        {'replicate': 500, 'damage_state': 2}
     """
     check_dataset("fragility_posterior", dataset, advice="give what simulate() returned")
     try:

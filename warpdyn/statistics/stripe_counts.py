@@ -189,8 +189,10 @@ def structure_label(dataset: xr.Dataset) -> xr.DataArray | None:
 
 
 def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> float:
-    """Return the least drift ratio at which a sample collapsed: every collapse exceeds every limit."""
+    """Return the least drift ratio at which a storey of the run collapsed: every collapse exceeds every limit."""
     collapsed = status == COLLAPSED
+    if "storey_of_collapse" in dataset:  # it is below 1 where a storey did that select_storeys left out, as isolators
+        collapsed &= dataset["storey_of_collapse"].values > 0
     if DRIFT not in limits.demands or not collapsed.any():
         return np.inf
     drift = dataset[DRIFT].transpose("sample", ...).values[collapsed]

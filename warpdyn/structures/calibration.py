@@ -63,6 +63,11 @@ class CalibratedChain:
 
         Raises:
             ValueError: If a name is unknown, the type has no such number of storeys, or ShearBuilding refuses a value.
+
+        Example:
+            >>> building = wd.ShearBuilding.from_hazus("C1M", "high", storeys=5, law="hysteretic")
+            >>> building.dofs, round(building.fundamental_period, 2)
+            (5, 0.75)
         """
         _refuse_several_laws(law)
         chain = hazus_chain(building_type, design_level, storeys, floor_area, law_name(law))
@@ -160,7 +165,9 @@ class CalibratedChain:
 
         Example:
             >>> curve = [0.02, 0.10, 0.20, 0.40], [1.0e6, 1.5e6, 0.7e6, 0.7e6]  # m, N
-            >>> building = ShearBuilding.from_capacity(*curve, storeys=4, mass=1.0e5, height=3.0, law="pinching4")
+            >>> building = wd.ShearBuilding.from_capacity(*curve, storeys=4, mass=1.0e5, height=3.0, law="pinching4")
+            >>> round(building.fundamental_period, 2)
+            0.47
         """
         if isinstance(law, Law):
             raise ValueError(
@@ -219,6 +226,11 @@ class CalibratedChain:
         Raises:
             ValueError: If periods do not fall, no chain of these masses has them, a name is unknown, a stiffness is
                 given, or ShearBuilding refuses a value.
+
+        Example:
+            >>> building = wd.ShearBuilding.from_periods([0.6, 0.22, 0.14], storeys=3, mass=1e5, height=3.0)
+            >>> building.modal()["period"].round(2).values
+            array([0.6 , 0.22, 0.14])
         """
         _refuse_determined(parameters, ("stiffness",), "the periods")
         chain = _masses_and_heights(storeys, mass, height)

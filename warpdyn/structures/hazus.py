@@ -62,6 +62,10 @@ def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float
 
     Raises:
         ValueError: If either is unknown.
+
+    Example:
+        >>> wd.hazus_drift_limits("C1M", "high")
+        {'slight': 0.0033, 'moderate': 0.0067, 'extensive': 0.02, 'complete': 0.0533}
     """
     row = building_class(building_type, design_level)
     return {state: row[f"drift_{state}"] for state in DAMAGE_STATES}

@@ -25,11 +25,18 @@ class LinearSystem(Structure):
         mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
         damping: Viscous damping matrix [N s/m], shape [dof, dof].
         stiffness: Stiffness matrix [N/m], shape [dof, dof].
-        influence: Displacement of each degree of freedom under a unit base displacement, shape [dof]; ones by default.
+        influence: Displacement of each degree of freedom under a unit base displacement [1], shape [dof]; ones by
+            default.
 
     Raises:
         ValueError: If shapes differ, a value is not finite, a matrix is not symmetric, or the mass matrix is not
             positive definite.
+
+    Example:
+        >>> mass, stiffness = [2.0, 1.0], np.array([[300.0, -100.0], [-100.0, 100.0]])  # kg, N/m
+        >>> system = wd.LinearSystem(mass, 0.01 * stiffness, stiffness)
+        >>> round(system.fundamental_period, 3)
+        0.889
     """
 
     family = "dense"
@@ -90,7 +97,11 @@ class LinearSystem(Structure):
         self.modal()  # says what is wrong with a stiffness that is not positive definite
 
     def modal(self) -> xr.Dataset:
-        """Return periods, shapes, participation factors and effective masses of the undamped system."""
+        """Return periods, shapes, participation factors and effective masses of the undamped system.
+
+        Raises:
+            ValueError: If the stiffness matrix is not positive definite, so that a part can move freely.
+        """
         return modal_properties(self.parameters["mass"], self.parameters["stiffness"], self.influence)
 
     @property

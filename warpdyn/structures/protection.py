@@ -71,6 +71,12 @@ class ProtectedChain:
         Raises:
             ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
                 or there is P-Delta.
+
+        Example:
+            >>> bearings = wd.laws.LeadRubberBearing(yield_force=1.2e5, post_yield_stiffness=1.2e6)
+            >>> isolated = building.on_isolators(bearings, base_mass=1e5, displacement_capacity=0.4, stiffness=1.2e7)
+            >>> isolated.dofs
+            3
         """
         values: dict[str, Any] = dict(parameters)
         if not isinstance(law, str):
@@ -106,14 +112,19 @@ class ProtectedChain:
         over the damper's own). Rayleigh damping stays that of the building without it, as in `on_isolators`.
 
         Args:
-            mass_ratio: Mass of the damper over that of the first mode, whose shape is 1 at the roof; at most 1.
-            frequency_ratio: Frequency of the damper over the building's first frequency.
-            damping_ratio: Damping ratio of the damper.
+            mass_ratio: Mass of the damper over that of the first mode [1], whose shape is 1 at the roof; at most 1.
+            frequency_ratio: Frequency of the damper over the building's first frequency [1].
+            damping_ratio: Damping ratio of the damper [1].
             displacement_capacity: Displacement from the roof that the damper has room for [m]; the height of its storey
                 is set to ten times that, so that its drift ratio is 0.1 there.
 
         Raises:
             ValueError: If a value is out of bounds, or the damping is modal, of mass or of tangents.
+
+        Example:
+            >>> damped = building.with_tuned_mass_damper(mass_ratio=0.02)  # tuned as Den Hartog has it
+            >>> damped.dofs
+            3
         """
         ratio = real_number("mass_ratio", mass_ratio)
         problem = MASS_RATIO.first_violation("mass_ratio", np.array(ratio), ())

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import one_of, real_numbers
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
+from warpdyn.kernels.registry import recorders as known_recorders
 from warpdyn.laws import LAWS, Device, Law, Parameter
 from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
 from warpdyn.laws.lookup import devices_and_values, laws_and_values
@@ -44,6 +45,10 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     `from_hazus`, `from_capacity` and `from_periods` make one from properties of the whole building.
 
+    With gravity loads each storey carries those of its floor and above, W, and its height h gives the P-Delta force
+    W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
+    base shear and storey forces are those of the springs alone: the shear in the columns.
+
     Args:
         mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
@@ -69,18 +74,22 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             building (P-Delta); None for no P-Delta.
         drift_capacity: Storey drift at which the building collapses [m], shape [storey], as of OpenSees' MinMax; None
             for none.
-        drift_ratio_capacity: The same as a drift ratio, shape [storey]; of both, the one that is passed first counts.
+        drift_ratio_capacity: The same as a drift ratio [1], shape [storey]; of both, the one that is passed first
+            counts.
         **parameters: What the damping takes, and laws and devices that are given by name: one value or one a storey,
             such as `yield_force` [N] and `damping_ratio`. Where laws differ, a value counts in storeys whose law takes
             it, and is NaN in the others. A storey without a device has 0 for its `slip_force` [N],
             `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
 
-    With gravity loads each storey carries those of its floor and above, W, and its height h gives the P-Delta force
-    W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
-    base shear and storey forces are those of the springs alone: the shear in the columns.
-
     Raises:
         ValueError: If a value is out of bounds, lengths differ, a name is unknown, or a storey buckles under its load.
+        TypeError: If laws or devices are given in another form than above.
+
+    Example:
+        >>> law = wd.laws.Bilinear(yield_force=[3e5, 2e5], hardening_ratio=0.05)
+        >>> building = wd.ShearBuilding(1e5, [4e7, 3e7], 3.0, law=law, damping="rayleigh", damping_ratio=0.05)
+        >>> building.dofs, round(building.fundamental_period, 3)
+        (2, 0.532)
     """
 
     family = "chain"
@@ -259,9 +268,10 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
 
 def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tuple]:
-    """Return `storey` and, where accelerations are recorded, `floor`, counted from the ground up."""
+    """Return `storey` and, where something is recorded of floors, `floor`, counted from the ground up."""
     coordinates = {"storey": count_along("storey", storeys, "storey, from the ground up")}
-    if "acceleration" in recorders:
+    of_chains = known_recorders()["chain"]
+    if any("floor" in variable.dims for name in recorders for variable in of_chains[name].values()):
         coordinates["floor"] = count_along("floor", storeys, "floor above the storey")
     return coordinates
 

@@ -61,6 +61,13 @@ def bilinear_chain_response(
     Raises:
         ValueError: If a value is out of its range or a shape does not fit.
         RuntimeError: If yielding and unloading alternate without time passing.
+
+    Example:
+        >>> force = np.full((101, 1), 10.0)  # N, applied at once
+        >>> system = dict(mass=[2.0], stiffness=200.0, yield_force=15.0, hardening_ratio=0.1, damping=[[0.0]])
+        >>> found = wd.truth.bilinear_chain_response(**system, force=force, step=0.01)
+        >>> found.peak_storey_drift.round(4)  # m; by energy 0.075 + (sqrt(32.5) - 5) / 20
+        array([0.11])
     """
     chain = ShearChain(mass, stiffness, yield_force, hardening_ratio, damping, force, step)
     storeys = chain.storeys

@@ -48,13 +48,20 @@ def bouc_wen_chain_response(
         step: Time between samples [s].
         initial_velocity: Floor velocity at the first sample, where displacement and z are 0 [m/s], shape [storey] or
             one for all.
-        beta: Parameter of Fy / k z' = d' - |z|^n (beta |d'| sign z + gamma d') [-], shape [storey] or one for all.
+        beta: Parameter of `Fy / k z' = d' - |z|^n (beta |d'| sign z + gamma d')` [-], shape [storey] or one for all.
         gamma: Parameter of the same law [-], shape [storey] or one for all.
         exponent: Exponent n of the same law [-], shape [storey] or one for all.
 
     Raises:
         ValueError: If a value is out of its range or a shape does not fit.
         RuntimeError: If the tolerance cannot be met.
+
+    Example:
+        >>> force = np.full((101, 1), 10.0)  # N, applied at once
+        >>> system = dict(mass=[2.0], stiffness=200.0, yield_force=15.0, hardening_ratio=0.1, damping=[[0.0]])
+        >>> found = wd.truth.bouc_wen_chain_response(**system, force=force, step=0.01)
+        >>> found.peak_storey_drift.round(4)  # m
+        array([0.1742])
     """
     chain = ShearChain(mass, stiffness, yield_force, hardening_ratio, damping, force, step)
     n = chain.storeys

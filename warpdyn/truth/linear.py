@@ -38,6 +38,15 @@ def harmonic_response(
 
     Raises:
         ValueError: If a shape does not fit, M or K is asymmetric or not positive definite, or the instants are uneven.
+
+    Example:
+        >>> mass, damping, stiffness = np.array([2.0]), np.array([[1.0]]), np.array([[200.0]])
+        >>> force = dict(amplitude=np.array([10.0]), frequency=10.0, phase=0.0)  # at resonance
+        >>> displacement, velocity, acceleration = wd.truth.harmonic_response(
+        ...     mass, damping, stiffness, **force, time=np.arange(1, 4001) * 0.01
+        ... )
+        >>> float(displacement.max().round(3))  # F0 / (c w) in the end
+        1.0
     """
     mass, damping, stiffness = _matrices(mass, damping, stiffness)
     dof = len(mass)
@@ -99,6 +108,14 @@ def piecewise_linear_response(
 
     Raises:
         ValueError: If a shape does not fit, M or K is asymmetric or not positive definite, or the step is not above 0.
+
+    Example:
+        >>> mass, damping, stiffness = np.array([2.0]), np.array([[0.0]]), np.array([[200.0]])
+        >>> force = np.full((101, 1), 10.0)  # N, applied at once
+        >>> found = wd.truth.piecewise_linear_response(mass, damping, stiffness, force, step=0.01)
+        >>> displacement, velocity, acceleration = found
+        >>> float(displacement.max().round(3))  # twice the static displacement F / k
+        0.1
     """
     mass, damping, stiffness = _matrices(mass, damping, stiffness)
     dof = len(mass)

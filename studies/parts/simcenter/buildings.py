@@ -124,7 +124,7 @@ def shear_building(building: Building) -> wd.ShearBuilding:
     """Return a building as warpdyn has it, with the stiffness of MDOF-LU's fit and the damping that R2D comes to.
 
     The fit is 0.3 % below the stiffness of `from_hazus` at one storey and within 0.01 % of it elsewhere. Of the damping
-    docs/regional.md tells.
+    docs/coming_from/r2d.md tells.
     """
     of_type = building.building_type, building.design_level, building.storeys
     given = {"floor_area": building.plan_area, "law": "hysteretic", "damping": "mass_proportional"}

@@ -63,9 +63,9 @@ def write_building_results(results: pd.DataFrame, path: str | os.PathLike) -> Pa
         OSError: If the file cannot be written.
 
     Example:
-        >>> results = wd.building_results(counted, stock, inventory, wd.hazus_loss_ratios("RES1"))
-        >>> wd.write_building_results(results, "buildings.parquet")
-        >>> geopandas.read_parquet("buildings.parquet").plot("expected_loss_ratio")
+        >>> path = wd.write_building_results(results, "buildings.parquet")
+        >>> pd.read_parquet(path)["archetype"].tolist()
+        ['W1 high 2', 'W1 moderate 2', 'C1L high 2']
     """
     path = checked_path(_FUNCTION, path, ".parquet", ".csv", ".geojson", ".nc")
     table, states = checked_results(_FUNCTION, results)

@@ -54,7 +54,8 @@ def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_un
         OSError: If the file cannot be written.
 
     Example:
-        >>> wd.write_r2d_results(results, "R2D_results.geojson")
+        >>> wd.write_r2d_results(results, "R2D_results.geojson").name
+        'R2D_results.geojson'
     """
     path = checked_path(_FUNCTION, path, ".geojson")
     one_of("area_unit", area_unit, tuple(FACTORS))

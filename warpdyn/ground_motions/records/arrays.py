@@ -23,6 +23,11 @@ def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "mo
 
     Raises:
         ValueError: If the unit is unknown, the step is not positive, or the values are not a row of finite numbers.
+
+    Example:
+        >>> motion = wd.records.from_array(0.3 * np.sin(np.arange(0, 10, 0.01)), 0.01, unit="g", name="sine")
+        >>> round(motion.peak_ground_acceleration, 2)  # m/s2
+        2.94
     """
     values = np.asarray(acceleration)
     if values.dtype.kind not in "iuf":
@@ -46,6 +51,13 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     Raises:
         ValueError: If the variable is missing or ambiguous, its dimensions differ from that, its unit is missing or
             unknown, the times are missing, uneven or not in seconds, or a value is not finite.
+
+    Example:
+        >>> import xarray as xr
+        >>> coords = {"record": ["a", "b"], "time": [0.0, 0.01, 0.02]}  # s
+        >>> data = xr.DataArray([[0.0, 0.1, 0.0], [0.0, 0.2, 0.1]], coords, attrs={"units": "g"})
+        >>> [motion.name for motion in wd.records.from_dataset(data)]
+        ['a', 'b']
     """
     if isinstance(data, xr.Dataset):
         candidates = [str(key) for key in data.data_vars if "time" in data[key].dims]

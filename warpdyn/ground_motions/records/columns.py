@@ -18,7 +18,8 @@ from warpdyn.ground_motions.records.units import checked_step, step_of_times, un
 TIME_UNITS = {"s": 1.0, "ms": 1e-3}
 RUNS_ON = 0.7  # of the step from line to line, of that from value to value; of columns of their own it is 1 or more
 SLOWEST_STEP = 0.5  # s; records are sampled at .001 to .05 s, and times in milliseconds differ by 1 to 50
-_HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}")  # a letter, or two in a row: not "1.5E-3", nor "O.5"
+# A letter, two in a row, or a unit such as "m/s2": not "1.5E-3", nor "O.5".
+_HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}|[^\W\d_]/[^\W\d_]")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
 
 
@@ -61,9 +62,12 @@ def read_text(
             column is the acceleration, a record runs on from line to line, lines have different numbers of columns,
             commas may be decimal ones, there are fewer than two samples, the last value is cut, or the step is missing,
             not above 0 or not that of the times.
+        TypeError: If `path` names no file.
 
     Example:
-        `read_text("quake.csv", unit="gal", time_column="t", acceleration_column="NS", header_lines=12)`
+        >>> motion = wd.records.read_text("quake.csv", unit="g", time_column="time", acceleration_column="acceleration")
+        >>> motion.step, motion.name
+        (0.01, 'quake')
     """
     factor = unit_factor(unit, "unit")
     if step is not None:
@@ -144,7 +148,7 @@ def _is_skipped(line: str) -> bool:
 
 def _is_header(line: str) -> bool:
     """Return whether a line is of words alone, none of which is a number or the damaged text of one."""
-    words = re.split(r"[\s,;]+", line.strip(" \t\"',;"))
+    words = re.split(r"[\s,;()\[\]]+", line.strip(" \t\"',;()[]"))
     return all(_HEADER_WORD.match(word) and word.lower() not in ("nan", "inf", "-inf", "+inf") for word in words)
 
 

@@ -60,6 +60,13 @@ def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMot
     Raises:
         ValueError: If a motion names no record, a record has one horizontal component or more than two, or the azimuths
             of a pair, where its components are named by them, are not 90 degrees apart.
+        TypeError: If a motion is no GroundMotion.
+
+    Example:
+        >>> told = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **told, component="NE"[i]) for i in (0, 1)]
+        >>> [[motion.component for motion in pair] for pair in wd.records.pairs(components)]
+        [['N', 'E']]
     """
     by_record: dict[str, list[GroundMotion]] = {}
     for motion in checked_motions(motions):

@@ -54,6 +54,11 @@ def read_cosmos(path: str | Path, components: str = "horizontal") -> list[Ground
         ValueError: If a header is not as specified, the unit is none of an acceleration (raw counts), a value is not a
             finite number or is written in another form than the others, the values are not as many, as long or as large
             as the headers tell, the file is cut, or has no such component.
+        TypeError: If `path` names no file.
+
+    Example:
+        >>> [motion.component for motion in wd.records.read_cosmos("station.V2C")]
+        ['090']
     """
     one_of("components", components, COMPONENTS)
     text = text_of(path)

@@ -39,6 +39,11 @@ def read_esm(path: str | Path) -> GroundMotion:
         ValueError: If the header lacks a line or tells no acceleration, a value is not a finite number or is written in
             another form than the others, their number is not that of the header, the largest is not the header's peak,
             or the last one is cut.
+        TypeError: If `path` names no file.
+
+    Example:
+        >>> wd.records.read_esm("XX.STA1..HNN.ASC").component
+        'HNN'
     """
     text = text_of(path)
     lines = lines_of(text)

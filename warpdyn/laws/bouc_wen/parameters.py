@@ -25,12 +25,12 @@ class Coefficient(Layout):
 class BoucWen(Law):
     """A Bouc-Wen storey (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z.
 
-    Here (Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v), with -beta < gamma <= beta: elsewhere z grows without
+    Here `(Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v)`, with -beta < gamma <= beta: elsewhere z grows without
     end, or gives back more energy than was put in (Erlicher and Point 2004). In OpenSees' BoucWen z is a deformation,
     Fy / k times ours, Ao is 1, and beta and gamma are (Fy / k)^-n times ours.
 
     Example:
-        >>> BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)
+        >>> wd.laws.BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)
         BoucWen(yield_force=1000000.0, hardening_ratio=0.05, exponent=2.0)
     """
 

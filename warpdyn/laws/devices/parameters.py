@@ -37,7 +37,7 @@ class FrictionDamper(Device):
     """A friction damper: a brace in series with a joint that slips at a force (OpenSees: an ElasticPP beside the law).
 
     Example:
-        >>> FrictionDamper(slip_force=2e5, brace_stiffness=4e7)
+        >>> wd.laws.FrictionDamper(slip_force=2e5, brace_stiffness=4e7)
         FrictionDamper(slip_force=200000.0, brace_stiffness=40000000.0)
     """
 
@@ -74,7 +74,7 @@ class Gap(Device):
     """A stop on either side of the storey's drift, which gives back a share of the energy that pressed it in.
 
     Example:
-        >>> Gap(clearance=0.05, contact_stiffness=5e8, restitution=0.6)
+        >>> wd.laws.Gap(clearance=0.05, contact_stiffness=5e8, restitution=0.6)
         Gap(clearance=0.05, contact_stiffness=500000000.0, restitution=0.6)
     """
 
@@ -104,7 +104,7 @@ class OneSidedGap(Gap):
     """A stop ahead of the storey's drift (OpenSees: an ElasticPPGap that never yields, where all energy is given back).
 
     Example:
-        >>> OneSidedGap(clearance=0.05, contact_stiffness=5e8)
+        >>> wd.laws.OneSidedGap(clearance=0.05, contact_stiffness=5e8)
         OneSidedGap(clearance=0.05, contact_stiffness=500000000.0)
     """
 
@@ -120,7 +120,7 @@ class ViscousDamper(Device):
     """A viscous damper whose force is a power of the velocity (OpenSees: Viscous); kernels have it among the dashpots.
 
     Example:
-        >>> ViscousDamper(damper_coefficient=2e6, velocity_exponent=0.5)
+        >>> wd.laws.ViscousDamper(damper_coefficient=2e6, velocity_exponent=0.5)
         ViscousDamper(damper_coefficient=2000000.0, velocity_exponent=0.5)
     """
 

@@ -19,7 +19,7 @@ class Elastic(Law):
     """A linear storey: F = k d.
 
     Example:
-        >>> Elastic()
+        >>> wd.laws.Elastic()
         Elastic()
     """
 

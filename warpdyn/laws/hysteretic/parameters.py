@@ -47,7 +47,7 @@ class Hysteretic(Law):
     `warpdyn.laws.hysteretic.parameters` says where OpenSees differs.
 
     Example:
-        >>> Hysteretic(yield_force=1e6, ductility_2=4, force_ratio_2=1.2, ductility_3=10, force_ratio_3=0.6)
+        >>> wd.laws.Hysteretic(yield_force=1e6, ductility_2=4, force_ratio_2=1.2, ductility_3=10, force_ratio_3=0.6)
         Hysteretic(yield_force=1000000.0, ductility_2=4.0, force_ratio_2=1.2, ductility_3=10.0, force_ratio_3=0.6)
     """
 

@@ -104,7 +104,7 @@ class IbarraMedinaKrawinklerBilinear(Law):
     and where OpenSees differs. The stiffness is OpenSees' Ke.
 
     Example:
-        >>> IbarraMedinaKrawinklerBilinear(
+        >>> wd.laws.IbarraMedinaKrawinklerBilinear(
         ...     yield_force=1e6, plastic_drift_to_capping=0.06, post_capping_drift=0.3, capping_force_ratio=1.1
         ... ).residual_force_ratio
         0.0
@@ -148,7 +148,7 @@ class IbarraMedinaKrawinklerPeakOriented(Law):
     and where OpenSees differs. The stiffness is OpenSees' Ke.
 
     Example:
-        >>> IbarraMedinaKrawinklerPeakOriented(
+        >>> wd.laws.IbarraMedinaKrawinklerPeakOriented(
         ...     yield_force=1e6, plastic_drift_to_capping=0.06, post_capping_drift=0.3, capping_force_ratio=1.1
         ... ).deterioration_rate
         1.0
@@ -191,7 +191,7 @@ class IbarraMedinaKrawinklerPinching(Law):
     and where OpenSees differs. The stiffness is OpenSees' Ke.
 
     Example:
-        >>> law = IbarraMedinaKrawinklerPinching(
+        >>> law = wd.laws.IbarraMedinaKrawinklerPinching(
         ...     yield_force=1e6,
         ...     plastic_drift_to_capping=0.06,
         ...     post_capping_drift=0.3,

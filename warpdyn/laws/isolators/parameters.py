@@ -16,7 +16,7 @@ class LeadRubberBearing(Law):
     OpenSees: elastomericBearingPlasticity with kInit, qd = yield force times (1 - k2 / kInit), and alpha1 = k2 / kInit.
 
     Example:
-        >>> LeadRubberBearing(yield_force=6e5, post_yield_stiffness=8e6)
+        >>> wd.laws.LeadRubberBearing(yield_force=6e5, post_yield_stiffness=8e6)
         LeadRubberBearing(yield_force=600000.0, post_yield_stiffness=8000000.0)
     """
 
@@ -46,7 +46,7 @@ class FrictionPendulum(Law):
     OpenSees: singleFPBearing with Coulomb friction, under a weight that stays as it is.
 
     Example:
-        >>> FrictionPendulum(friction_coefficient=0.06, radius=2.2, weight=9e6)
+        >>> wd.laws.FrictionPendulum(friction_coefficient=0.06, radius=2.2, weight=9e6)
         FrictionPendulum(friction_coefficient=0.06, radius=2.2, weight=9000000.0)
     """
 

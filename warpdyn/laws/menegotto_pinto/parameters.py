@@ -30,7 +30,7 @@ class MenegottoPinto(Law):
     The stiffness is OpenSees' E0. A storey hardens alike both ways, and has no initial force.
 
     Example:
-        >>> MenegottoPinto(yield_force=1e6, hardening_ratio=0.02, transition_curvature=18)
+        >>> wd.laws.MenegottoPinto(yield_force=1e6, hardening_ratio=0.02, transition_curvature=18)
         MenegottoPinto(yield_force=1000000.0, hardening_ratio=0.02, transition_curvature=18.0)
     """
 

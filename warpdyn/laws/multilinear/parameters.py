@@ -43,7 +43,7 @@ class Trilinear(Law):
     """A storey of two corners with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
 
     Example:
-        >>> Trilinear(yield_force=1e6, ductility_2=4, force_ratio_2=1.5, hardening_ratio=0.02)
+        >>> wd.laws.Trilinear(yield_force=1e6, ductility_2=4, force_ratio_2=1.5, hardening_ratio=0.02)
         Trilinear(yield_force=1000000.0, ductility_2=4.0, force_ratio_2=1.5, hardening_ratio=0.02)
     """
 
@@ -69,7 +69,7 @@ class Quadrilinear(Law):
     """A storey of three corners with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
 
     Example:
-        >>> law = Quadrilinear(
+        >>> law = wd.laws.Quadrilinear(
         ...     yield_force=1e6, ductility_2=2, force_ratio_2=1.4, ductility_3=5, force_ratio_3=1.7, hardening_ratio=0
         ... )
     """

@@ -49,7 +49,7 @@ class PeakOriented(Law):
     yield (s2, e2) and any further one (s3, e3). After partial unloading it reloads as Mahin and Bertero have it.
 
     Example:
-        >>> PeakOriented(yield_force=1e6, cracking_ratio=0.4, cracked_stiffness_ratio=0.5, hardening_ratio=0.02)
+        >>> wd.laws.PeakOriented(yield_force=1e6, cracking_ratio=0.4, cracked_stiffness_ratio=0.5, hardening_ratio=0.02)
         PeakOriented(yield_force=1000000.0, cracking_ratio=0.4, cracked_stiffness_ratio=0.5, hardening_ratio=0.02)
     """
 
@@ -106,7 +106,7 @@ class Takeda(PeakOriented):
     `warpdyn.laws.peak_oriented.parameters` has its rules of unloading, and how OpenSees' Hysteretic differs.
 
     Example:
-        >>> Takeda(yield_force=1e6, hardening_ratio=0.02, unloading_exponent=0.5)
+        >>> wd.laws.Takeda(yield_force=1e6, hardening_ratio=0.02, unloading_exponent=0.5)
         Takeda(yield_force=1000000.0, hardening_ratio=0.02, unloading_exponent=0.5)
     """
 

@@ -38,6 +38,7 @@ DAMAGE = {
     "reloading": "growth of the drift aimed at",
     "strength": "loss of strength",
 }
+#: The damage that GEM's vulnerability toolkit gives Pinching4, by parameter: `Pinching4(..., **GEM_DAMAGE)`.
 GEM_DAMAGE = {
     "stiffness_damage_by_use": 0.1,
     "stiffness_damage_drift_exponent": 0.0,
@@ -107,7 +108,7 @@ class Pinching4(Law):
     toolkit, without damage. Exponents of 0, as GEM's, make damage a switch that rounding throws: a warning says so.
 
     Example:
-        >>> law = Pinching4(
+        >>> law = wd.laws.Pinching4(
         ...     yield_force=1e6,
         ...     ductility_2=3,
         ...     force_ratio_2=1.3,

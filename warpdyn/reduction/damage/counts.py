@@ -42,14 +42,15 @@ class DamageCounts(Statistic):
     place of a run.
 
     Args:
-        limits: Limits as `fragility` takes them, or of each archetype of a portfolio as `damage_shares` does.
+        limits: Limits [units of the demand] as `fragility` takes them, or of each archetype of a portfolio as
+            `damage_shares` does.
         demand: Variable that plain limits are of; of one with a sign, as the residual drift ratio, the absolute value
             is compared.
         events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
             `damage_shares`; of MotionsAtSites the worst of each draw, such as both components of a record with
             `events=[motion.record for motion in design.motions]`. None where every motion counts by itself.
         each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.
-        number: Buildings that each structure stands for, shape [structure]: an inventory's column `number`, in the
+        number: Buildings that each structure stands for [1], shape [structure]: an inventory's column `number`, in the
             order of the portfolio (`stock.buildings(inventory)["number"]`). Counts stay those of samples; beside them
             `number_of_buildings_by_...` adds up the numbers, and `damage_shares` takes these. None where every
             structure is one building.
@@ -57,9 +58,15 @@ class DamageCounts(Statistic):
             fragility curves ("motion", "stripe", "structure_group").
         labels: Labels of structures that `over` names.
 
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, if a limit is not positive and finite or
+            limits do not increase, or the scene does not record the demand.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+
     Example:
-        >>> counts = wd.simulate(scene, structures=1000, statistics=wd.DamageCounts({"slight": 0.005}, over="stripe"))
-        >>> counts["damage_count_by_stripe"].sel(damage_state="slight")
+        >>> counts = wd.simulate(scene, structures=3, statistics=wd.DamageCounts({"slight": 0.005}, over="stripe"))
+        >>> counts["damage_count_by_stripe"].sel(damage_state="slight").values
+        array([ 0,  0,  6, 19, 24, 24])
     """
 
     limits: Mapping[str, Limit] | Mapping[str, Mapping[str, float]]
@@ -249,7 +256,7 @@ class NumberReducer(Mergeable):
 
     Args:
         counted: What counts the samples.
-        number: Buildings that each structure stands for, shape [structure].
+        number: Buildings that each structure stands for [1], shape [structure].
     """
 
     def __init__(self, counted: DamageReducer, number: np.ndarray) -> None:

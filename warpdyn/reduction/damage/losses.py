@@ -30,23 +30,31 @@ class DamageLoss(Statistic):
     scatter of the ratios adds to the variance of a sum, independent from sample to sample, is given besides.
 
     Args:
-        limits: Limits of the damage states, as of `DamageCounts`.
+        limits: Limits of the damage states [units of the demand], as of `DamageCounts`.
         loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation; of a portfolio
             the same for all archetypes, or of each archetype such a mapping.
-        replacement_values: Replacement value of each structure (or of a portfolio's building), shape [structure], or of
-            all alike; 1 for loss ratios. A value weighs its building's loss in sums over events, cells or the city. Of
-            an inventory they are `stock.replacement_costs(inventory)`, not its column, whose rows are in another order
-            than the portfolio's buildings. A row's cost is the value of all buildings that the row stands for, so that
-            its `number` is applied with it; they are taken to be in one damage state.
+        replacement_values: Replacement value [currency] of each structure (or of a portfolio's building), shape
+            [structure], or of all alike; 1 for loss ratios. A value weighs its building's loss in sums over events,
+            cells or the city. Of an inventory they are `stock.replacement_costs(inventory)`, not its column, whose rows
+            are in another order than the portfolio's buildings. A row's cost is the value of all buildings that the row
+            stands for, so that its `number` is applied with it; they are taken to be in one damage state.
         demand: Variable that plain limits are of.
         events: The event of each motion, shape [motion], of which a structure's worst sample counts; see
             `DamageCounts`.
         over: What losses are added up for each of, as "building" or ("archetype", "event"); see `Statistic`.
         labels: Labels of structures that `over` names.
 
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, as of `DamageCounts`, or if a state has no
+            loss ratio or a structure no replacement value.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+
     Example:
-        >>> asked = wd.DamageLoss(limits, wd.hazus_loss_ratios("RES3"), values, over="motion")
-        >>> wd.simulate(scene, statistics=asked)["loss_sum_by_motion"]  # of the whole portfolio
+        >>> costs = stock.replacement_costs(inventory)
+        >>> asked = wd.DamageLoss(stock.limits, wd.hazus_loss_ratios("RES1"), costs, over="motion")
+        >>> losses = wd.simulate(region, statistics=asked)["loss_sum_by_motion"]  # of all buildings together
+        >>> float(losses.mean().round())
+        50750.0
     """
 
     limits: Mapping[str, Limit] | Mapping[str, Mapping[str, float]]

@@ -8,13 +8,13 @@ from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
+from warpdyn.files.versions import version_of
 from warpdyn.integration.run import build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.kernels.queues import free_memory, open_queues
@@ -162,13 +162,7 @@ def prepared_for(job: Job) -> Prepared:
 
 def versions() -> tuple[str | None, ...]:
     """Return the versions of DECIDING in this process; None of what is not installed."""
-    found: list[str | None] = []
-    for name in DECIDING:
-        try:
-            found.append(version(name))
-        except PackageNotFoundError:
-            found.append(None)
-    return tuple(found)
+    return tuple(version_of(name) for name in DECIDING)
 
 
 def named(found: tuple[str | None, ...]) -> str:

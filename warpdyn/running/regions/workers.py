@@ -211,8 +211,13 @@ class OnCluster:
             found: list[str | None] = []
             for name in names:
                 try:
-                    found.append(version(name))
-                except PackageNotFoundError:
+                    if name == "warpdyn":
+                        from warpdyn import __version__
+
+                        found.append(__version__)
+                    else:
+                        found.append(version(name))
+                except (ImportError, PackageNotFoundError):
                     found.append(None)
             return tuple(found)
 

@@ -4,7 +4,7 @@ Every structure runs under every record, so that samples share both. Leaving out
 among records, leaving out each structure that among structures; both hold that of their interaction, which is counted
 once. Without structures in common (nested designs) the records tell all. Estimates are corrected for the bias that the
 jackknife finds and intervals take quantiles of Student's t: percentiles of a bootstrap over as few as 22 records are
-too narrow and lie too low, for dispersions above all (measured coverages: docs/statistics.md).
+too narrow and lie too low, for dispersions above all (measured coverages: docs/explanation/intervals.md).
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from warpdyn.scene.scene import Scene
 PILOT_PAIRS = 40  # pairs of a structure and a motion in the pilot, at least: more motions have one structure each
 PILOT_LADDER, PILOT_TOLERANCE = 1.3, 0.1
 # Dispersions of the distribution that levels are quantiles of, over those of the capacities. With 1 the medians of the
-# curves would be told best, but dispersions are told at the flanks: docs/statistics.md compares.
+# curves would be told best, but dispersions are told at the flanks: docs/explanation/intervals.md compares.
 SPREAD = 1.6
 LEAST_DISPERSION = 0.1  # that a few pairs are trusted to tell
 DIGITS = 3  # of levels, so that tables and figures name them as they are
@@ -48,9 +48,10 @@ def levels_for(
 
     Args:
         scene: The scene; its excitation is a Cloud or Stripes, whose levels are not needed.
-        limits: Limit of each damage state, from the lightest on, in the units of the demand; `math.inf` is passed by
+        limits: Limit of each damage state, from the lightest on [units of the demand]; `math.inf` is passed by
             collapse alone.
-        count: Number of levels; two for each damage state and no fewer than six in all do (docs/statistics.md).
+        count: Number of levels; two for each damage state and no fewer than six in all do
+            (docs/explanation/intervals.md).
         demand: Variable that limits are of, as of `capacities`.
         method: Integration method of the pilot, as of `simulate`.
         seed: Seed of the run that the levels are for; the pilot draws by another that follows from it.
@@ -66,10 +67,11 @@ def levels_for(
         TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
 
     Example:
-        >>> scene = wd.Scene(building, wd.Cloud(motions, wd.SpectralAcceleration(0.75)), scatter)
-        >>> levels = wd.levels_for(scene, limits)
-        >>> stripes = wd.Stripes(motions, levels, scene.excitation.measure)
-        >>> run = wd.simulate(dataclasses.replace(scene, excitation=stripes), structures=64)
+        >>> cloud = wd.Scene(building, wd.Cloud(motions), scatter)  # measured by the peak ground acceleration
+        >>> levels = wd.levels_for(cloud, limits, count=6, seed=1)
+        >>> levels.shape
+        (6,)
+        >>> scene = wd.Scene(building, wd.Stripes(motions, levels, cloud.excitation.measure), scatter)
     """
     check_kind("levels_for", "a Scene", scene, Scene)
     count, seed = whole_number("count", count, 2), whole_number("seed", seed, 0)

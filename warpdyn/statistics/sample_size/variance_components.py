@@ -85,7 +85,7 @@ def records_for(half_width: float, variance: np.ndarray, confidence: float) -> n
     Args:
         half_width: Half the interval of ln(median).
         variance: Variance that one motion contributes, of each damage state; NaN where it is not known.
-        confidence: Probability that the interval covers.
+        confidence: Probability that the interval covers [1].
     """
     count = np.arange(3, 2000)
     factor = stdtrit(count - 1, 0.5 + 0.5 * confidence) / np.sqrt(count)

@@ -1,0 +1,103 @@
+"""How Sphinx builds the site: `sphinx-build -W -n docs results/site` with the extra "docs"."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+import warpdyn as wd
+
+DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS))
+
+# Sphinx imports objects by the names that users write, and `wd.records` stands in the package's room of ground motions.
+sys.modules["warpdyn.records"] = wd.records
+
+project = "warpdyn"
+author = "the warpdyn developers"
+copyright = author
+release = version = wd.__version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
+exclude_patterns = ["README.md", "**/generated/_*.md"]  # the latter are parts of other pages
+suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no picture in a printed page
+
+# Pages
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
+myst_heading_anchors = 3
+
+# Programs in pages show what they draw by pyplot, as in a notebook, whatever backend this process was started with.
+os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
+
+# Programs in pages run when the site is built, and one that fails stops the build.
+nb_execution_mode = "cache"
+nb_execution_in_temp = True  # what they write is not left among the pages
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_execution_show_tb = True
+nb_merge_streams = True
+nb_render_image_options = {"align": "center"}
+
+# Reference
+autosummary_generate = True
+autosummary_imported_members = True
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_member_order = "bysource"
+autodoc_class_signature = "mixed"
+autodoc_preserve_defaults = True
+# Types that signatures would show in full, over several lines.
+autodoc_type_aliases = {"ArrayLike": "ArrayLike"}
+python_use_unqualified_type_names = True
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_rtype = False
+# Words between single backticks in docstrings become links where they name something public, and code elsewhere.
+default_role = "py:obj"
+
+# Look
+html_theme = "pydata_sphinx_theme"
+html_title = "warpdyn"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "show_prev_next": True,
+    "navigation_with_keys": False,
+    "show_toc_level": 2,
+    "header_links_before_dropdown": 7,
+    "navbar_align": "left",
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "search_bar_text": "Search the documentation",
+    "pygments_light_style": "a11y-high-contrast-light",
+    "pygments_dark_style": "a11y-high-contrast-dark",
+}
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
+
+def write_generated_pages(app: Sphinx) -> None:
+    """Write what is taken from the code: the pages of storey laws, the tables of methods and of the validation."""
+    from generate import laws, methods, validation
+
+    for part in (laws.write_pages, methods.write_tables, validation.write_tables):
+        part(DOCS)
+
+
+def setup(app: Sphinx) -> None:
+    """Have these pages written before Sphinx looks for pages."""
+    app.connect("builder-inited", write_generated_pages, priority=100)

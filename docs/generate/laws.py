@@ -1,0 +1,248 @@
+"""A page for every storey law, isolator and device: from its class, its module's help, and what studies measured."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import sys
+from pathlib import Path
+
+import xarray as xr
+
+from generate.law_pictures import draw_law, draw_viscous_damper
+from generate.tables import prose, rows_of, table, write
+from warpdyn.laws import DEVICES, LAWS, StoreyElement
+from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
+from warpdyn.methods.defaults import default_method
+
+STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of the storeys of cycles.nc
+DAMPER = {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4}
+EXPONENTS = (1.0, 0.4, 0.2)  # of the viscous dampers in the picture
+ISOLATORS = ("lead_rubber_bearing", "friction_pendulum")
+
+
+def write_pages(docs: Path) -> None:
+    """Write the pages, their pictures and the tables of the index into docs/reference/laws/generated.
+
+    Raises:
+        ValueError: If the index lacks a law or device, or has one that is gone.
+    """
+    folder = docs / "reference" / "laws"
+    out = folder / "generated"
+    measured = rows_of(folder / "measured.csv")
+    held = rows_of(docs / "validation" / "measured.csv")[1]
+    with xr.open_dataset(folder / "cycles.nc") as kept:
+        curves = kept.load()
+    # The toctree has the laws in an order to read.
+    names = re.findall(r"^generated/(\w+)$", (folder / "index.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    if missing := set(names) ^ (LAWS | DEVICES).keys():
+        raise ValueError(f"docs/reference/laws/index.md lacks, or has of what is gone: {sorted(missing)}")
+    for name in names:
+        write(out / f"{name}.md", page(name, curves, measured, held))
+        picture(name, curves, out / f"{name}.png", folder / "cycles.nc")
+    write(out / "_storey.md", index_table([name for name in names if name in LAWS and name not in ISOLATORS]))
+    write(out / "_isolators.md", index_table(list(ISOLATORS)))
+    write(out / "_devices.md", index_table([name for name in names if name in DEVICES]))
+
+
+def element_of(name: str) -> type[StoreyElement]:
+    """Return the class of a law or device."""
+    return LAWS[name] if name in LAWS else DEVICES[name]
+
+
+def parameters_of(name: str, curves: xr.Dataset) -> dict[str, float]:
+    """Return the parameters that a law's curves are drawn for."""
+    if name == "viscous_damper":
+        return DAMPER
+    return json.loads(str(curves.sel(element=name)["parameters"].item()))
+
+
+def picture(name: str, curves: xr.Dataset, path: Path, kept: Path) -> None:
+    """Draw the picture of a page, unless it is newer than what it is drawn from."""
+    sources = [kept, Path(__file__).parent / "law_pictures.py"]
+    if path.is_file() and path.stat().st_mtime > max(source.stat().st_mtime for source in sources):
+        return
+    if name == "viscous_damper":
+        draw_viscous_damper(EXPONENTS, path)
+    else:
+        parameters = parameters_of(name, curves)
+        draw_law(curves.sel(element=name), YIELD_FORCE / STIFFNESS, parameters, path)
+
+
+def index_table(names: list[str]) -> str:
+    """Return the table of a group of laws: name, what it is, OpenSees' name, memory."""
+    rows = []
+    for name in names:
+        element = element_of(name)
+        rows.append((f"[`{name}`](generated/{name}.md)<br>{summary(element)}", opensees(element), memory(element)))
+    return table(("what it is", "OpenSees", "memory"), rows)
+
+
+def summary(element: type[StoreyElement]) -> str:
+    """Return the first sentence of a class's docstring up to its sources, and to what OpenSees calls it."""
+    sentence = inspect.cleandoc(element.__doc__ or "").split("\n\n")[0].replace("\n", " ")
+    return sentence.split(" (")[0].removesuffix(".")
+
+
+def opensees(element: type[StoreyElement]) -> str:
+    """Return OpenSees' names of an element, or what its docstring compares it with."""
+    named = element.opensees or re.findall(r"OpenSees(?::|')\s+([A-Z]\w+)", element.__doc__ or "")[:1]
+    return ", ".join(f"`{name}`" for name in named) or "none"
+
+
+def memory(element: type[StoreyElement]) -> str:
+    """Return how many values a storey remembers, over all variants of its device functions."""
+    counts = sorted({(SPRINGS | DEVICE_SPRINGS)[row].memory for row in element.rows})
+    return " or ".join(map(str, counts)) if len(counts) < 3 else f"{counts[0]} to {counts[-1]}"
+
+
+def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]]], held: list[dict[str, str]]) -> str:
+    """Return the page of a law or device in Markdown."""
+    element = element_of(name)
+    head, _, _ = inspect.cleandoc(element.__doc__ or "").partition("\n\nArgs:")
+    kind = "devices" if name in DEVICES else "law"
+    shown = "how the storey swings out" if name == "viscous_damper" else "the storey's force against its drift"
+    parts = [
+        f"# {element.__name__}",
+        prose(_without_help(head.split("\n\nExample:")[0])),
+        f"In a scene it is `{kind}={(name,) if name in DEVICES else name!r}`, or an object of "
+        f"{{py:class}}`warpdyn.laws.{element.__name__}`. {_kind_of_memory(element)}",
+        f"![Force of {name} under cycles of growing drift and in one push](./{name}.png)",
+        _caption(name),
+        "## Parameters",
+        _parameter_table(element),
+        *_rules(element),
+        *_held_to(name, held),
+        *_speed(name, measured),
+        "## A program to begin from",
+        f"```python\n{snippet(name, parameters_of(name, curves))}```",
+        f"The file `loops.png` shows {shown}. Next: [all laws](../index.md), "
+        "[which method steps them](../../methods/index.md).",
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _without_help(text: str) -> str:
+    """Return a docstring without where it sends readers to the help of its module, which stands on the page, too."""
+    text = re.sub(r"`warpdyn\.laws\.\w+\.parameters`[^.]*\.\s*", "", text)
+    return re.sub(r"the help of\s+its\s+module\s+has\s+(?:the\s+rules|them),", "the rules stand below,", text)
+
+
+def _kind_of_memory(element: type[StoreyElement]) -> str:
+    springs = [(SPRINGS | DEVICE_SPRINGS)[row] for row in element.rows]
+    if not springs:
+        return "It remembers nothing: its force follows the velocity of the storey."
+    if not any(spring.memory for spring in springs):
+        return "It remembers nothing."
+    if any(spring.rate is not None for spring in springs):
+        how = "has a rate, which is integrated together with the motion"
+        return f"What a storey remembers ({_values(element)}) {how}."
+    return f"What a storey remembers ({_values(element)}) follows from its drift at the end of each step."
+
+
+def _values(element: type[StoreyElement]) -> str:
+    count = memory(element)
+    return "one value" if count == "1" else f"{count} values"
+
+
+def _caption(name: str) -> str:
+    if name == "viscous_damper":
+        return "Forces are drawn over that at 1 m/s, for three velocity exponents."
+    if name in DEVICES:
+        drawn = "It shows the device alone, without its storey; drifts are over 10 mm and forces over 100 kN."
+    else:
+        drawn = "Its storey has a stiffness of 10 kN/mm and yields at a force of 100 kN, or a drift of 10 mm."
+    return f"The picture is drawn with the parameters of the program at the end of this page. {drawn}"
+
+
+def _parameter_table(element: type[StoreyElement]) -> str:
+    rows = []
+    for name, known in element.parameters.items():
+        bounds = known.allowed.removeprefix("finite and ").removeprefix("finite") or "any"
+        default = "must be given" if known.default is None else f"{known.default:g}"
+        rows.append((f"`{name}`<br>{known.long_name}", f"`{known.units}`", bounds, default, known.opensees or "none"))
+    if not rows:
+        return "It has none beside the storey's `stiffness` [N/m], which the building gives."
+    words = (
+        ""
+        if issubclass(element, tuple(DEVICES.values()))
+        else ("\nThe initial stiffness is the storey's `stiffness` [N/m], which the building gives.\n")
+    )
+    return table(("parameter", "units", "allowed", "default", "OpenSees"), rows) + words
+
+
+def _rules(element: type[StoreyElement]) -> list[str]:
+    """Return what the module's help says beyond its first sentence: rules, and where OpenSees differs."""
+    text = inspect.cleandoc(sys.modules[element.__module__].__doc__ or "")
+    _, _, further = text.partition("\n\n")
+    return ["## Rules, and where OpenSees differs", prose(further)] if further else []
+
+
+def _held_to(name: str, held: list[dict[str, str]]) -> list[str]:
+    """Return what the validation report has on the law's forces."""
+    rows = [row for row in held if row["claim"].startswith("forces of") and f"`{name}`" in row["claim"]]
+    if not rows:
+        return []
+    lines = [
+        f"- {row['claim']}: {float(row['value']):.2g} off {row['truth']}, at most {float(row['bound']):.2g} allowed."
+        for row in rows
+    ]
+    report = "[validation report](../../../validation/index.md)"
+    return ["## How right it is", f"From the {report}, which says how it was measured:\n\n" + "\n".join(lines)]
+
+
+def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:
+    where, rows = measured
+    own = [row for row in rows if row["law"] == name]
+    if not own:
+        return []
+    words = (
+        "Errors of peak storey drifts, and time of the integration over that of bilinear storeys by RK4, at the same "
+        "steps for all methods: at most a hundredth of the first period of a five-storey building, and the same "
+        f"number in each step of the records. Measured by `studies/law_methods.py`: {where}."
+    )
+    lines = [
+        (
+            f"`{row['method']}`",
+            f"{float(row['median_error']):.2%}",
+            f"{float(row['error_95']):.2%}",
+            row["time_over_bilinear_rk4"],
+        )
+        for row in own
+    ]
+    head = ("method", "median error", "95 % stay below", "time")
+    found = default_method(name)
+    default = (
+        f"Where a scene names no method, `simulate` takes `{found.method}` on a CPU: {found.reason} "
+        "(`data/default_methods.csv`, by `studies/default_methods.py`)."
+    )
+    return ["## Speed and error by method", words, table(head, lines), default]
+
+
+def snippet(name: str, parameters: dict[str, float]) -> str:
+    """Return a program that takes a storey of a law, or an elastic one with a device, through cycles."""
+    given = ", ".join(f"{key}={value!r}" for key, value in parameters.items())
+    element = f"wd.laws.{element_of(name).__name__}({given})"
+    if len(element) > 60:
+        lines = "".join(f"    {key}={value!r},\n" for key, value in parameters.items())
+        element = f"wd.laws.{element_of(name).__name__}(\n{lines})"
+    if name == "viscous_damper":  # it has no force in quasi-static cycles
+        run = (
+            "swing = wd.FreeVibration(3.0, displacement=0.05)  # s, m\n"
+            "run = wd.simulate(wd.Scene(storey, swing), histories=wd.Histories())\n"
+            'wd.plots.histories(run).savefig("loops.png")\n'
+        )
+    else:
+        run = (
+            "turns = [0.0, 0.01, -0.01, 0.04, -0.04, 0.08, -0.08, 0.0]  # m\n"
+            "drift = np.interp(np.arange(0, 7, 0.001), np.arange(8), turns)\n"
+            "loops = wd.storey_hysteresis(storey, drift)\n"
+            'wd.plots.hysteresis(loops).savefig("loops.png")\n'
+        )
+    numpy = "" if name == "viscous_damper" else "import numpy as np\n\n"
+    beside = "devices=(element,)" if name in DEVICES else "law=element"
+    return (
+        f"{numpy}import warpdyn as wd\n\nelement = {element}\n"
+        f"storey = wd.ShearBuilding(mass=1.0e5, stiffness={STIFFNESS!r}, height=3.0, {beside})  # kg, N/m, m\n{run}"
+    )

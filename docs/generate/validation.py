@@ -1,0 +1,62 @@
+"""The tables of the validation report, one a subject, from what `studies/validation.py` kept of the tests' figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from generate.tables import rows_of, table, write
+
+# Subject -> files of tests.
+SUBJECTS = {
+    "Exact solutions that the kernels are held to": ("test_exact", "test_exact_bilinear", "test_exact_bouc_wen"),
+    "Linear response": ("test_linear", "test_modal", "test_vibration"),
+    "Orders, period errors and stability of methods": ("test_order", "test_methods", "test_growth"),
+    "Storey laws, isolators and devices": ("test_law_study", "test_laws_opensees", "test_devices"),
+    "Yielding buildings, gravity and pushover": (
+        "test_nonlinear",
+        "test_histories_opensees",
+        "test_pushover",
+        "test_p_delta",
+    ),
+    "Energy": ("test_energy",),
+    "Response spectra": ("test_response_spectra",),
+    "Random numbers, random motions and statistics of a run": (
+        "test_philox",
+        "test_filtered_noise",
+        "test_random_fields",
+        "test_reduced_demands",
+    ),
+    "Fragility curves and their intervals": ("test_lognormal_fit", "test_estimators", "test_fragility"),
+    "Annual rates": ("test_annual_rates",),
+}
+
+
+def write_tables(docs: Path) -> None:
+    """Write the tables into docs/validation/generated.
+
+    Raises:
+        ValueError: If a test of the table belongs to no subject.
+    """
+    where, rows = rows_of(docs / "validation" / "measured.csv")
+    subject = {file: name for name, files in SUBJECTS.items() for file in files}
+    missing = {row["test"] for row in rows if row["test"].split(".py")[0] not in subject}
+    if missing:
+        raise ValueError(f"tests of the validation report without a subject in docs/generate/validation.py: {missing}")
+    parts = []
+    for name in SUBJECTS:
+        own = [row for row in rows if subject[row["test"].split(".py")[0]] == name]
+        parts += [
+            f"## {name}",
+            table(("claim, and the test that holds it", "held to", "measured", "bound"), map(_cells, own)),
+        ]
+    tests = len({row["test"] for row in rows})
+    cases = sum(int(row["cases"]) for row in rows)
+    words = f"{len(rows)} claims of {tests} tests, {cases} comparisons, measured with {where}."
+    write(docs / "validation" / "generated" / "_tables.md", "\n\n".join([words, *parts]) + "\n")
+
+
+def _cells(row: dict[str, str]) -> tuple[str, ...]:
+    units = "" if row["units"] == "1" else f" {row['units']}"
+    figures = (f"{float(row[key]):.2g}{units}" for key in ("value", "bound"))
+    test = row["test"].split("::")[1].replace("_", "_<wbr>")  # where a narrow column may break it
+    return f"{row['claim']}<br><code>{test}</code>", row["truth"], *figures

@@ -1,0 +1,111 @@
+"""Curves of every storey law, isolator and device for the pages of the documentation, which draw them.
+
+    python studies/law_cycles.py --out docs/reference/laws
+
+Every storey is taken through the cycles of studies/laws.py, and pushed once from rest to their largest drift. The curve
+of a device is its own, without the storey that it stands in. Writes cycles.nc, with forces in thousandths of the yield
+force; the tests of laws and of devices hold it to what the device functions give today.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from laws import DUCTILITIES, STIFFNESS, YIELD_DRIFT, YIELD_FORCE, protocol
+from peers.storey_laws import LAWS
+
+import warpdyn as wd
+from warpdyn.laws import DEVICES
+
+ROUNDING = 1e-3  # of forces, over the yield force
+EVERY = 10  # steps of the cycles from one that is kept to the next; all turning points are kept
+WEIGHT = 2.0e6  # N, on a sliding bearing
+# What stands beside the laws of studies/peers/storey_laws.py: isolators with all their parameters, and devices.
+ISOLATORS = {
+    "lead_rubber_bearing": {"yield_force": YIELD_FORCE, "post_yield_stiffness": STIFFNESS / 10},
+    "friction_pendulum": {"friction_coefficient": 0.05, "radius": 2.0, "weight": WEIGHT},
+}
+STOP = {"clearance": 5 * YIELD_DRIFT, "contact_stiffness": 4 * STIFFNESS}
+OF_DEVICES = {
+    "friction_damper": {"slip_force": 0.5 * YIELD_FORCE, "brace_stiffness": 2 * STIFFNESS},
+    "gap": STOP | {"restitution": 0.6},
+    "one_sided_gap": STOP | {"restitution": 0.6},
+}
+
+
+def parameters_of(name: str) -> dict[str, float]:
+    """Return all parameters of a law, isolator or device that the curves are drawn for."""
+    if name in OF_DEVICES or name in ISOLATORS:
+        return OF_DEVICES.get(name) or ISOLATORS[name]
+    own = {} if name == "elastic" else {"yield_force": YIELD_FORCE}
+    return own | LAWS[name].parameters(YIELD_DRIFT)
+
+
+def building_with(name: str) -> wd.ShearBuilding:
+    """Return a storey of a law, or an elastic one with a device; what height and mass it has makes no difference."""
+    if name in DEVICES:
+        return wd.ShearBuilding(1.0, STIFFNESS, 3.0, devices=(name,), **parameters_of(name))
+    return wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=name, **parameters_of(name))
+
+
+def forces(name: str, drift: np.ndarray) -> np.ndarray:
+    """Return the force of a law or device along drifts [m], over the yield force, shape [step]."""
+    found = wd.storey_hysteresis(building_with(name), drift)["storey_force"].values[:, 0]
+    return (found - STIFFNESS * drift * (name in DEVICES)) / YIELD_FORCE
+
+
+def curves(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the forces over the yield force, along the cycles and in one push, as they are kept."""
+    return forces(name, protocol())[::EVERY], forces(name, push())[::EVERY]
+
+
+def push() -> np.ndarray:
+    """Return the drifts of one push from rest [m], shape [step]."""
+    return np.linspace(0, DUCTILITIES[-1], 1001) * YIELD_DRIFT
+
+
+def take_all() -> xr.Dataset:
+    """Return the kept curves of all laws, isolators and devices."""
+    names = [*LAWS, *ISOLATORS, *OF_DEVICES]
+    cycles, pushed = (np.array(each) for each in zip(*map(curves, names), strict=True))
+    words = "force over yield force"
+    return xr.Dataset(
+        {
+            "ductility": ("step", protocol()[::EVERY] / YIELD_DRIFT, {"long_name": "drift over yield drift"}),
+            "force": (("element", "step"), cycles, {"long_name": f"{words} along the cycles"}),
+            "pushed_ductility": ("pushed_step", push()[::EVERY] / YIELD_DRIFT, {"long_name": "drift over yield drift"}),
+            "pushed_force": (("element", "pushed_step"), pushed, {"long_name": f"{words} in one push"}),
+        },
+        {
+            "element": ("element", names, {"long_name": "storey law, isolator or device"}),
+            "parameters": ("element", [json.dumps(parameters_of(name)) for name in names]),
+        },
+        {
+            "title": "Storey laws and devices under the same cycles",
+            "history": f"{datetime.date.today():%Y-%m-%d} warpdyn {version('warpdyn')} studies/law_cycles.py",
+            "stiffness": STIFFNESS,
+            "yield_force": YIELD_FORCE,
+        },
+    )
+
+
+def main() -> None:
+    """Run the study."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
+    folder = parser.parse_args().out
+    folder.mkdir(parents=True, exist_ok=True)
+    packing = {"dtype": "int16", "_FillValue": -32768, "zlib": True, "complevel": 9}
+    encoding = {name: packing | {"scale_factor": ROUNDING} for name in ("force", "pushed_force")}
+    encoding |= {name: packing | {"scale_factor": 0.01} for name in ("ductility", "pushed_ductility")}
+    take_all().to_netcdf(folder / "cycles.nc", encoding=encoding)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""What the study growth is made of."""

@@ -1,0 +1,70 @@
+"""The table of the validation report: what tests measure against truths from elsewhere.
+
+    python studies/validation.py --out docs/validation
+
+Runs the tests that use the fixture `measured` (tests/validation.py) on this machine, and writes measured.csv: a row a
+claim, with the truth it is held to, the worst figure of all cases, its bound and the test. The documentation makes its
+tables from it when it is built; the tests compare their claims and bounds with it whenever they run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import datetime
+import io
+import json
+import subprocess
+import sys
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+
+from parts.benchmark.machine import processor
+
+ROOT = Path(__file__).parents[1]
+COLUMNS = ("claim", "truth", "value", "bound", "units", "cases", "test")
+
+
+def rows_of(lines: list[str]) -> list[dict[str, object]]:
+    """Return a row a claim, with the worst figure of its cases.
+
+    Raises:
+        ValueError: If cases of one claim differ in anything else, such as their bounds.
+    """
+    found: dict[str, list[dict[str, object]]] = {}
+    for line in lines:
+        row = json.loads(line)
+        found.setdefault(row["claim"], []).append(row | {"bound": f"{row['bound']:.6g}"})
+    rows = []
+    for claim, cases in found.items():
+        if len({tuple(case[key] for key in ("truth", "bound", "units", "test")) for case in cases}) > 1:
+            raise ValueError(f"cases of {claim!r} differ in truth, bound, units or test: give them claims of their own")
+        rows.append(cases[0] | {"value": f"{max(case['value'] for case in cases):.2e}", "cases": len(cases)})
+    return sorted(rows, key=lambda row: (row["test"], row["claim"]))
+
+
+def main() -> None:
+    """Run the study."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "lines"
+        done = subprocess.run([sys.executable, "-m", "pytest", "--validation", str(target)], cwd=ROOT, check=False)
+        if done.returncode:
+            raise SystemExit("a claim does not hold: no table was written")
+        rows = rows_of(target.read_text(encoding="utf-8").splitlines())
+    text = io.StringIO()
+    text.write(f"# warpdyn {version('warpdyn')}, {processor()}, {datetime.date.today():%Y-%m-%d}\n")
+    text.write("# Written by studies/validation.py.\n")
+    writer = csv.DictWriter(text, COLUMNS, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    (arguments.out / "measured.csv").write_text(text.getvalue(), encoding="utf-8")
+    print(f"{len(rows)} claims of {len({row['test'] for row in rows})} tests")
+
+
+if __name__ == "__main__":
+    main()
