@@ -5,7 +5,7 @@ import warp as wp
 FEWEST_LANES = 8  # of a thread that has several
 
 
-def cpu_flags(keeps_lanes: bool = False) -> str:
+def cpu_flags(keeps_lanes: bool = True) -> str:
     """Return the compiler's flags for kernels on a processor: those that Warp is configured with, and warpdyn's.
 
     Products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where there are any, of
@@ -23,8 +23,11 @@ def cpu_flags(keeps_lanes: bool = False) -> str:
     return f"{own} -ffp-contract=fast -mprefer-vector-width=512{as_loops}".strip()
 
 
-def module_options(max_unroll: int, keeps_lanes: bool = False) -> dict[str, object]:
-    """Return the options of the module that a kernel is compiled in, whose loops are unrolled up to so many rounds."""
+def module_options(max_unroll: int, keeps_lanes: bool = True) -> dict[str, object]:
+    """Return the options of the module that a kernel is compiled in, whose loops are unrolled up to so many rounds.
+
+    Kernels with the same flags share the compiler's precompiled header, which takes more than a second.
+    """
     return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags(keeps_lanes)}
 
 
