@@ -92,9 +92,9 @@ def cloud_regression(
         axes.axhline(limit, color=colour, lw=1)
         said = f"{state}: median {median:.3g}" if np.isfinite(median) else f"{state}, no fit"
         # Away from the median, where the cloud is below a high limit and above a low one.
-        at, side = (0.99, "right") if median < np.sqrt(level.min() * level.max()) else (0.01, "left")
-        where: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": side, "va": "bottom"}
-        axes.annotate(said, (at, limit), color=colour, **where, **AMONG_POINTS)
+        across, anchor = (0.99, "right") if median < np.sqrt(level.min() * level.max()) else (0.01, "left")
+        where: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": anchor, "va": "bottom"}
+        axes.annotate(said, (across, limit), color=colour, **where, **AMONG_POINTS)
         if np.isfinite(median):
             axes.plot(median, limit, "o", color=colour, ms=7, mec="white", zorder=5)
     if np.isfinite(float(curves.get("collapse_median", np.inf))):

@@ -51,13 +51,15 @@ def what_was_run(scene: Mapping[str, Any]) -> list[str]:
         heads = ("archetype", "buildings", "storeys", "storey law", "scattered")
         parts.append(table(f"Portfolio of archetypes: {len(archetypes):,}{more}", heads, rows))
     else:
-        values = [(name.replace("_", " "), _text(value)) for name, value in structure.items()]
+        values = [(name.replace("_", " "), _words_of(value)) for name, value in structure.items()]
         parts.append(table("Structure (kg, m, s, N; from the ground up)", ("quantity", "value"), values))
     if scene.get("scatter"):
-        rows = [(name.replace("_", " "), _text(value)) for name, value in scene["scatter"].items()]
+        rows = [(name.replace("_", " "), _words_of(value)) for name, value in scene["scatter"].items()]
         parts.append(table("Scatter from structure to structure", ("quantity", "distribution"), rows))
     given = [
-        (name.replace("_", " "), _text(value)) for name, value in excitation.items() if name not in ("motions", "type")
+        (name.replace("_", " "), _words_of(value))
+        for name, value in excitation.items()
+        if name not in ("motions", "type")
     ]
     parts.append(table(f"Excitation: {excitation.get('type', 'unknown')}", ("quantity", "value"), given))
     return parts
@@ -71,7 +73,7 @@ def _of_archetype(archetype: Mapping[str, Any]) -> tuple[object, ...]:
     return (
         archetype.get("count", 0),
         len(storeys) if isinstance(storeys, list) else "",
-        _text(law),
+        _words_of(law),
         scattered or "nothing",
     )
 
@@ -118,7 +120,7 @@ def provenance(run: xr.Dataset) -> list[str]:
     Args:
         run: What `simulate` returned.
     """
-    rows = [(words, _text(run.attrs[name])) for name, words in ATTRIBUTES.items() if name in run.attrs]
+    rows = [(words, _words_of(run.attrs[name])) for name, words in ATTRIBUTES.items() if name in run.attrs]
     scene = str(run.attrs["scene"])
     cut = f" ... ({len(scene):,} letters in all)" if len(scene) > LONGEST_SCENE else ""
     return [
@@ -130,10 +132,10 @@ def provenance(run: xr.Dataset) -> list[str]:
     ]
 
 
-def _text(value: Any) -> str:
+def _words_of(value: Any) -> str:
     """Return a value of a scene in words: numbers, rows of numbers, and what has a type by its fields."""
     if isinstance(value, Mapping):
-        fields = ", ".join(f"{name} {_text(each)}" for name, each in value.items() if name != "type")
+        fields = ", ".join(f"{name} {_words_of(each)}" for name, each in value.items() if name != "type")
         return f"{value.get('type', '')}({fields})" if "type" in value else fields
     if isinstance(value, list) and value and isinstance(value[0], Mapping | list):
         return json.dumps(value)[:400]
