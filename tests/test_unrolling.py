@@ -18,7 +18,7 @@ ROUNDINGS_OF_A_STEP = 8  # of each value: four stages, in each of which a produc
     [
         (2, "peak_oriented", "rk4", "float64", 8),
         (3, "bilinear", "rk4", "float32", 8),
-        (10, "bouc_wen", "rk4", "float64", 15),
+        (10, "bouc_wen", "rk4", "float64", 7),
         (3, "elastic", "newmark_average", "float64", 8),
     ],
 )

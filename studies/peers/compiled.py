@@ -45,6 +45,7 @@ def macros_of(case: Case) -> dict[str, str | int | float]:
         "STOREYS": case.storeys,
         "REAL": REAL[case.dtype],
         "BOUC_WEN": int(case.law == "bouc_wen"),
+        "BILINEAR": int(case.law == "bilinear"),
         "HARDENING_RATIO": HARDENING_RATIO,
         "YIELD_DRIFT": YIELD_DRIFT,
     }

@@ -1,5 +1,5 @@
 // RK4 on shear chains, LANES samples side by side in vector registers, on one thread; peak storey drifts only.
-// STOREYS, LANES, REAL and BOUC_WEN (0 or 1) are given to the compiler. Arrays are [block][storey][lane].
+// STOREYS, LANES, REAL, BOUC_WEN and BILINEAR (0 or 1) are given to the compiler. Arrays are [block][storey][lane].
 #include <chrono>
 #include <initializer_list>
 #include <type_traits>
@@ -14,10 +14,18 @@ constexpr Integer sign_bit = sizeof(Real) == 4 ? Integer(0x80000000u) : Integer(
 
 static inline Row absolute(Row x) { return (Row)((Bits)x & ~sign_bit); }
 static inline Row larger(Row x, Row y) { return x > y ? x : y; }
+static inline Row smaller(Row x, Row y) { return x < y ? x : y; }
 
+// The hysteretic value is Bouc-Wen's z, or the plastic drift of the bilinear law, which follows the accepted state alone.
 struct State {
   Row displacement[storeys], velocity[storeys], hysteretic[storeys];
 };
+
+// The plastic drift where the drift is: what is farther from it than the yield drift is dragged along.
+static inline Row dragged(Row plastic, Row drift) {
+  constexpr Real yield = Real(YIELD_DRIFT);
+  return smaller(larger(plastic, drift - yield), drift + yield);
+}
 
 // One stage of four. The chain is walked from the top down, so that the force from above is at hand and each storey's
 // stage state can be overwritten once the storey above has used it. The first stage's state is the accepted one, and the
@@ -47,6 +55,9 @@ static inline void stage(State& accepted, State& trial, State& sum, Row ground, 
       force = stiffness[i] * (hardening * drift + ((1 - hardening) * yield) * z) + damping[i] * rate;
       const Row growth = (rate - Real(0.5) * (absolute(rate) * z + rate * absolute(z))) * inverse_yield;
       advance(accepted.hysteretic[i], trial.hysteretic[i], sum.hysteretic[i], growth);
+    } else if (BILINEAR) {
+      const Row elastic = drift - dragged(accepted.hysteretic[i], drift);
+      force = stiffness[i] * (hardening * drift + (1 - hardening) * elastic) + damping[i] * rate;
     } else {
       force = stiffness[i] * drift + damping[i] * rate;
     }
@@ -70,6 +81,7 @@ static void integrate(const Row* stiffness, const Row* damping, const Row* inver
     for (int i = 0; i < storeys; i++) {
       const Row drift = i ? accepted.displacement[i] - accepted.displacement[i - 1] : accepted.displacement[i];
       peak[i] = larger(peak[i], absolute(drift));
+      if (BILINEAR) accepted.hysteretic[i] = dragged(accepted.hysteretic[i], drift);
     }
     before = after;
   }

@@ -2,41 +2,58 @@
 
 import warp as wp
 
+FEWEST_LANES = 8  # of a thread that has several
 
-def cpu_flags() -> str:
+
+def cpu_flags(keeps_lanes: bool = True) -> str:
     """Return the compiler's flags for kernels on a processor: those that Warp is configured with, and warpdyn's.
 
     Products and sums are fused, as a GPU does by itself; and rows take registers of 512 bits where there are any, of
     which the compiler makes no use on some processors by default, at half the speed.
+
+    Args:
+        keeps_lanes: Whether no loops but those over lanes have 8 rounds and more. Then these are kept as loops for the
+            compiler's part that makes vector instructions of loops: short ones would be unrolled before, and what
+            another part (SLP) makes of that takes up to a fifth longer to run, and long to compile.
     """
     configured = wp.config.cpu_compiler_flags
     # Without any, Warp itself compiles for the processor at hand.
     own = "-march=native" if configured is None else configured
-    return f"{own} -ffp-contract=fast -mprefer-vector-width=512".strip()
+    as_loops = f" -fno-slp-vectorize -mllvm=-unroll-full-max-count={FEWEST_LANES - 1}" if keeps_lanes else ""
+    return f"{own} -ffp-contract=fast -mprefer-vector-width=512{as_loops}".strip()
 
 
-def module_options(max_unroll: int) -> dict[str, object]:
-    """Return the options of the module that a kernel is compiled in, whose loops are unrolled up to so many rounds."""
-    return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags()}
+def module_options(max_unroll: int, keeps_lanes: bool = True) -> dict[str, object]:
+    """Return the options of the module that a kernel is compiled in, whose loops are unrolled up to so many rounds.
+
+    Kernels with the same flags share the compiler's precompiled header, which takes more than a second.
+    """
+    return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags(keeps_lanes)}
 
 
-# A processor's frame is aligned for its most demanding variable. Without one of a cache line, every row of lanes in it
-# would straddle two, and take twice as long to read.
+# A processor's frame is aligned for its most demanding variable. Without one of a cache line, every row of lanes in
+# it would straddle two, and take twice as long to read. LLVM lays out first what is large for how often it is used,
+# and the matrices are laid one after another behind it: if it is this, they are aligned too. It stays large because
+# the compiler does not know which of its bytes is written.
 @wp.func_native("""
 #if !defined(__CUDA_ARCH__)
-alignas(64) volatile char line[64];
-line[0] = 0;
+alignas(64) volatile char lines[32768];
+volatile int last = sizeof(lines) - 1;
+lines[last] = 0;
 #endif
 """)
 def align_rows():
     """Align the calling kernel's variables to cache lines."""
 
 
-# One instruction each on either device; warp's own maximum takes three on a processor.
+# The larger of two values that are not negative: one instruction on a GPU, two on a processor, where warp's own
+# maximum takes three. Without the absolute value LLVM would write a peak back by a masked store, where a value is
+# larger. That took a quarter of all the time on an AMD processor without AVX-512.
 _LARGER = """
 #if defined(__CUDA_ARCH__)
 return fmax(a, b);
 #else
+a = sizeof(a) == 4 ? __builtin_fabsf(a) : __builtin_fabs(a);
 return b > a ? b : a;
 #endif
 """

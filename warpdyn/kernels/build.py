@@ -47,9 +47,10 @@ BUILDING = threading.Lock()
 # A GPU runs one sample a thread, every loop unrolled, so that the whole state stands in registers; where a chain needs
 # more registers than there are, threads share it.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
-# Chains beyond 8 storeys gain by unrolling up to 15. A law of straight branches has its rules twice in every stage
-# of every storey: beyond 5 storeys it runs half to three quarters as fast rolled, and compiles in 2 seconds, not in 20.
-LONG_CHAIN, CPU_LONG_UNROLL, CHAIN_OF_BRANCHES = 8, 15, 5
+# What 8 samples of a chain beyond 8 storeys hold stays in the first cache, and registers of 256 bits do for them.
+# A law of straight branches has its rules twice in every stage of every storey: beyond 5 storeys it runs half to three
+# quarters as fast rolled, and compiles in 2 seconds, not in 20.
+LONG_CHAIN, CPU_LONG_LANES, CPU_LONG_UNROLL, CHAIN_OF_BRANCHES = 8, 8, 7, 5
 GPU_LANES, GPU_UNROLL = 1, 64
 # Registers of a thread, by what compiled kernels of 1 to 60 storeys took; those beside the storeys' own, by dtype; and
 # what sums of energies take [words].
@@ -80,8 +81,8 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
                 lanes = CPU_LANES_OF_ONE_STOREY
             elif spring_row(plan.law).leaves_line is not None:
                 unroll = CPU_UNROLL if plan.dofs <= CHAIN_OF_BRANCHES else CHAIN_OF_BRANCHES
-            elif LONG_CHAIN < plan.dofs <= CPU_LONG_UNROLL:
-                unroll = CPU_LONG_UNROLL
+            elif plan.dofs > LONG_CHAIN:
+                lanes, unroll = CPU_LONG_LANES, CPU_LONG_UNROLL
     return replace(plan, lanes=lanes, max_unroll=unroll if unrolls else 1, sections=sections)
 
 

@@ -3,8 +3,8 @@
 A skeleton is a plain function, never called, whose text holds the course of an integration. Where a statement
 `slot("name")` stands in it, the bodies of the functions `name` of all wanted parts are put, at its indentation and one
 after another, before Warp sees the text. They are statements of the kernel itself: they share its local variables, and
-nothing is called or copied. `slot("name", i=0)` writes 0 for the variable `i` in what is put there. A part may hold
-slots too.
+nothing is called or copied. `slot("name", i=0)` writes 0 for the variable `i` in what is put there, and in what is put
+into the slots of that: a part may hold slots too. So may the module of a skeleton hold functions for its slots.
 
 A part is a module of one of FOLDERS. It holds
 
@@ -74,6 +74,7 @@ Every step, with `index` from the first one on and `substep` from the interval's
 Every walk through the storeys, from the top down:
 
     begin_walk             of lane j
+    visit_storey           of storey i, all that a stage of an explicit method does
     before_storey, after_storey   storey i, before and after its lanes
     state_of_stage         sets `drift` and `vi` of storey i and lane j; state_below takes those of the storey below off
                            `drift` and `rate`, memory_of_stage sets `memory`
@@ -173,7 +174,7 @@ def compose(skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None) -
     values |= {f"HAS_{slot.upper()}": slot in filled for slot in set().union(*map(bodies_of, parts))}
     known = {name: value for name, value in values.items() if name.isupper() and isinstance(value, bool | int)}
     written = {name: value for name, value in values.items() if isinstance(value, str)}
-    text, named = _text(skeleton, tuple(wanted), tuple(known.items()), tuple(written.items()))
+    text, named = _text(skeleton, (home, *wanted), tuple(known.items()), tuple(written.items()))
     of_modules: dict[str, Any] = {}
     for each in (home, *wanted):
         held = vars(each if isinstance(each, ModuleType) else sys.modules[each.__module__])
@@ -185,12 +186,12 @@ def compose(skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None) -
 @functools.cache  # plans that differ in their types alone have one text
 def _text(
     skeleton: Callable,
-    wanted: tuple[Any, ...],
+    holders: tuple[Any, ...],
     known: tuple[tuple[str, Any], ...],
     written: tuple[tuple[str, str], ...],
 ) -> tuple[str, frozenset[str]]:
-    """Return the text of a kernel, and the names in it."""
-    text = with_names(spliced(source_of(skeleton), wanted), dict(written))
+    """Return the text of a kernel whose slots modules and parts fill, and the names in it."""
+    text = with_names(spliced(source_of(skeleton), holders), dict(written))
     text = without_unread(folded(text, dict(known)))
     return text, frozenset(name.id for name in names_of(ast.parse(text)))
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
-from warpdyn.device.processor import module_options
+from warpdyn.device.processor import FEWEST_LANES, module_options
 from warpdyn.kernels.registry import fields, parts_in
 from warpdyn.laws.rate_law import POWERS
 from warpdyn.laws.springs import spring_row
@@ -77,7 +77,11 @@ class Plan:
 
 def options(plan: Plan) -> dict[str, object]:
     """Return the options of the module that a plan's kernel is compiled in."""
-    return module_options(plan.max_unroll)
+    law, method = spring_row(plan.law), METHODS[plan.method]
+    in_registers = plan.family == "chain" and method.kind == "explicit" and not keeps_slopes(method)
+    # Laws with many values have loops that must be unrolled, or those over lanes about them stay what they are.
+    is_small = max(law.memory, law.coefficients) < FEWEST_LANES and plan.damping != "modal"
+    return module_options(plan.max_unroll, in_registers and is_small and plan.lanes > 1 and plan.max_unroll > 1)
 
 
 def row_types(plan: Plan) -> tuple:

@@ -40,7 +40,7 @@ def spliced(text: str, parts: Sequence[Any]) -> str:
     """Return a text in whose slots the parts' bodies stand."""
     bodies = [bodies_of(part) for part in parts]
 
-    def filled(lines: Sequence[str], margin: str) -> Iterator[str]:
+    def filled(lines: Sequence[str], margin: str, written: str = "") -> Iterator[str]:
         for line in lines:
             slot = SLOT.match(line)
             if slot is None:
@@ -48,7 +48,7 @@ def spliced(text: str, parts: Sequence[Any]) -> str:
                 continue
             inside = [each[slot[2]] for each in bodies if slot[2] in each]
             for body in inside:
-                yield from filled(_body(body, slot[3]), margin + slot[1])
+                yield from filled(_body(body, slot[3] + written), margin + slot[1], slot[3] + written)
             if not inside:  # a place for no statement is one still: `folded` finds empty branches
                 yield f"{margin}{slot[1]}pass"
 

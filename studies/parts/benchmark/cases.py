@@ -51,7 +51,7 @@ QUICK = FULL | {
 
 # A peer runs the samples that warpdyn runs, or the number of them in its row.
 PEERS: list[dict[str, Any]] = [
-    {"peer": "cpp_vectors", "device": "cpu", "laws": ("elastic", "bouc_wen"), "dtypes": BOTH},
+    {"peer": "cpp_vectors", "device": "cpu", "laws": LAWS, "dtypes": BOTH},
     {"peer": "numba_threads", "device": "cpu", "storeys": (1, 5, 20)},
     {"peer": "jax_scan", "device": "cpu", "storeys": (5,), "samples": 1024},
     {"peer": "jax_scan_unrolled", "device": "cpu", "storeys": (5,), "samples": 1024},

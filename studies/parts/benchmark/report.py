@@ -8,6 +8,7 @@ import xarray as xr
 
 from parts.benchmark.cases import LABELS, LAW_METHODS
 
+BY_HAND = ("cpp_vectors", "cuda_registers")
 SAME = ["device", "law", "dtype", "storeys", "substeps"]  # what two rows of kernels share that are beside each other
 
 
@@ -34,7 +35,9 @@ def print_report(result: xr.Dataset) -> None:
     """Print every part of the benchmark as a table."""
     print(f"\n{result.attrs['processor']}; GPU: {result.attrs['gpu']}\n{result.attrs['source']}")
     _print_kernels(measurements(result, "kernels"))
-    _print_peers(beside_peers(result))
+    beside = beside_peers(result)
+    _print_peers(beside)
+    _print_shares(beside)
     _print_laws(measurements(result, "laws"))
     _print_scaling(result)
     _print_jobs(result)
@@ -72,6 +75,18 @@ def _print_peers(table: pd.DataFrame) -> None:
     absent = table[table["seconds"].isna()].drop_duplicates(["peer", "device", "status", "note"])
     for row in absent.itertuples():
         print(f"  {LABELS.get(row.peer, row.peer):<27} {row.device:<8} {row.status}: {row.note}")
+
+
+def _print_shares(table: pd.DataFrame) -> None:
+    """Print warpdyn's speed over that of the code by hand for the same device."""
+    by_hand = table[table["peer"].isin(BY_HAND) & table["ratio"].notna()]
+    storeys = sorted(by_hand["storeys"].unique())
+    print("\nshare of the speed of code by hand, with peak drifts alone, by storeys")
+    print(" " * 43 + "".join(f"{n:>6}" for n in storeys))
+    for (peer, dtype, law), rows in by_hand.groupby(["peer", "dtype", "law"], sort=False):
+        ratio = rows.set_index("storeys")["ratio"]
+        shares = "".join(f"{ratio.get(n, np.nan):6.2f}" for n in storeys)
+        print(f"  {LABELS[peer]:<20} {dtype:<9} {law:<10}{shares}")
 
 
 def _print_laws(table: pd.DataFrame) -> None:

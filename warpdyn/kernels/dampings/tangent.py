@@ -36,7 +36,7 @@ def tangent_ahead():
     after = memory
     if IS_MAPPING:
         after = mapped_memory(ahead, memory, c)
-    tangent = larger(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
+    tangent = wp.max(tangent_of(ahead, rate, memory, after, c), dtype(0.0))
 
 
 def add_to_dashpot():

@@ -49,7 +49,7 @@ def end_storey():
     if BY_VELOCITY:
         if stage == 0:
             settles = relaxation_of(rate, memory, c)
-            if down > 0:
+            if i < N - 1:
                 settles = larger(fastest[j], settles)
             fastest[j] = settles
     else:

@@ -15,6 +15,9 @@ def names(plan: Plan) -> dict[str, object]:
     """Return the constants, types and functions that the skeleton's text names."""
     method, law = tableau(plan), spring_row(plan.law)
     is_adaptive, is_mapping = method.adaptive, law.return_mapping is not None
+    # A walk that is a loop has the storey on the ground after it, or every storey would be asked what is below it. A
+    # law of straight branches has so much text for each storey that it is not worth its compiling.
+    ends_on_ground = plan.lanes > 1 and 1 < plan.max_unroll < plan.dofs and law.leaves_line is None
     return {
         "STAGES": method.stages,
         "weight": method.weight,
@@ -30,9 +33,54 @@ def names(plan: Plan) -> dict[str, object]:
         "MAPS_IN_STAGE": is_mapping and method.ends_in_stage and not (is_adaptive or law.rate is not None),
         # Nothing is above the top storey, which costs nothing to say where the loop over storeys is unrolled.
         "BEGINS_AT_TOP": plan.sections == 1 and plan.dofs <= plan.max_unroll,
+        "ENDS_ON_GROUND": ends_on_ground,
+        "IN_LOOP": plan.storeys_of_thread - ends_on_ground,  # storeys that the walk has in its loop
+        # On a processor each storey hands the state below it on to the next one, which would load it again.
+        "HANDS_DOWN": plan.lanes > 1,
         # A sample alone in its thread, of which no forces are seen, needs no look at the forces of its last state.
         "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_SEE_FORCES or (ENERGY and TRAPEZOIDAL)))",
     }
+
+
+def visit_storey():
+    """A stage's visit to storey i."""
+    slot("before_storey")
+    for j in range(LANES):
+        slot("state_of_stage")
+        rate = vi
+        if i > 0:
+            slot("state_below")
+        elif SECTIONS:
+            drift -= foot_u[j]
+            rate -= foot_v[j]
+        slot("leave_pad")
+        slot("storey_coefficients")
+        slot("memory_of_stage")
+        if not HAS_RESTORE:
+            f = force_of(drift, memory, c)
+        slot("restore")
+        restoring = f
+        slot("add_to_force")
+        if HAS_ADD_TO_DASHPOT:
+            if not STOREY:
+                dashpot = dtype(0.0)
+            slot("add_to_dashpot")
+            f += dashpot
+        # What acts on the floor: absolute acceleration times its mass, but for base motion.
+        # A sign costs nothing, but Warp writes -f as a subtraction from zero.
+        net = dtype(-1.0) * f if BEGINS_AT_TOP and i == N - 1 else above[j] - f
+        slot("add_to_net")
+        slot("add_load")
+        ai = net * inverse_mass[i, j]
+        slot("add_to_acceleration")
+        if stage == 0:
+            slot("see_drift")
+            slot("see_forces")
+        slot("add_base")
+        slot("add_powers")
+        above[j] = f
+        slot("end_storey")
+    slot("after_storey")
 
 
 def integrate_chain(
@@ -114,45 +162,11 @@ def integrate_chain(
                             if not SECTIONS and not BEGINS_AT_TOP:
                                 above[j] = dtype(0.0)
                             slot("begin_walk")
-                        for down in range(N):
+                        for down in range(IN_LOOP):
                             i = N - 1 - down
-                            slot("before_storey")
-                            for j in range(LANES):
-                                slot("state_of_stage")
-                                rate = vi
-                                if i > 0:
-                                    slot("state_below")
-                                elif SECTIONS:
-                                    drift -= foot_u[j]
-                                    rate -= foot_v[j]
-                                slot("leave_pad")
-                                slot("storey_coefficients")
-                                slot("memory_of_stage")
-                                if not HAS_RESTORE:
-                                    f = force_of(drift, memory, c)
-                                slot("restore")
-                                restoring = f
-                                slot("add_to_force")
-                                if HAS_ADD_TO_DASHPOT:
-                                    if not STOREY:
-                                        dashpot = dtype(0.0)
-                                    slot("add_to_dashpot")
-                                    f += dashpot
-                                # What acts on the floor: absolute acceleration times its mass, but for base motion.
-                                # A sign costs nothing, but Warp writes -f as a subtraction from zero.
-                                net = dtype(-1.0) * f if BEGINS_AT_TOP and down == 0 else above[j] - f
-                                slot("add_to_net")
-                                slot("add_load")
-                                ai = net * inverse_mass[i, j]
-                                slot("add_to_acceleration")
-                                if stage == 0:
-                                    slot("see_drift")
-                                    slot("see_forces")
-                                slot("add_base")
-                                slot("add_powers")
-                                above[j] = f
-                                slot("end_storey")
-                            slot("after_storey")
+                            slot("visit_storey")
+                        if ENDS_ON_GROUND:
+                            slot("visit_storey", i=0, g=0)
                         if stage == 0:
                             slot("see_state")
                         slot("end_stage")

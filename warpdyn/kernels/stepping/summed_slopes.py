@@ -15,10 +15,26 @@ def names(plan):
     return {"reach": method.reach, "unit_weight": method.unit_weight, "times_unit": method.times_unit}
 
 
+def declare():
+    if HANDS_DOWN:
+        own_u = row()
+        own_v = row()
+
+
+def begin_walk():
+    if HANDS_DOWN:
+        own_u[j] = wp.where(stage == 0, u[N - 1, j], us[N - 1, j])
+        own_v[j] = wp.where(stage == 0, v[N - 1, j], vs[N - 1, j])
+
+
 def state_of_stage():
     """A step's first stage stands where the step before has ended."""
-    drift = wp.where(stage == 0, u[i, j], us[i, j])
-    vi = wp.where(stage == 0, v[i, j], vs[i, j])
+    if HANDS_DOWN:
+        drift = own_u[j]
+        vi = own_v[j]
+    else:
+        drift = wp.where(stage == 0, u[i, j], us[i, j])
+        vi = wp.where(stage == 0, v[i, j], vs[i, j])
 
 
 def memory_of_stage():
@@ -31,8 +47,14 @@ def memory_of_stage():
 
 
 def state_below():
-    drift -= wp.where(stage == 0, u[i - 1, j], us[i - 1, j])
-    rate -= wp.where(stage == 0, v[i - 1, j], vs[i - 1, j])
+    if HANDS_DOWN:
+        own_u[j] = wp.where(stage == 0, u[i - 1, j], us[i - 1, j])
+        own_v[j] = wp.where(stage == 0, v[i - 1, j], vs[i - 1, j])
+        drift -= own_u[j]
+        rate -= own_v[j]
+    else:
+        drift -= wp.where(stage == 0, u[i - 1, j], us[i - 1, j])
+        rate -= wp.where(stage == 0, v[i - 1, j], vs[i - 1, j])
 
 
 def end_storey():
@@ -52,8 +74,12 @@ def sum_up_slopes():
     # Summed up: the state is rounded once a step, not a stage.
     u_slope = times_unit[stage] * vi
     v_slope = times_unit[stage] * ai
-    if stage > 0:
+    # The first slope of the displacement is the accepted velocity, which needs no copy.
+    if stage == 1:
+        u_slope += times_unit[0] * v[i, j]
+    if stage > 1:
         u_slope += un[i, j]
+    if stage > 0:
         v_slope += vn[i, j]
     if IS_RATE:
         z_slope = times_unit[stage] * z_rate
@@ -61,7 +87,8 @@ def sum_up_slopes():
             for m in range(M):
                 z_slope[m] += zn[i * M + m, j]
     if stage < STAGES - 1:
-        un[i, j] = u_slope
+        if stage > 0:
+            un[i, j] = u_slope
         vn[i, j] = v_slope
         us[i, j] = u[i, j] + ha * vi
         vs[i, j] = v[i, j] + ha * ai
