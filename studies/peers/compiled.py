@@ -14,9 +14,7 @@ from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Missing
 REAL = {"float32": "float", "float64": "double"}
 
 
-@functools.cache
-def _folder() -> tempfile.TemporaryDirectory:
-    return tempfile.TemporaryDirectory(prefix="shear_chain")
+_FOLDER = tempfile.TemporaryDirectory(prefix="shear_chain")  # made here, before threads compile side by side
 
 
 @functools.cache
@@ -30,7 +28,7 @@ def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int
     path = shutil.which(compiler)
     if path is None:
         raise Missing(f"no {compiler} on the PATH")
-    target = Path(_folder().name) / ("-".join(map(str, (source, *macros.values()))) + ".so")
+    target = Path(_FOLDER.name) / ("-".join(map(str, (source, *macros.values()))) + ".so")
     defined = [f"-D{name}={value}" for name, value in macros.items()]
     command = [path, *flags, "-shared", *defined, "-o", str(target), str(Path(__file__).with_name(source))]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
