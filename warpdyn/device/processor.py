@@ -49,21 +49,16 @@ def align_rows():
 # The larger of two values that are not negative: one instruction on a GPU, two on a processor, where warp's own
 # maximum takes three. Without the absolute value LLVM would write a peak back by a masked store, where a value is
 # larger. That took a quarter of all the time on an AMD processor without AVX-512.
-_LARGER = """
-#if defined(__CUDA_ARCH__)
-return fmax(a, b);
-#else
-a = sizeof(a) == 4 ? __builtin_fabsf(a) : __builtin_fabs(a);
-return b > a ? b : a;
-#endif
-"""
+def _larger(absolute_value: str) -> str:
+    on_processor = f"a = {absolute_value}(a);\nreturn b > a ? b : a;"
+    return f"#if defined(__CUDA_ARCH__)\nreturn fmax(a, b);\n#else\n{on_processor}\n#endif\n"
 
 
-@wp.func_native(_LARGER)
+@wp.func_native(_larger("__builtin_fabsf"))
 def larger_float32(a: wp.float32, b: wp.float32) -> wp.float32: ...
 
 
-@wp.func_native(_LARGER)
+@wp.func_native(_larger("__builtin_fabs"))
 def larger_float64(a: wp.float64, b: wp.float64) -> wp.float64: ...
 
 
