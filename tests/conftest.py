@@ -48,6 +48,7 @@ def run_study(command: str, out: Path, *, is_limited: bool = True) -> subprocess
     script = re.search(r"python (studies/\S+\.py) --out (\S+)(.*)$", command)
     arguments = [sys.executable, script[1], "--out", str(out), "--device", "cpu", *script[3].split()]
     environment = os.environ | {"MPLBACKEND": "agg", "PYTHONWARNINGS": "error:implausible input"}
+    environment["ARROW_DEFAULT_MEMORY_POOL"] = "system"  # pandas imports pyarrow, whose own pool reserves a gigabyte
     limit = _limit_memory if is_limited else None
     return subprocess.run(
         arguments, cwd=ROOT, capture_output=True, text=True, env=environment, check=False, preexec_fn=limit

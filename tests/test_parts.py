@@ -28,7 +28,8 @@ def text_of(plan, is_gpu=False):
 
 def slots():
     """Return the names of all slots, of skeletons and of parts."""
-    bodies = [body for part in registry.all_parts() for body in bodies_of(part).values()]
+    skeletons = [sys.modules[skeleton.__module__] for skeleton in SKELETONS]  # whose functions stand in slots too
+    bodies = [body for module in [*registry.all_parts(), *skeletons] for body in bodies_of(module).values()]
     return set().union(*map(slots_of, [*SKELETONS, *bodies]))
 
 
@@ -52,7 +53,7 @@ def test_a_plain_building_has_a_short_text():
     scene = wd.Scene(structure, wd.GroundMotion(np.ones(100), 0.01), recorders=("drift",))
     text = source(scene, device="cpu")
     assert text == text_of(PLAIN)
-    assert text.count("\n") <= 150
+    assert text.count("\n") <= 165  # of which some ten hand the state below a storey on, for speed
     # Nothing is there of what it does not name.
     assert "peak_drift" in text
     for name in ("energy", "peak_acceleration", "weight_over_height", "section", "trial", "initial_memory", "HAS_"):

@@ -29,24 +29,25 @@ _FOUND: dict[str, dict[str, Spring]] = {"SPRINGS": {}, "DEVICE_SPRINGS": {}}  # 
 
 
 @functools.cache
-def _find_rows(folder: str) -> None:
-    """Add the rows that a folder's device functions give to those found."""
+def _find_rows(folder: str) -> dict[str, dict[str, Spring]]:
+    """Add the rows that a folder's device functions give to those found, and return them by table."""
     name = f"{laws.__name__}.{folder}.device_functions"
     if find_spec(name) is None:  # isolators have those of bilinear storeys
-        return
+        return {}
     module = importlib.import_module(name)
-    for table, found in _FOUND.items():
-        rows = getattr(module, table, {})
+    own = {table: getattr(module, table, {}) for table in _FOUND}
+    for table, rows in own.items():
         for row, spring in rows.items():
             _check_coefficients(row, spring)
-        found |= rows
+        _FOUND[table] |= rows
+    return own
 
 
 def __getattr__(name: str) -> dict[str, Spring]:
     if name in _FOUND:
-        for folder in laws.law_folders():
-            _find_rows(folder)
-        return _FOUND[name]
+        # In the order of the folders, whichever have been imported before.
+        found = [_find_rows(folder).get(name, {}) for folder in laws.law_folders()]
+        return {row: spring for rows in found for row, spring in rows.items()}
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
