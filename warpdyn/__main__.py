@@ -5,6 +5,7 @@ The exit status is 0 if the self-test passes on every device, and 1 if it does n
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
 import platform
@@ -58,7 +59,11 @@ def report_versions() -> None:
 def report_cache() -> None:
     """Print where compiled kernels are kept, and how much there is of them."""
     folder = Path(str(wp.config.kernel_cache_dir))
-    sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
+    sizes = []
+    for place, _, names in os.walk(folder):  # passes over folders that other processes move meanwhile
+        for name in names:
+            with contextlib.suppress(FileNotFoundError):
+                sizes.append((Path(place) / name).stat().st_size)
     print(f"kernel cache {folder}: {len(sizes)} files, {sum(sizes) / 1e6:.1f} MB")
 
 

@@ -43,11 +43,19 @@ def _find_rows(folder: str) -> dict[str, dict[str, Spring]]:
     return own
 
 
+@functools.cache
+def _find_all_rows() -> None:
+    """Add the rows of all folders, in the order of the folders, whichever of them have been asked for before."""
+    for own in [_find_rows(folder) for folder in laws.law_folders()]:
+        for table, rows in own.items():
+            for row in rows:
+                _FOUND[table][row] = _FOUND[table].pop(row)
+
+
 def __getattr__(name: str) -> dict[str, Spring]:
     if name in _FOUND:
-        # In the order of the folders, whichever have been imported before.
-        found = [_find_rows(folder).get(name, {}) for folder in laws.law_folders()]
-        return {row: spring for rows in found for row, spring in rows.items()}
+        _find_all_rows()
+        return _FOUND[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
