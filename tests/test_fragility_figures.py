@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
 import xarray as xr
-from plotted_runs import striped_run
+from plotted_curves import CLOUD, CURVES, MERGED, RUN
 
-import warpdyn as wd
 from warpdyn import plots
 
 pytestmark = pytest.mark.fast
-
-RUN = striped_run()
-LIMITS = {"slight": 0.004, "extensive": 0.02}
-with warnings.catch_warnings():
-    warnings.filterwarnings("ignore", "(?s).*no interval is given")  # of these few records
-    CURVES = wd.fragility(RUN, LIMITS)
-    CLOUD = wd.fragility_of_cloud(RUN, LIMITS, estimator="collapse")
-MERGED = RUN.merge(CURVES, combine_attrs="no_conflicts")
 
 
 def test_a_cloud_has_its_line_its_collapses_and_a_median_for_each_limit():

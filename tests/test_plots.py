@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -11,7 +9,8 @@ import xarray as xr
 from fragility_parameters import curves
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from plotted_runs import CAPACITY, LEVELS, MOTIONS, found_capacities, striped_run
+from plotted_curves import CLOUD, CURVES, MERGED, RUN
+from plotted_runs import CAPACITY, LEVELS, MOTIONS, found_capacities
 from test_maps import make_results
 
 import warpdyn as wd
@@ -20,13 +19,6 @@ from warpdyn.plots.samples import fractiles
 
 pytestmark = pytest.mark.fast
 
-RUN = striped_run()
-LIMITS = {"slight": 0.004, "extensive": 0.02}
-with warnings.catch_warnings():
-    warnings.filterwarnings("ignore", "(?s).*no interval is given")  # of these few records
-    CURVES = wd.fragility(RUN, LIMITS)
-    CLOUD = wd.fragility_of_cloud(RUN, LIMITS, estimator="collapse")
-MERGED = RUN.merge(CURVES, combine_attrs="no_conflicts")
 PULSE = wd.GroundMotion(9.81 * np.sin(np.arange(200) / 10) * np.exp(-np.arange(200) / 80), 0.01, "pulse")
 WEAK = wd.GroundMotion(0.5 * PULSE.acceleration[:150], 0.01, "weak")
 PUSHED = wd.storey_hysteresis(wd.ShearBuilding.from_hazus("C1L", "high", 2), [0.01, -0.01])
