@@ -101,7 +101,7 @@ class Pretended:
     scoped = threading.local()  # Warp's current stream is one for all threads: nothing may depend on another thread's
 
     def __init__(self, count, hurries):
-        self.count, self.hurries, self.streams, self.launches = count, hurries, 0, []
+        self.count, self.hurries, self.streams, self.launches, self.pinned = count, hurries, 0, [], []
 
     def Stream(self, device, priority=0):
         self.streams += 1
@@ -133,15 +133,16 @@ class Pretended:
     def empty(self, size, dtype, device, pinned=False):
         array = wp.empty(size, dtype=dtype, device="cpu")
         array.numpy().fill(0)  # a kernel that comes too early shall go wrong, not crash
+        if pinned:
+            self.pinned.append(array)  # which keeps its address
         return array
 
     def copy(self, there, here, stream=None):
-        if current_stream() is None:
-            # To the device, from memory that is not pinned: it is read at once.
-            queued = wp.array(here.numpy().copy(), dtype=here.dtype, device="cpu")
-            stream.add(lambda: wp.copy(there, queued))
-        else:
-            current_stream().add(lambda: wp.copy(there, here))
+        if current_stream() is not None:
+            stream = current_stream()
+        elif not any(array.ptr == here.ptr for array in self.pinned):  # it is read at once
+            here = wp.array(here.numpy().copy(), dtype=here.dtype, device="cpu")
+        stream.add(lambda: wp.copy(there, here))
 
     def launch(self, kernel, dim, inputs, device="cpu", stream=None, block_dim=1):
         if stream is None:
