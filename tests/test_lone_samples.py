@@ -17,12 +17,12 @@ CASES = [
 ]
 
 
-def make_scene(law, storeys, recorders, collapses):
-    """Return storeys under motions of several lengths and steps, two of which end before the run does."""
+def make_scene(law, storeys, recorders, collapses, *, is_undivided):
+    """Return storeys under motions of several lengths, two of which end before the run does, and of several steps."""
     random = np.random.default_rng(3)
     motions = [
         wd.GroundMotion(3.0 * random.normal(size=size), step, f"{size} of {step} s")
-        for size, step in ((150, 0.01), (400, 0.01), (60, 0.04))
+        for size, step in ((150, 0.01), (400, 0.01), (240, 0.01) if is_undivided else (60, 0.04))
     ]
     stiffness = 1e5 * (2 * np.pi / 0.3) ** 2
     of_law = {
@@ -38,9 +38,12 @@ def make_scene(law, storeys, recorders, collapses):
     return wd.Scene(building, stripes, tail=0.5, recorders=recorders, collapse_drift_ratio=limit)
 
 
+@pytest.mark.parametrize("is_undivided", [True, False])
 @pytest.mark.parametrize(("law", "storeys", "recorders", "collapses"), CASES)
-def test_alone_in_its_thread_a_sample_gives_what_it_gives_in_a_row(law, storeys, recorders, collapses, monkeypatch):
-    scene = make_scene(law, storeys, recorders, collapses)
+def test_alone_in_its_thread_a_sample_gives_what_it_gives_in_a_row(
+    law, storeys, recorders, collapses, is_undivided, monkeypatch
+):
+    scene = make_scene(law, storeys, recorders, collapses, is_undivided=is_undivided)
     terms = {"structures": 1, "step": 0.01, "dtype": "float64", "device": "cpu"}
     rows = wd.simulate(scene, **terms)
     launched = set()
@@ -48,7 +51,7 @@ def test_alone_in_its_thread_a_sample_gives_what_it_gives_in_a_row(law, storeys,
     monkeypatch.setattr(queues, "load_kernel", lambda plan, device: launched.add(plan) or load(plan, device))
     monkeypatch.setattr(model, "fitted", lambda plan, is_gpu: build.fitted(plan, is_gpu=True))
     alone = wd.simulate(scene, **terms)
-    assert {(plan.lanes, plan.undivided) for plan in launched} == {(1, True), (1, False)}
+    assert {(plan.lanes, plan.undivided) for plan in launched} == {(1, is_undivided)}
     assert set(np.unique(rows["status"])) == ({0, 1} if collapses else {0})
     for name in rows.data_vars:
         if rows[name].dtype.kind == "f":

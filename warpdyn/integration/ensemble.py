@@ -14,7 +14,7 @@ from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.model import Model
 from warpdyn.integration.time_grid import Schedule
 from warpdyn.kernels import arguments, queues as devices
-from warpdyn.kernels.build import history_plan, undivided
+from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.output_table import COLLAPSE
 from warpdyn.kernels.plan import Plan
@@ -260,7 +260,7 @@ class Ensemble:
             if len(packed.groups) > 1:
                 part = arguments.part_of(samples, "Samples", packed.samples, plan.dtype, first, last)
             steps = packed.samples["run_intervals"][first:last] * substeps
-            own = undivided(plan) if substeps == 1 else plan
+            own = self.model.undivided if substeps == 1 and plan is self.plan else plan
             launches.append(devices.Launch(own, control, part, steps))
             first = last
         loads = self.model.loads_on(self.queue.device)

@@ -16,7 +16,7 @@ from warpdyn.integration.dense import DenseDynamics
 from warpdyn.integration.dynamics import Arrays, Dynamics, Vibration
 from warpdyn.integration.settings import Integration
 from warpdyn.kernels import arguments
-from warpdyn.kernels.build import composed, fitted
+from warpdyn.kernels.build import composed, fitted, undivided
 from warpdyn.kernels.output_table import RECORDERS, STATE, recorded
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import checked_devices
@@ -131,6 +131,15 @@ class Model:
         """The recorded variables that are demands."""
         table = RECORDERS[self.plan.family]
         return {k: v for row in self.scene.recorders for k, v in table[row].items() if v.is_demand}
+
+    @cached_property
+    def undivided(self) -> Plan:
+        """The plan of the kernel for samples with one step in each interval of their motions.
+
+        It is the kernel of all others unless every motion is stepped so: a kernel more takes longer to compile than it
+        saves. The rare sample that has its steps divided in such a run has its kernel compiled when it is launched.
+        """
+        return undivided(self.plan) if self.timeline.substeps.max() == 1 else self.plan
 
     @cached_property
     def shapes(self) -> dict[str, tuple[int, ...]]:

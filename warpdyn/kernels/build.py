@@ -96,11 +96,6 @@ def undivided(plan: Plan) -> Plan:
     return replace(plan, undivided=True) if is_alone and gains and plan.load == "base_acceleration" else plan
 
 
-def launched(plan: Plan) -> tuple[Plan, ...]:
-    """Return the plans of the kernels that run the samples of a plan, each once."""
-    return tuple(dict.fromkeys((undivided(plan), plan)))
-
-
 def _sections(plan: Plan) -> int:
     """Return among how many threads a chain's storeys are shared so that all they hold stands in registers."""
     if plan.damping == "modal":

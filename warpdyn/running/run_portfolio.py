@@ -16,17 +16,15 @@ from warpdyn.core.checks import whole_number
 from warpdyn.core.messages import tell
 from warpdyn.core.progress import counted_histories
 from warpdyn.files.unfinished import Unfinished
-from warpdyn.integration.model import dynamics_of, plan_of
 from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.integration.settings import Execution, Integration
-from warpdyn.kernels.build import launched
 from warpdyn.kernels.compilation import compiling
 from warpdyn.kernels.plan import Plan
 from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
 from warpdyn.portfolio.labels import Joined, common_attributes, largest_estimate
 from warpdyn.reduction.reduction import Reduction
 from warpdyn.running.journal import FINGERPRINT, Journal
-from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of, run_scene
+from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of, plans_of, run_scene
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
 
@@ -60,7 +58,7 @@ def run_portfolio(
     seconds = time.perf_counter() - started
 
     with ExitStack() as stack, counted_histories(portfolio.buildings * samples_per_building):
-        plans = [list(plans_of(group, integration, execution, kept)) for group in groups]
+        plans = [list(plans_of_group(group, integration, execution, kept, seed)) for group in groups]
         wait_for: Callable[[list[Plan]], object] = stack.enter_context(
             compiling(chain(*plans), execution.devices[0], execution.cores)
         )
@@ -137,12 +135,13 @@ def _place(unfinished: Unfinished | None, number: int) -> AbstractContextManager
     return Unfinished(unfinished.kept / f"{number}.nc")
 
 
-def plans_of(group: Group, integration: Integration, execution: Execution, kept: Kept) -> Iterator[Plan]:
+def plans_of_group(
+    group: Group, integration: Integration, execution: Execution, kept: Kept, seed: int
+) -> Iterator[Plan]:
     """Yield the plans of a group's kernel and of that for its error estimates; none if the method is to be chosen."""
     if integration.target_error is not None:
         return
-    dynamics, is_checked = dynamics_of(group.scene), kept.checked_share is not None or kept.sample_error is not None
-    damping, is_gpu = group.scene.structure.damping, execution.is_gpu
-    integration = integration.settled(dynamics.fitting_law, damping, is_gpu=is_gpu)
-    for dtype in [integration.dtype] + ["float64"] * is_checked:
-        yield from launched(plan_of(group.scene, dynamics, integration.method, dtype, is_gpu=is_gpu))
+    with warnings.catch_warnings():  # the group's run gives them
+        warnings.simplefilter("ignore")
+        run = build_run(group.scene, group.buildings.size, how_of(group, integration), execution, seed)
+    yield from plans_of(run, kept)

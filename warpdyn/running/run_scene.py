@@ -22,7 +22,7 @@ from warpdyn.integration.run import Run, build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.integration.time_grid import warn_of_short_tail
-from warpdyn.kernels.build import history_plan, launched
+from warpdyn.kernels.build import history_plan
 from warpdyn.kernels.compilation import compile_side_by_side
 from warpdyn.kernels.plan import Plan
 from warpdyn.kernels.queues import Queue, device_names, open_queues, seconds_in_kernels
@@ -135,7 +135,7 @@ def run_scene(
     if kept.histories is not None:
         histories = KeptHistories(kept.histories, run, queues[0], integration)
     estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
-    compile_side_by_side(_plans(run, kept), execution.devices[0], run.model.threads)
+    compile_side_by_side(plans_of(run, kept), execution.devices[0], run.model.threads)
     with table:
         with counted_histories(sum(run.samples_by_event)) as progress:
             pipeline = Pipeline(
@@ -212,12 +212,12 @@ def _table(
     return InFile(run.model, columns, GrowingFile(unfinished, run.samples))
 
 
-def _plans(run: Run, kept: Kept) -> Iterator[Plan]:
+def plans_of(run: Run, kept: Kept) -> Iterator[Plan]:
     """Yield the plans of the kernels that a run launches."""
     for model in run.model.by_event:
-        yield from launched(model.plan)
+        yield model.undivided
         if kept.checked_share is not None or kept.sample_error is not None:
-            yield from launched(model.in_float64(model.tolerance, run.execution.devices[0]).plan)
+            yield model.in_float64(model.tolerance, run.execution.devices[0]).plan  # with its steps divided
     if kept.histories is not None:
         yield history_plan(run.model.plan)
 

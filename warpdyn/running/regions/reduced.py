@@ -32,7 +32,7 @@ from warpdyn.running.regions.report import Report
 from warpdyn.running.regions.statistics import Asked
 from warpdyn.running.regions.tasks import run_region
 from warpdyn.running.regions.workers import Here, Workers
-from warpdyn.running.run_portfolio import divided, how_of, plans_of
+from warpdyn.running.run_portfolio import divided, how_of, plans_of_group
 from warpdyn.running.run_scene import Kept, fingerprint_of_run
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
@@ -143,7 +143,7 @@ def simulate_statistics(
             if unfinished is not None:
                 Journal(unfinished, digest, kept.overwrite)
             if isinstance(workers, Here):
-                plans = (plan for group in groups for plan in plans_of(group, integration, execution, kept))
+                plans = (plan for group in groups for plan in plans_of_group(group, integration, execution, kept, seed))
                 compile_side_by_side(plans, execution.devices[0], execution.cores)
             runs = []
             for number, group in enumerate(groups):
