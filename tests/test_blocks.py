@@ -195,21 +195,24 @@ def test_threads_are_as_many_as_asked_for(threads, monkeypatch):
 def test_slices_hold_all_rows_of_lanes_once_and_equal_work():
     random = np.random.default_rng(0)
     steps = [np.sort(random.integers(100, 10_000, count))[::-1] for count in (5000, 37, 1)]
-    launches = [devices.Launch(None, None, None, each) for each in steps]
+    intervals = np.concatenate(steps)
+    samples = np.split(np.arange(intervals.size), np.cumsum([each.size for each in steps])[:-1])
+    launches = [devices.Launch(None, None, None, order, intervals, 1) for order in samples]
     lanes, threads = 16, 4
     parts = devices.slices(launches, lanes, threads)
-    covered = {id(launch.steps): [] for launch in launches}
-    work = []
+    covered = {id(launch): [] for launch in launches}
+    work, longest = [], []
     for launch, first, last in parts:
-        covered[id(launch.steps)] += range(first, last)
-        work.append(launch.steps[first * lanes : last * lanes : lanes].sum())
+        own = next(each for each, known in zip(steps, launches, strict=True) if known is launch)
+        covered[id(launch)] += range(first, last)
+        work.append(own[first * lanes : last * lanes : lanes].sum())
+        longest.append(own[first * lanes])
     for launch in launches:
-        assert sorted(covered[id(launch.steps)]) == list(range(-(-launch.steps.size // lanes)))
+        assert sorted(covered[id(launch)]) == list(range(-(-launch.order.size // lanes)))
     assert len(parts) >= threads * devices.SLICES_PER_THREAD
     # No slice of the large launch has much more work than its share; they are divided at whole rows.
     share = sum(each[::lanes].sum() for each in steps) / (threads * devices.SLICES_PER_THREAD)
     assert max(work) < share + 10_000
-    longest = [launch.steps[first * lanes] for launch, first, _ in parts]
     assert longest == sorted(longest, reverse=True)
 
 

@@ -27,7 +27,8 @@ class Packed(NamedTuple):
 
     Args:
         structures: Values of each structure, by the fields of the kernels' struct.
-        samples: Values of each sample, likewise; samples with the same number of steps in an interval are contiguous.
+        samples: Values of each sample, likewise, and the order in which they are launched, in which those with the same
+            number of steps in an interval follow each other.
         groups: Steps in an interval and number of samples, for one such group after the other.
     """
 
@@ -140,7 +141,7 @@ class Ensemble:
         history = self.queue.upload("History", {}, self.plan.dtype)
         packed, self._packed = self._packed, None
         if packed is None:
-            packed = self._pack(np.arange(self.sample.size, dtype=np.int32))
+            packed = self._pack()
         # Inputs first: what is queued before them they wait for, and a GPU that runs another block makes that wait.
         inputs = self._upload(packed)
         output = self.queue.blank(rows, self.plan.dtype)
@@ -182,10 +183,9 @@ class Ensemble:
         output = self.queue.blank(outcomes, self.plan.dtype)
         for own in np.unique(every_own):
             rows = np.flatnonzero(every_own == own)
-            own_part = part.select(rows)
-            packed = own_part._pack(rows)
-            inputs = own_part._upload(packed)
-            own_part._launch(history_plan(self.plan), packed, inputs, output, history, every=int(own))
+            packed = part._pack(rows)
+            inputs = part._upload(packed)
+            part._launch(history_plan(self.plan), packed, inputs, output, history, every=int(own))
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         if self.plan.collapses:
             # The last state is that of the step in which it collapses; an adaptive method stops within that step.
@@ -199,10 +199,10 @@ class Ensemble:
 
     def pack(self) -> None:
         """Sort the samples and pack their structures as kernels read them; `start` does it if it has not been done."""
-        self._packed = self._pack(np.arange(self.sample.size, dtype=np.int32))
+        self._packed = self._pack()
 
-    def _pack(self, columns: np.ndarray) -> Packed:
-        """Return the arrays that a launch reads, for samples that are written to given columns of the outputs.
+    def _pack(self, chosen: np.ndarray | None = None) -> Packed:
+        """Return the arrays that a launch of some samples reads, or of all.
 
         If a kernel reads propagators, there is one for each pair of a structure and a step.
         """
@@ -219,7 +219,7 @@ class Ensemble:
         structures |= {name: values.T for name, values in self.state.items()}
         number = self.sample if LOADS[self.plan.load].noise_states else None
         samples, groups = packing.pack_samples(
-            self.schedule, self.assignment, place, columns, number, by_intensity=self.plan.collapses
+            self.schedule, self.assignment, place, number, chosen, by_intensity=self.plan.collapses
         )
         dtype = self.plan.dtype
         return Packed(
@@ -258,10 +258,10 @@ class Ensemble:
             )
             part, last = samples, first + count
             if len(packed.groups) > 1:
-                part = arguments.part_of(samples, "Samples", packed.samples, plan.dtype, first, last)
-            steps = packed.samples["run_intervals"][first:last] * substeps
+                part = arguments.with_part(samples, "Samples", packed.samples, plan.dtype, order=slice(first, last))
+            order = packed.samples["order"][first:last]
             own = self.model.undivided if substeps == 1 and plan is self.plan else plan
-            launches.append(devices.Launch(own, control, part, steps))
+            launches.append(devices.Launch(own, control, part, order, packed.samples["run_intervals"], substeps))
             first = last
         loads = self.model.loads_on(self.queue.device)
         self.queue.launch(launches, [structures, loads, output, history], advance)

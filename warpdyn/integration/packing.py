@@ -60,51 +60,55 @@ def pack_samples(
     schedule: Schedule,
     assignment: Assignment,
     place: np.ndarray,
-    columns: np.ndarray,
     number: np.ndarray | None = None,
+    chosen: np.ndarray | None = None,
     *,
     by_intensity: bool = False,
 ) -> tuple[Arrays, list[tuple[int, int]]]:
-    """Return the fields of the Samples struct, in the order in which samples are launched.
+    """Return the fields of the Samples struct: the samples as they are, and the order in which they are launched.
 
     Args:
         schedule: How each sample is stepped.
         assignment: The motion of each sample.
         place: Place of each sample's structure among those packed, shape [sample].
-        columns: Column of the outputs that each sample is written to, shape [sample].
         number: Index of each sample in the run, shape [sample], if its motion depends on it.
+        chosen: The samples that are launched; None for all.
         by_intensity: Whether the strongest motions go first: those samples collapse together, and their threads end.
 
     Returns:
         The arrays, and the steps in an interval and the number of samples of each group with a launch of its own.
     """
-    repeats = 1 if by_intensity else schedule.repeats  # consecutive samples with the same steps are sorted as one
-    run_intervals, substeps, step, residual_steps = (column[::repeats] for column in schedule.columns)
+    # Consecutive samples with the same steps are sorted as one.
+    repeats = 1 if by_intensity or chosen is not None else schedule.repeats
+    run_intervals, substeps = schedule.run_intervals[::repeats], schedule.substeps[::repeats]
     # Longest first, so that no thread waits long for the last history of another.
-    if by_intensity:
+    if chosen is not None:
+        order = chosen[_longest_first(run_intervals[chosen])]
+    elif by_intensity:
         strongest = _strongest_first(assignment)
         order = strongest[_longest_first(run_intervals[strongest])]
     else:
         order = _longest_first(run_intervals)
-    kinds = _distinct(substeps)
+    in_order = substeps[order]
+    kinds = _distinct(in_order)
     parts = [order]
     if kinds.size > 1:
-        in_order = substeps[order]
         parts = [order[in_order == kind] for kind in kinds]
         order = np.concatenate(parts)
-    common = {
-        "structure": place[::repeats],
-        "motion": assignment.motion[::repeats],
-        "step": step,
-        "run_intervals": run_intervals,
-        "residual_steps": residual_steps,
+    order = order.astype(np.int32)
+    if repeats > 1:
+        order = np.add.outer(order * np.int32(repeats), np.arange(repeats, dtype=np.int32)).ravel()
+    arrays = {
+        "order": order,
+        "structure": place,
+        "motion": assignment.motion,
+        "scale": assignment.scale,
+        "step": schedule.step,
+        "run_intervals": schedule.run_intervals,
+        "residual_steps": schedule.residual_steps,
     }
-    own = {"output": columns, "scale": assignment.scale} | ({} if number is None else {"number": number})
-    if repeats == 1:
-        arrays = {name: np.take(values, order) for name, values in (common | own).items()}
-    else:
-        arrays = {name: np.repeat(values[order], repeats) for name, values in common.items()}
-        arrays |= {name: values.reshape(-1, repeats)[order].ravel() for name, values in own.items()}
+    if number is not None:
+        arrays["number"] = number
     return arrays, [(int(kind), part.size * repeats) for kind, part in zip(kinds, parts, strict=True)]
 
 

@@ -20,12 +20,13 @@ def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -
     return instance
 
 
-def part_of(instance: Any, kind: str, names: Iterable[str], dtype: str, first: int, last: int) -> Any:
-    """Return a struct of the same arrays' parts from `first` to before `last`."""
-    part = getattr(structs(dtype), kind)()
+def with_part(instance: Any, kind: str, names: Iterable[str], dtype: str, **parts: slice) -> Any:
+    """Return a struct with the same arrays, but for parts of some of them."""
+    whole = getattr(structs(dtype), kind)()
     for name in names:
-        setattr(part, name, getattr(instance, name)[first:last])
-    return part
+        array = getattr(instance, name)
+        setattr(whole, name, array[parts[name]] if name in parts else array)
+    return whole
 
 
 def control(dtype: str, **values: float) -> Any:

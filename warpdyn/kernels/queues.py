@@ -129,7 +129,7 @@ class CpuQueue:
 
         def run(launch: Launch, first: int, last: int) -> int:
             plan = launch.plan
-            costs = np.cumsum(launch.steps[first * plan.lanes : last * plan.lanes : plan.lanes], dtype=np.float64)
+            costs = np.cumsum(launch.steps_of_rows(plan.lanes, first, last))
             done = 0
             while done < costs.size and not stopping.is_set():
                 # As many rows as take a piece's time, after what the last pieces took.
@@ -144,7 +144,7 @@ class CpuQueue:
                 seconds = max(time.perf_counter() - began, SECONDS_OF_A_PIECE / MOST_GROWTH)
                 self._pace[plan] = (costs[until - 1] - before) * SECONDS_OF_A_PIECE / seconds
                 done = until
-            return min(last * plan.lanes, launch.steps.size) - first * plan.lanes
+            return min(last * plan.lanes, launch.order.size) - first * plan.lanes
 
         started = time.perf_counter()
         pool = ThreadPoolExecutor(self.threads)
@@ -245,14 +245,14 @@ class CudaQueue:
             inputs = [0, launch.control, launch.samples, *arguments]
             # Whole thread blocks, since threads that share a sample exchange values by warps; the rest repeat the last.
             plan = launch.plan
-            threads = -(-launch.steps.size // plan.lanes) * plan.sections
+            threads = -(-launch.order.size // plan.lanes) * plan.sections
             dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
             wp.launch(kernels[plan], dim=dim, inputs=inputs, stream=stream, block_dim=THREADS_OF_A_BLOCK)
             self._timed.append((start, stream.record_event(wp.Event(self.device, enable_timing=True))))
         for _, end in self._timed:
             self.stream.wait_event(end)
         self._kept_alive += [launches, arguments]
-        self._advance = partial(advance, sum(launch.steps.size for launch in launches))
+        self._advance = partial(advance, sum(launch.order.size for launch in launches))
 
     def start_reading(
         self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None

@@ -17,23 +17,33 @@ class Launch(NamedTuple):
         plan: The kernel's plan.
         control: The launch's scalars.
         samples: Its samples, as the kernels' struct.
-        steps: Steps of each of them, falling, shape [sample].
+        order: Which they are among those handed over, those of most intervals first, shape [sample].
+        intervals: Intervals of each sample that was handed over, shape [handed over].
+        substeps: Steps in each interval.
     """
 
     plan: Plan
     control: object
     samples: object
-    steps: np.ndarray
+    order: np.ndarray
+    intervals: np.ndarray
+    substeps: int
+
+    def steps_of_rows(self, lanes: int, first: int = 0, last: int | None = None) -> np.ndarray:
+        """Return the steps of each row of lanes from `first` to before `last`; a row is as long as its first sample."""
+        end = None if last is None else last * lanes
+        return self.intervals[self.order[first * lanes : end : lanes]] * np.float64(self.substeps)
 
 
 def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
     """Divide launches into slices of rows of lanes that take about as long each; the longest samples' come first."""
-    costs = [np.cumsum(launch.steps[::lanes], dtype=np.float64) for launch in launches]  # a row is as long as its first
+    steps = [launch.steps_of_rows(lanes) for launch in launches]
+    costs = [np.cumsum(each) for each in steps]
     share = sum(cost[-1] for cost in costs) / (threads * SLICES_PER_THREAD)
     parts = []
-    for launch, cost in zip(launches, costs, strict=True):
+    for launch, of_rows, cost in zip(launches, steps, costs, strict=True):
         count = max(1, round(cost[-1] / share))
         edges = np.searchsorted(cost, np.linspace(0, cost[-1], count + 1)[1:-1])
         edges = np.unique([0, *(edges + 1), cost.size])
-        parts += [(launch, int(a), int(b)) for a, b in pairwise(edges)]
-    return sorted(parts, key=lambda part: -part[0].steps[part[1] * lanes])
+        parts += [(-of_rows[a], launch, int(a), int(b)) for a, b in pairwise(edges)]
+    return [part[1:] for part in sorted(parts, key=lambda part: part[0])]

@@ -5,7 +5,7 @@ order = -100
 FIELDS = {
     "Control": {"samples": "int32", "substeps": "int32"},  # steps in one interval of the motion
     "Samples": {
-        "output": "int32[]",  # column of the outputs
+        "order": "int32[]",  # which sample each lane carries
         "structure": "int32[]",
         "motion": "int32[]",
         "scale": "float[]",
@@ -61,7 +61,7 @@ def declare():
 
 def read_lane():
     # Lanes past the last sample repeat it: they write the same values again.
-    sample[j] = wp.min(block * LANES + j, control.samples - 1)
+    sample[j] = samples.order[wp.min(block * LANES + j, control.samples - 1)]
     s = samples.structure[sample[j]]
     motion[j] = samples.motion[sample[j]]
     live_intervals[j] = samples.run_intervals[sample[j]]

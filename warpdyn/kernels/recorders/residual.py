@@ -60,7 +60,7 @@ def add_to_means():
                 since -= 1
             # A lane that repeats the last sample must not add to its mean again.
             if since >= 0 and since < steps and block * LANES + j < control.samples:
-                o = samples.output[sample[j]]
+                o = sample[j]  # column of the outputs
                 share = weight_in_mean(step[j], since, steps)
                 for i in range(N):
                     slot("number_storey")
