@@ -126,10 +126,9 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
     # A scatter out of bounds is reported for a drawn value, not for its median.
     first = sampler.draw(np.arange(1))
     stepped_as = METHODS[FALLBACK] if integration.refinement > 1 else row  # the steps divided are RK4's
-    central = central_vibration(scene, dynamics, stepped_as)
     timeline = build_timeline(
         scene,
-        central,
+        lambda: central_vibration(scene, dynamics, stepped_as),
         integration.step,
         integration.longest_step,
         integration.resample,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -79,7 +79,7 @@ def default_step(central: Vibration) -> float:
 
 def build_timeline(
     scene: Scene,
-    central: Vibration,
+    central: Callable[[], Vibration],
     step: float | None = None,
     longest_step: float | None = None,
     resample: bool = False,
@@ -89,8 +89,8 @@ def build_timeline(
 
     Args:
         scene: The scene.
-        central: Vibration of the structure with median parameters, for which the default step is chosen, so that it
-            does not depend on the number of samples.
+        central: Returns the vibration of the structure with median parameters, for which the default step is chosen, so
+            that it does not depend on the number of samples.
         step: Integration step [s] that divides the step of every motion; None to choose one for each motion.
         longest_step: Upper bound of chosen steps [s]; None for the default step.
         resample: Whether motions whose step is no multiple of `step` are resampled at it.
@@ -99,14 +99,14 @@ def build_timeline(
     Raises:
         ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
     """
+    if step is not None and longest_step is not None:
+        raise ValueError("give simulate() a step or a longest_step, not both")
     if step is not None:
-        step = real_number("step [s]", step, above=0)
-    if longest_step is not None:
-        if step is not None:
-            raise ValueError("give simulate() a step or a longest_step, not both")
+        target = step = real_number("step [s]", step, above=0)
+    elif longest_step is not None:
         target = real_number("longest_step [s]", longest_step, above=0)
     else:
-        target = default_step(central)
+        target = default_step(central())
     excitation = scene.excitation
     if resample and step is None:
         raise ValueError("resample needs a step to resample the motions at")

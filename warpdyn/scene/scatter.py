@@ -22,7 +22,7 @@ class ParameterScatter(ABC):
         """Return how many random variables it has in a structure of so many storeys."""
         return 0
 
-    def rows(self, count: int) -> np.ndarray:
+    def rows(self, count: int) -> np.ndarray | slice:
         """Return the indices of all structures whose values are given, or else of so many structures."""
         return np.arange(count)
 
@@ -31,7 +31,7 @@ class ParameterScatter(ABC):
         """Return why it does not fit a parameter of a structure; None if it does."""
 
     @abstractmethod
-    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
         """Return the parameter's values.
 
         Args:
@@ -80,7 +80,7 @@ class RandomScatter(ParameterScatter):
             return f"scatter[{name!r}]: {name} has no values by storey; use per='building'"
         return None
 
-    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
         """Return the parameter's values, as the base class says."""
         drawn = self.distribution.from_standard_normal(normals)
         return self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
@@ -174,9 +174,9 @@ class GivenValues(ParameterScatter):
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
 
-    def rows(self, count: int) -> np.ndarray:
-        """Return the indices of all structures whose values are given."""
-        return np.arange(len(self.values))
+    def rows(self, count: int) -> slice:
+        """Return what stands for all structures whose values are given, without a copy of them."""
+        return slice(None)
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return why the values do not fit a parameter of a structure; None if they do."""
@@ -189,9 +189,10 @@ class GivenValues(ParameterScatter):
             return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law takes {name}"
         return None
 
-    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
         """Return the given values of the structures."""
-        return np.broadcast_to(self.values[structures].T, (*nominal.shape, structures.size))
+        values = self.values[structures]
+        return np.broadcast_to(values.T, (*nominal.shape, len(values)))
 
 
 def _unscaled(name: str, structure: Structure) -> str | None:
@@ -252,7 +253,9 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
     return values
 
 
-def combined(nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray) -> np.ndarray:
+def combined(
+    nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray | slice
+) -> np.ndarray:
     """Return a parameter's values as `ParameterScatter.draw` does, NaN at storeys whose law does not take it."""
     values = spread.draw(nominal, normals, structures)
     taken = storeys_with(nominal)
