@@ -41,7 +41,7 @@ def write_points(name: str, table: pd.DataFrame) -> None:
     schema = plain.append(pa.field(GEOMETRY, pa.binary(), nullable=False)).with_metadata(said)
     # A dictionary of values that hardly repeat takes time and saves nothing.
     few = [column for column in table if table[column].iloc[:LOOKED_AT].nunique() <= LOOKED_AT / 10]
-    with pq.ParquetWriter(name, schema, compression="zstd", use_dictionary=few) as writer:
+    with pq.ParquetWriter(name, schema, use_dictionary=few) as writer:
         for part in parts_of(table):
             found = pa.Table.from_pandas(part, schema=plain, preserve_index=False)
             columns = [*found.columns, _binary(part)]
