@@ -177,6 +177,22 @@ BUILDINGS = {
         "slip force",
         "in kN",
     ),
+    "damper coefficient in kN s/m": (
+        # In proportion b to the stiffnesses they add b omega / 2, with omega = 14.359 rad/s and b = 2e-5 s.
+        lambda: run(building(devices=("viscous_damper",), damper_coefficient=[4800.0, 4000.0, 2800.0])),
+        "damping ratio that the viscous dampers add to the first mode is 0.00014359",
+        "damper_coefficient given in kN s/m, it would be 0.144",
+    ),
+    "damper coefficient in MN s/m": (
+        lambda: run(building(devices=("viscous_damper",), damper_coefficient=[4.0, 4.0, 0.0])),
+        "damping ratio that the viscous dampers add to the first mode",
+        "damper_coefficient given in MN s/m",
+    ),
+    "coefficient of a power of the velocity in kN": (
+        lambda: run(building(devices=("viscous_damper",), damper_coefficient=[400.0, 0, 0], velocity_exponent=0.4)),
+        "force of a viscous damper at 1 m/s over the weight above at storey 1 is 6.798",  # e-5, of 5.884 MN
+        "damper_coefficient given in kN (s/m)^exponent, it would be 0.068",
+    ),
     "gap in mm": (
         lambda: run(building(devices=("gap",), clearance=50.0, contact_stiffness=1e9)),
         "clearance over storey height",

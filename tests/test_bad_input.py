@@ -169,6 +169,10 @@ SCENES = {
         lambda: wd.OneMotionPerStructure([WAVE], motion=[1]),
         "motion indexes 1 motions from 0, got 1 to 1",
     ),
+    "motions and scales": (
+        lambda: wd.OneMotionPerStructure([WAVE], motion=[0, 0], scale=[1.0, 2.0, 3.0]),
+        "motion has 2 values and scale has 3",
+    ),
     "scale": (lambda: wd.OneMotionPerStructure([WAVE], scale=[1.0, 0.0]), "scale must be", "finite and above 0"),
     "unknown recorder": (lambda: scene(recorders=("drifts",)), "recorder of a ShearBuilding 'drifts'", "'base_shear'"),
     "recorder of a chain": (

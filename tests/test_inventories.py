@@ -115,7 +115,7 @@ def test_a_geojson_file(tmp_path):
     features[1]["properties"] = own | {"Latitude": 61.6, "Longitude": -149.6}
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
     # As one building of SimCenter's own example of Anchorage has it.
-    with pytest.raises(ValueError, match=r"1 \('7' \(\[2, 1\]\)\) have a storeys that is no number"):
+    with pytest.raises(ValueError, match=r"1 \('7' \(\[2, 1\]\)\) have no number in the column storeys"):
         wd.inventories.read_geojson(path)
     path.write_text(json.dumps({"features": features, "crs": {"properties": {"name": "EPSG:3857"}}}))
     with pytest.raises(ValueError, match=r"EPSG:3857.*longitudes and latitudes in degrees"):
@@ -186,7 +186,7 @@ WRONG = {
     "duplicate": ({"id": ["a", "a", "c"]}, r"2 \('a', 'a'\) stand twice"),
     "no id": ({"id": ["a", None, "c"]}, r"1 \(row 1\) have no id"),
     "storeys": ({"storeys": [2, -1, 1.5]}, r"2 \('b' \(-1.0\), 'c' \(1.5\)\) have storeys that are no whole number"),
-    "text": ({"storeys": ["2", "two", "3"]}, r"1 \('b' \(two\)\) have a storeys that is no number"),
+    "text": ({"storeys": ["2", "two", "3"]}, r"1 \('b' \(two\)\) have no number in the column storeys"),
     "latitude": ({"latitude": [91, 0, 0]}, r"1 \('a' \(91.0\)\) have a latitude outside -90 to 90 degrees"),
     "no place": ({"longitude": [0, np.nan, 0]}, r"1 \('b' \(nan\)\) have a longitude outside"),
     "swapped": ({"longitude": 37.0, "latitude": -122.0}, "longitude and latitude seem to be exchanged"),
@@ -304,7 +304,7 @@ UNKNOWN = [
 ]
 REASONS = (
     r"1 \('b3'\) have no structure type",
-    r"3 are of unknown types: 'MCF/LWAL/H:2' \(2\), 'castle' \(1\)",
+    r"3 are of unknown types: 'MCF/LWAL/H:2' \(2\), 'castle' \(1\) \(known are Hazus' W1, .*URM.* archetype_of= names",
     r"1 \('b5' \(C1\)\) have no number of storeys",
     r"2 \('b4' \(C1M, 12.0\), 'b8' \(C2, 60.0\)\) have storeys that disagree with their structure type",
     r"1 \('b6'\) have no year of construction",
@@ -350,9 +350,11 @@ def test_rules_of_the_user():
     assert archetypes_of(stock, inventory) == {"b0": "frame", "b1": "C2M high 5", "b2": "C2M high 5"}
     with pytest.raises(ValueError, match=r"'fram' is neither one of archetypes \(did you mean 'frame'\?\)"):
         wd.inventories.portfolio(inventory, {"A": "fram", "B": "frame"}, archetypes=own)
+    with pytest.raises(TypeError, match=r"archetypes\['frame'\] must be an Archetype.*got ShearBuilding\(2 storeys"):
+        wd.inventories.portfolio(inventory, {"A": "frame"}, archetypes={"frame": own["frame"].building})
     with pytest.raises(ValueError, match=r"3 names for 4 buildings"):
         wd.inventories.portfolio(inventory, lambda each: ["frame"] * 3, archetypes=own)
-    with pytest.raises(ValueError, match=r"2 are of unknown types: 'B' \(2\)"):
+    with pytest.raises(ValueError, match=r"'B' \(2\) \(archetype_of has 'A'\)\. .* unknown='leave out'"):
         wd.inventories.portfolio(inventory, {"A": "frame"}, archetypes=own)
 
 

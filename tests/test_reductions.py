@@ -147,6 +147,11 @@ def test_failed_samples_are_counted_by_their_status(design, monkeypatch):
         counts = simulate(scene, statistics=statistic)
     check_counts(counts, run, over)
     assert counts["failed_samples"].values.tolist() == [failed, 0, 0]
+    told, how = wd.summary(counts).splitlines()[:2]
+    assert told.endswith(f"failed samples: {failed} diverged")
+    steps = run["integration_step"].values
+    assert f"{counts.attrs['method']} in float32 on cpu" in how
+    assert f"steps {steps.min():.4g} to {steps.max():.4g} s" in how
     if city:
         with pytest.raises(ValueError, match="samples failed; at most 1 % may"):
             wd.damage_shares(counts)

@@ -167,6 +167,8 @@ def test_texts_are_short_and_notebooks_have_tables():
     motion = MOTIONS[1]._repr_html_()
     for part in ("1.99 s, 200 samples every 0.01 s", "PGA", "r0, component N", "by hand"):
         assert part in motion
+    tenth = wd.GroundMotion([0.0, -0.980665, 0.0], 0.5, "tenth")
+    assert repr(tenth) == "GroundMotion('tenth', 1 s at steps of 0.5 s, PGA 0.1 g (0.9807 m/s2))"
     assert "&lt;b&gt;" in wd.GroundMotion([0.0, 1.0], 0.1, "<b>")._repr_html_()
     law = BILINEAR._repr_html_()
     assert "storey yield force" in law

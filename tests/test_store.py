@@ -103,6 +103,8 @@ def test_no_place_to_write(attempt, tmp_path):
     for name in ("run.csv", "run", "run.nc4"):
         with pytest.raises(ValueError, match=r"cannot write .*: .* a name that ends in '\.nc'"):
             attempt(tmp_path / name)
+    with pytest.raises(ValueError, match=r"ends in '\.nc'; write_table writes tables"):
+        attempt(tmp_path / "run.csv")
     with pytest.raises(IsADirectoryError, match=r"cannot write .*: it is a directory; name a file in it"):
         attempt(tmp_path)
     assert (tmp_path / "file").read_text() == "not a folder"

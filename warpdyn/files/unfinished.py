@@ -48,7 +48,10 @@ def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
         raise OSError(f"cannot write {path}: what is there is no {'folder' if is_store else 'file'}")
     if path.suffix.lower() != suffix:
         kind = "Zarr stores" if is_store else "netCDF"
-        raise ValueError(f"cannot write {path}: datasets are written as {kind}, to a name that ends in {suffix!r}")
+        table = "; write_table writes tables" if path.suffix.lower() in (".csv", ".parquet") else ""
+        raise ValueError(
+            f"cannot write {path}: datasets are written as {kind}, to a name that ends in {suffix!r}{table}"
+        )
     try:
         if not path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {path.parent}{_near(path.parent)}; make it first")

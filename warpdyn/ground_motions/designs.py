@@ -269,7 +269,8 @@ class OneMotionPerStructure(Design):
         measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
 
     Raises:
-        ValueError: If an index is out of range or a scale is not finite and positive.
+        ValueError: If an index is out of range, a scale is not finite and positive, or motions and scales are not as
+            many.
         TypeError: If a motion is no GroundMotion, or the measure is none.
 
     Example:
@@ -294,6 +295,11 @@ class OneMotionPerStructure(Design):
                 raise ValueError("motion must be a row of whole numbers, one a sample")
             if motion.min() < 0 or motion.max() >= len(motions):
                 raise ValueError(f"motion indexes {len(motions)} motions from 0, got {motion.min()} to {motion.max()}")
+            if scale.ndim and scale.size != motion.size:
+                raise ValueError(
+                    f"motion has {motion.size} values and scale has {scale.size}: both have one a sample, "
+                    "or scale is one factor for all"
+                )
             object.__setattr__(self, "motion", motion.astype(np.int32))
         object.__setattr__(self, "motions", motions)
         object.__setattr__(self, "scale", scale)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     pass
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GroundMotion:
     """One recorded base acceleration, linear between its samples and zero after its end.
 
@@ -41,14 +41,16 @@ class GroundMotion:
         >>> motion = wd.GroundMotion(3.0 * np.sin(2 * np.pi * time), 0.01, "sine")
         >>> motion.duration, motion.peak_ground_acceleration
         (9.99, 3.0)
+        >>> motion
+        GroundMotion('sine', 9.99 s at steps of 0.01 s, PGA 0.3059 g (3 m/s2))
     """
 
-    acceleration: np.ndarray = field(repr=False)
+    acceleration: np.ndarray
     step: float
     name: str = "motion"
-    source: str = field(default="", repr=False)
-    record: str = field(default="", repr=False)
-    component: str = field(default="", repr=False)
+    source: str = ""
+    record: str = ""
+    component: str = ""
 
     def __post_init__(self) -> None:
         acceleration = real_numbers(f"motion {self.name!r}: acceleration", self.acceleration)
@@ -66,6 +68,10 @@ class GroundMotion:
         acceleration.flags.writeable = False
         object.__setattr__(self, "acceleration", acceleration)
         object.__setattr__(self, "step", real_number(f"motion {self.name!r}: step [s]", self.step, above=0))
+
+    def __repr__(self) -> str:
+        # Both units stand beside each other, since a record that was read in a wrong one shows in its peak.
+        return f"GroundMotion({self.name!r}, {self.duration:.6g} s at steps of {self.step:g} s, PGA {self._peak_told})"
 
     @property
     def values(self) -> np.ndarray:
@@ -92,14 +98,18 @@ class GroundMotion:
         return said | ({"record": self.record, "component": self.component} if self.record else {})
 
     def _repr_html_(self) -> str:
-        strongest = self.peak_ground_acceleration
         rows = {
             "duration": f"{self.duration:.6g} s, {self.acceleration.size:,} samples every {self.step:g} s",
-            "PGA": f"{strongest / STANDARD_GRAVITY:.4g} g ({strongest:.4g} m/s2)",
+            "PGA": self._peak_told,
             "record": f"{self.record}, component {self.component}" if self.record else "",
             "source": self.source,
         }
         return html_table(f"Ground motion {self.name!r}", [(name, text) for name, text in rows.items() if text])
+
+    @property
+    def _peak_told(self) -> str:
+        peak = self.peak_ground_acceleration
+        return f"{peak / STANDARD_GRAVITY:.4g} g ({peak:.4g} m/s2)"
 
     @property
     def duration(self) -> float:

@@ -159,5 +159,5 @@ def _numbers(what: str, inventory: pd.DataFrame, column: str) -> pd.Series:
     values = pd.to_numeric(inventory[column], errors="coerce")
     is_text = (values.isna() & inventory[column].notna()).to_numpy()
     if is_text.any():
-        raise ValueError(f"{what}: {named_rows(inventory, is_text, column)} have a {column!r} that is no number")
+        raise ValueError(f"{what}: {named_rows(inventory, is_text, column)} have no number in the column {column}")
     return values

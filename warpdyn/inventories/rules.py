@@ -106,7 +106,8 @@ class HazusRule:
         reasons = []
         reasons += _reason(inventory, place < 0, "have no structure type", "")
         without = (family < 0) & (place >= 0)
-        reasons += _unknown_types(inventory, without, column)
+        known = f"known are Hazus' {', '.join(family_names)}, and GEM's taxonomy; archetype_of= names types of your own"
+        reasons += _unknown_types(inventory, without, column, known)
         has_type = family >= 0
         reasons += _reason(inventory, has_type & np.isnan(storeys), "have no number of storeys", "structure_type")
         whole = np.where(np.isnan(storeys), 0, np.minimum(storeys, MOST_STOREYS + 1)).astype(np.int64)
@@ -184,7 +185,8 @@ def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
         of_type = [names.index(rule[text]) if text in rule else -1 for text in column.cat.categories]
         code = np.array([*of_type, -1], dtype=np.int32)[place]
         reasons = _reason(inventory, place < 0, "have no structure type", "")
-        reasons += _unknown_types(inventory, (code < 0) & (place >= 0), column)
+        known = f"archetype_of has {', '.join(map(repr, rule))}"
+        reasons += _unknown_types(inventory, (code < 0) & (place >= 0), column, known)
     elif callable(rule):
         returned = pd.Series(rule(inventory))
         if len(returned) != len(inventory):
@@ -202,15 +204,15 @@ def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
     return Named([names[place] for place in used], renumbered[code], reasons, {})
 
 
-def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Series) -> list[str]:
-    """Return a reason that counts the buildings of each unknown type, the most frequent first."""
+def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Series, known: str) -> list[str]:
+    """Return a reason that counts the buildings of each unknown type, the most frequent first, and what is known."""
     if not unknown.any():
         return []
     counts = column[unknown].value_counts()
     counts = counts[counts > 0]
     told = ", ".join(f"{name!r} ({count:,})" for name, count in list(counts.items())[:MOST_TOLD])
     more = f" and {counts.size - MOST_TOLD:,} more types" if counts.size > MOST_TOLD else ""
-    return [f"{np.count_nonzero(unknown):,} are of unknown types: {told}{more}"]
+    return [f"{np.count_nonzero(unknown):,} are of unknown types: {told}{more} ({known})"]
 
 
 def _reason(inventory: pd.DataFrame, bad: np.ndarray, what: str, *columns: str) -> list[str]:

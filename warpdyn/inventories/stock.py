@@ -199,15 +199,22 @@ def portfolio(
     if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
         raise TypeError("portfolio() takes an inventory, as the readers of wd.inventories return it")
     one_of("unknown", unknown, (REFUSE, LEAVE_OUT))
+    own, own_limits = archetypes or {}, limits or {}
+    for name, one in own.items():
+        if not isinstance(one, Archetype):
+            raise TypeError(
+                f"portfolio: archetypes[{name!r}] must be an Archetype, such as Archetype(building), got {one!r}"
+            )
     named = named_by(HazusRule() if archetype_of is None else archetype_of, inventory)
     is_known = named.code >= 0
     if not is_known.all():
         count = np.count_nonzero(~is_known)
         told = f"{count:,} of {len(inventory):,} buildings have no archetype: {'; '.join(named.reasons)}"
         if unknown == REFUSE or count == len(inventory):
-            raise ValueError(f"portfolio: {told}. Complete the inventory or the rule, or leave them out (unknown=)")
+            raise ValueError(
+                f"portfolio: {told}. Complete the inventory or the rule, or leave them out: unknown={LEAVE_OUT!r}"
+            )
         warn_caller(f"portfolio: left out are {told}")
-    own, own_limits = archetypes or {}, limits or {}
     counts = np.bincount(named.code[is_known], minlength=len(named.names))
     made: dict[str, Archetype] = {}
     found_limits: dict[str, Mapping[str, float]] = {}

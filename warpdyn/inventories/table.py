@@ -116,7 +116,7 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
             continue
         given, values = table[name], pd.to_numeric(table[name], errors="coerce").astype("float64")
         is_text = (values.isna() & given.notna()).to_numpy()
-        problems += _problem(table, is_text, f"have a {name} that is no number", name)
+        problems += _problem(table, is_text, f"have no number in the column {name}", name)
         table[name] = values
         bad, rule = RULES[name](values.to_numpy())
         problems += _problem(table, bad & ~is_text, rule, name)

@@ -256,7 +256,7 @@ def summary(run: xr.Dataset) -> str:
     """Return status counts, collapses, steps and estimated errors of a run, in a few lines of text.
 
     Args:
-        run: What `simulate` returned.
+        run: What `simulate` returned. With `statistics=` it has no samples: the text tells how many have failed.
 
     Raises:
         ValueError, TypeError: If it is something else.
@@ -265,8 +265,21 @@ def summary(run: xr.Dataset) -> str:
         >>> print(wd.summary(run).splitlines()[0])
         144 samples: 144 ok
     """
-    check_dataset("summary", run, "status", "integration_step", advice="give what simulate() returned")
+    is_of_statistics = isinstance(run, xr.Dataset) and "failed_samples" in run
+    needed = () if is_of_statistics else ("status", "integration_step")
+    check_dataset("summary", run, *needed, advice="give what simulate() returned")
     check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")
+    if is_of_statistics:
+        failed = run["failed_samples"].to_series()
+        told = ", ".join(f"{count:,} {name}" for name, count in failed.items() if count) or "none"
+        return Text(
+            "\n".join(
+                [
+                    f"statistics of samples that are not kept; failed samples: {told}",
+                    *_integration(run, np.atleast_1d(run.attrs["step"])),
+                ]
+            )
+        )
     if "sample" not in run.dims:
         raise ValueError("summary: the run has no dimension sample: select one by isel(sample=[number])")
     if not run.sizes["sample"]:
@@ -276,12 +289,9 @@ def summary(run: xr.Dataset) -> str:
         return Text("\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names))
     status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
     outcomes = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
-    steps = run["integration_step"].values
     lines = [
         f"{run.sizes['sample']:,} samples: {outcomes}",
-        f"{run.attrs['method']} in {run.attrs['dtype']} on {run.attrs['device']}, "
-        f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
-        *([f"{run.attrs['method']}: {run.attrs[BECAUSE]}"] if BECAUSE in run.attrs else []),
+        *_integration(run, run["integration_step"].values),
         *_collapses(run),
     ]
     if "estimated_relative_error" in run:
@@ -292,6 +302,16 @@ def summary(run: xr.Dataset) -> str:
             row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
             lines.append(f"{demand:<26}{row}")
     return Text("\n".join(lines))
+
+
+def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:
+    """Return lines on the method, why it was chosen, its steps [s] and its time."""
+    method = run.attrs["method"]
+    return [
+        f"{method} in {run.attrs['dtype']} on {run.attrs['device']}, "
+        f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
+        *([f"{method}: {run.attrs[BECAUSE]}"] if BECAUSE in run.attrs else []),
+    ]
 
 
 def _collapses(run: xr.Dataset) -> list[str]:

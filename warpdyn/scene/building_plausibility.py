@@ -66,6 +66,9 @@ def add_building(
     if "slip_force" in values:
         slip = np.where(values["slip_force"] > 0, values["slip_force"], np.nan)  # 0 where there is no damper
         findings.add("slip_force_over_weight", slip / weight, where, along="storey")
+    if "damper_coefficient" in values and own.all():
+        # On isolators, or under a mass damper, the first mode hardly moves the other storeys' dampers.
+        _add_dampers(findings, values, weight, where)
     _add_damping(findings, building, values, where, is_shaken=is_shaken)
 
 
@@ -76,17 +79,31 @@ def _add_damping(
     if "damping_ratio" in values:
         ratio = values["damping_ratio"]
     elif "damping_coefficient" in values:
-        period, shape = _first_mode(values)
-        drift = np.diff(shape, axis=1, prepend=0.0)
-        modal_mass = (values["mass"] * shape**2).sum(axis=1)
-        loss = (values["damping_coefficient"] * drift**2).sum(axis=1)
-        ratio = loss * period / (4 * np.pi * modal_mass)
+        ratio = _first_mode_damping(values, values["damping_coefficient"])
     else:
         ratio = np.zeros(1)
     if ratio.any():
         findings.add("damping_ratio", ratio, where)
     elif is_shaken and not building.devices and building.own_storeys.all():
         findings.add("no_damping", ratio, where)
+
+
+def _add_dampers(findings: PlausibilityFindings, values: Values, weight: np.ndarray, where: str) -> None:
+    """Add implausible viscous dampers: linear ones by the damping ratio that they add, others by their force."""
+    coefficient, is_linear = values["damper_coefficient"], values["velocity_exponent"] == 1
+    ratio = _first_mode_damping(values, np.where(is_linear, coefficient, 0.0))
+    findings.add("damper_damping_ratio", np.where(ratio > 0, ratio, np.nan), where)  # 0 where there is no damper
+    # The damping ratio of a power of the velocity depends on the amplitude.
+    force = np.where(~is_linear & (coefficient > 0), coefficient, np.nan)
+    findings.add("damper_force_over_weight", force / weight, where, along="storey")
+
+
+def _first_mode_damping(values: Values, coefficient: np.ndarray) -> np.ndarray:
+    """Return the damping ratio of the first mode by storeys' dashpots of these coefficients [N s/m], shape [row]."""
+    period, shape = _first_mode(values)
+    drift = np.diff(shape, axis=1, prepend=0.0)
+    modal_mass = (values["mass"] * shape**2).sum(axis=1)
+    return (coefficient * drift**2).sum(axis=1) * period / (4 * np.pi * modal_mass)
 
 
 def _ratio_to_neighbour(values: np.ndarray) -> np.ndarray:
