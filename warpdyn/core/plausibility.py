@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextvars import ContextVar, Token
 from functools import wraps
 from typing import Any, TypeVar, cast
@@ -15,6 +15,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.plausible_bands import BANDS
 
 MOST_TOLD = 5  # findings in one warning; the first ones are what the others follow from
+OUTSIDE = 1 + 1e-9  # times a bound, beyond which a value is outside
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -73,6 +74,13 @@ class meant_as_given:  # it reads as a word of the language: `with meant_as_give
             )
 
 
+def _times_outside(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Return how many times values are beyond a bound, NaN where there is none; up to 1 within the bounds."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        outside = np.fmax(values / high, low / values if low > 0 else -np.inf)
+    return np.where(values < low, np.fmax(outside, 2.0), outside)  # zero and below
+
+
 class PlausibilityFindings:
     """What is implausible in one input, one sentence a quantity."""
 
@@ -94,10 +102,8 @@ class PlausibilityFindings:
             return False
         band, array = BANDS[name], np.asarray(values, dtype=np.float64)
         high = band.high if high is None else high
-        with np.errstate(divide="ignore", invalid="ignore"):
-            outside = np.fmax(array / high, band.low / array if band.low > 0 else -np.inf)
-        outside = np.where(array < band.low, np.fmax(outside, 2.0), outside)  # zero and below
-        if not array.size or np.isnan(outside).all() or not np.nanmax(outside) > 1 + 1e-9:
+        outside = _times_outside(array, band.low, high)
+        if not (outside > OUTSIDE).any():
             return False
         if name in self._found:
             self._others[name] = self._others.get(name, 0) + 1
@@ -106,6 +112,12 @@ class PlausibilityFindings:
         counted = f" at {along} {place[-1] + 1}" if along and array.shape[-1:] != (1,) else ""
         self._found[name] = band.finding(float(array[place]), f"{where}{counted}", high)
         return True
+
+    def add_each(self, name: str, values: Sequence[float], where: Callable[[int], str]) -> None:
+        """Add what is outside its band among many values, each by where it is; all others are looked at together."""
+        outside = _times_outside(np.asarray(values, dtype=np.float64), BANDS[name].low, BANDS[name].high)
+        for place in np.flatnonzero(outside > OUTSIDE).tolist():
+            self.add(name, values[place], where(place))
 
     def warn(self) -> None:
         """Give one warning of all that was found, as of the line that called warpdyn."""

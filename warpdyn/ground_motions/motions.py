@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -116,7 +117,7 @@ class GroundMotion:
         """Time from the first to the last sample [s]."""
         return (self.acceleration.size - 1) * self.step
 
-    @property
+    @cached_property
     def peak_ground_acceleration(self) -> float:
         """Largest absolute acceleration [m/s2]."""
         return float(np.abs(self.acceleration).max())

@@ -22,13 +22,16 @@ DUPLICATE = 1e-3  # of the peak, by which two copies of a record differ at most
 
 def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
     """Add motions whose step, peak acceleration or baseline is implausible."""
-    for index, motion in enumerate(motions):
-        named = f" of motion {index} ({motion.name!r}){where}"
-        findings.add("record_step", motion.step, named)
-        peak = motion.peak_ground_acceleration
-        if peak > 0:  # silence is meant
-            findings.add("peak_ground_acceleration", peak, named)
-            findings.add("record_baseline", baseline_over_peak(motion), named)
+
+    def named(index: int) -> str:
+        return f" of motion {index} ({motions[index].name!r}){where}"
+
+    peaks = np.array([motion.peak_ground_acceleration for motion in motions])
+    loud = np.flatnonzero(peaks > 0).tolist()  # silence is meant
+    findings.add_each("record_step", [motion.step for motion in motions], named)
+    findings.add_each("peak_ground_acceleration", peaks[loud].tolist(), lambda place: named(loud[place]))
+    baselines = [baseline_over_peak(motions[index]) for index in loud]
+    findings.add_each("record_baseline", baselines, lambda place: named(loud[place]))
 
 
 def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
