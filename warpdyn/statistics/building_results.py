@@ -102,7 +102,8 @@ def building_results(
         raise ValueError(
             f"{_FUNCTION}: the inventory has a column {taken[0]!r}, which is one of the results: rename it"
         )
-    own = pd.DataFrame({key: np.take(values, order) for key, values in columns.items()})
+    # Without a copy: pandas would put all columns into tables of one type each first.
+    own = pd.DataFrame({key: np.take(values, order) for key, values in columns.items()}, copy=False)
     own["archetype"] = pd.Categorical.from_codes(own["archetype"], list(stock.portfolio.archetypes))
     rows = inventory.iloc[stock.rows[order]] if stock.left_out.size else inventory
     found = pd.concat([rows.reset_index(drop=True), own], axis=1)
