@@ -253,10 +253,10 @@ def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
         return [6 * len(block) for block in blocks.divide(run, columns_of(run.model, True), memory)]
 
     assert sizes(100) == [300, 300]
-    assert len(sizes(200_000)) == 8  # four on each device: 1.2 million short histories in blocks of at most 2^19
+    assert len(sizes(200_000)) == 4  # two on each device, to hide the work on the host: 1.2 million short histories
+    assert len(sizes(50_000)) == 2  # which fill a device with 2^18 of them and more
     monkeypatch.setattr(blocks, "WORK_OF_A_GPU_BLOCK", 1)  # as of long ones
     assert len(sizes(200_000)) == 10  # in blocks of at most 2^17, as many on each device
-    assert len(sizes(50_000)) == 8  # four on each device, to hide the work on the host
     few = sizes(200_000, memory=10**8)
     assert len(few) > 10
     assert max(few) - min(few) <= 6

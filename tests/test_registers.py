@@ -18,7 +18,9 @@ CASES = [
     pytest.param(20, "float32", "bouc_wen_1", "rayleigh", DRIFT, marks=pytest.mark.thorough),
     pytest.param(20, "float32", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
     pytest.param(60, "float32", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
+    pytest.param(14, "float32", "bilinear", "rayleigh", DRIFT, marks=pytest.mark.thorough),
     (5, "float64", "bouc_wen_1", "storey", DRIFT),
+    (10, "float64", "elastic", "rayleigh", DRIFT),
     pytest.param(8, "float64", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
     pytest.param(20, "float64", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
 ]

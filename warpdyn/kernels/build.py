@@ -7,7 +7,7 @@ from dataclasses import replace
 import warp as wp
 
 from warpdyn.kernels.composition import Composed, compose, kernel_of
-from warpdyn.kernels.kernel_cache import loaded
+from warpdyn.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.kernels.parts import straight_branches
 from warpdyn.kernels.plan import Plan, keeps_slopes, options, values_held
 from warpdyn.kernels.skeletons.dense import integrate_dense
@@ -35,7 +35,7 @@ def composed(plan: Plan) -> Composed:
 
 @functools.cache
 def _composed_kernel(plan: Plan) -> wp.Kernel:
-    return kernel_of(composed(plan), options(plan))
+    return kernel_of(composed(plan), options(plan), _threads_told(plan))
 
 
 # Threads that load kernels side by side build them one after another: each plan has one kernel, and Python 3.11 cannot
@@ -53,12 +53,18 @@ CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
 LONG_CHAIN, CPU_LONG_LANES, CPU_LONG_UNROLL, CHAIN_OF_BRANCHES = 8, 8, 7, 5
 GPU_LANES, GPU_UNROLL = 1, 64
 # Registers of a thread, by what compiled kernels of 1 to 60 storeys took; those beside the storeys' own, by dtype; and
-# what sums of energies take [words].
+# what sums of energies take [words]. Of laws that follow the accepted state alone the compiler finds room for more.
 GPU_REGISTERS, BESIDE_STOREYS, BESIDE_ENERGIES = 246, {"float32": 45, "float64": 60}, 10
+REGISTERS_OF_A_SIMPLE_LAW = 264
 # Beyond this size the dense kernel's n x n loops would take half a minute and more to compile on a GPU. On a processor
 # they run between a quarter faster and a third slower rolled, and compile in half a second where they took up to four.
 GPU_UNROLLED_MATRIX = 8
 UNROLLED_SLOPES = 40  # evaluations of storeys a step whose slopes are all kept
+
+
+# A GPU's compiler that knows how many threads a block has orders instructions for fewer waits, with more registers: a
+# gain of 2 to 6 % from three storeys on, and a loss of as much below, where the registers are what more threads lack.
+STOREYS_OF_TOLD_THREADS = 3
 
 
 def fitted(plan: Plan, is_gpu: bool) -> Plan:
@@ -96,6 +102,12 @@ def undivided(plan: Plan) -> Plan:
     return replace(plan, undivided=True) if is_alone and gains and plan.load == "base_acceleration" else plan
 
 
+def _threads_told(plan: Plan) -> int | None:
+    """Return the threads of a block that the compiler is told of; None if it had better not know."""
+    is_of_gpu = plan.family == "chain" and (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
+    return THREADS_OF_A_BLOCK if is_of_gpu and plan.storeys_of_thread >= STOREYS_OF_TOLD_THREADS else None
+
+
 def _sections(plan: Plan) -> int:
     """Return among how many threads a chain's storeys are shared so that all they hold stands in registers."""
     if plan.damping == "modal":
@@ -103,8 +115,11 @@ def _sections(plan: Plan) -> int:
     words = 2 if plan.dtype == "float64" else 1
     storey = words * sum(values_held(plan).values()) / plan.dofs
     beside = BESIDE_STOREYS[plan.dtype] + words * BESIDE_ENERGIES * ("energy" in plan.recorders)
+    spring = spring_row(plan.law)
+    is_simple = spring.rate is None and spring.memory <= 1 and "energy" not in plan.recorders
+    room = REGISTERS_OF_A_SIMPLE_LAW if is_simple else GPU_REGISTERS
     sections = 1
-    while -(-plan.dofs // sections) * storey + beside > GPU_REGISTERS and sections < 32:
+    while -(-plan.dofs // sections) * storey + beside > room and sections < 32:
         sections *= 2
     return sections
 

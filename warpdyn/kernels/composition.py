@@ -196,8 +196,14 @@ def _text(
     return text, frozenset(name.id for name in names_of(ast.parse(text)))
 
 
-def kernel_of(composed: Composed, options: Mapping[str, Any]) -> wp.Kernel:
-    """Return the kernel that a text describes, in a module with these options."""
+def kernel_of(composed: Composed, options: Mapping[str, Any], threads_of_block: int | None = None) -> wp.Kernel:
+    """Return the kernel that a text describes, in a module with these options.
+
+    Args:
+        composed: The text, and what it names.
+        options: Options of the module.
+        threads_of_block: Threads of a block that a GPU's compiler is told of; None for none.
+    """
     digest = hashlib.sha256(composed.text.encode()).hexdigest()[:16]
     name = composed.text.partition("(")[0].removeprefix("def ")
     file = f"<{name} {digest}>"
@@ -205,7 +211,13 @@ def kernel_of(composed: Composed, options: Mapping[str, Any]) -> wp.Kernel:
     linecache.cache[file] = (len(composed.text), None, composed.text.splitlines(keepends=True), file)
     namespace = {"wp": wp, **composed.names, "__name__": __name__}
     exec(compile(composed.text, file, "exec"), namespace)
-    return wp.kernel(namespace[name], module="unique", enable_backward=False, module_options=dict(options))
+    return wp.kernel(
+        namespace[name],
+        module="unique",
+        enable_backward=False,
+        module_options=dict(options),
+        launch_bounds=threads_of_block,
+    )
 
 
 def _name(part: Any) -> str:
