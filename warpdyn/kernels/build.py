@@ -104,8 +104,8 @@ def undivided(plan: Plan) -> Plan:
 
 def _threads_told(plan: Plan) -> int | None:
     """Return the threads of a block that the compiler is told of; None if it had better not know."""
-    is_of_gpu = plan.family == "chain" and (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
-    return THREADS_OF_A_BLOCK if is_of_gpu and plan.storeys_of_thread >= STOREYS_OF_TOLD_THREADS else None
+    is_of_gpu = plan.family == "chain" and (plan.lanes, plan.max_unroll, plan.sections) == (GPU_LANES, GPU_UNROLL, 1)
+    return THREADS_OF_A_BLOCK if is_of_gpu and plan.dofs >= STOREYS_OF_TOLD_THREADS else None
 
 
 def _sections(plan: Plan) -> int:

@@ -31,7 +31,7 @@ def start():
     processes = Processes()
     number = Numbers()
     for j in range(LANES):
-        number[j] = samples.number[sample[j]]
+        number[j] = samples.number[samples.order[sample[j]]]
 
 
 def begin_interval():

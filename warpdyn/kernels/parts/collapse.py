@@ -80,7 +80,7 @@ def start():
             if not HAS_PADS or g < STOREYS:
                 inverse_capacity[i, j] = inverse_height[i, j] / control.collapse_drift_ratio
                 if HAS_CAPACITY:
-                    own = structures.inverse_drift_capacity[g, samples.structure[sample[j]]]
+                    own = structures.inverse_drift_capacity[g, samples.structure[samples.order[sample[j]]]]
                     inverse_capacity[i, j] = larger(inverse_capacity[i, j], own)
     if not PROPAGATED:
         for j in range(LANES):

@@ -5,7 +5,7 @@ order = -100
 FIELDS = {
     "Control": {"samples": "int32", "substeps": "int32"},  # steps in one interval of the motion
     "Samples": {
-        "order": "int32[]",  # which sample each lane carries
+        "order": "int32[]",  # the samples in the order of their launch
         "structure": "int32[]",
         "motion": "int32[]",
         "scale": "float[]",
@@ -61,13 +61,14 @@ def declare():
 
 def read_lane():
     # Lanes past the last sample repeat it: they write the same values again.
-    sample[j] = samples.order[wp.min(block * LANES + j, control.samples - 1)]
-    s = samples.structure[sample[j]]
-    motion[j] = samples.motion[sample[j]]
-    live_intervals[j] = samples.run_intervals[sample[j]]
+    sample[j] = wp.min(block * LANES + j, control.samples - 1)
+    o = samples.order[sample[j]]
+    s = samples.structure[o]
+    motion[j] = samples.motion[o]
+    live_intervals[j] = samples.run_intervals[o]
     intervals = wp.max(intervals, live_intervals[j])
-    scale[j] = samples.scale[sample[j]]
-    step[j] = samples.step[sample[j]]
+    scale[j] = samples.scale[o]
+    step[j] = samples.step[o]
 
 
 def position_of_stage():

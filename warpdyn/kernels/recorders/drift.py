@@ -45,7 +45,7 @@ def finish_storey():
 
 
 def judge_demand():
-    largest = worst_storey(output, structures, o, samples.structure[sample[j]], STOREYS)
+    largest = worst_storey(output, structures, o, samples.structure[samples.order[sample[j]]], STOREYS)
     if not PROPAGATED:  # what is linear and exact cannot blow up
         if largest > blown_up:
             status = diverged

@@ -31,6 +31,6 @@ def declare():
 
 def see_forces():
     if not ADAPTIVITY or attempt == 0:
-        keep_state(history, sample[j], index, every, i, position[j] if PROPAGATED else u[i, j], vi, ai)
+        keep_state(history, samples.order[sample[j]], index, every, i, position[j] if PROPAGATED else u[i, j], vi, ai)
         if IS_CHAIN:
-            keep_force(history, sample[j], index, every, i, restoring)
+            keep_force(history, samples.order[sample[j]], index, every, i, restoring)

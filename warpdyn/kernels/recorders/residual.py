@@ -35,7 +35,7 @@ def declare():
 
 
 def read_sample():
-    start = live_intervals[j] * substeps - samples.residual_steps[sample[j]]
+    start = live_intervals[j] * substeps - samples.residual_steps[samples.order[sample[j]]]
     if PROPAGATED:
         start += 1  # a state is seen in the step that leaves it
     residual_start = wp.min(residual_start, start)
@@ -54,13 +54,13 @@ def end_step():
 def add_to_means():
     if index >= residual_start:
         for j in range(LANES):
-            steps = samples.residual_steps[sample[j]]
+            steps = samples.residual_steps[samples.order[sample[j]]]
             since = index - (live_intervals[j] * substeps - steps)
             if PROPAGATED:
                 since -= 1
             # A lane that repeats the last sample must not add to its mean again.
             if since >= 0 and since < steps and block * LANES + j < control.samples:
-                o = sample[j]  # column of the outputs
+                o = samples.order[sample[j]]
                 share = weight_in_mean(step[j], since, steps)
                 for i in range(N):
                     slot("number_storey")

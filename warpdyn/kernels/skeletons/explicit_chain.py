@@ -195,7 +195,7 @@ def integrate_chain(
             slot("see_state")
             slot("see_last")
     for j in range(LANES):
-        o = sample[j]  # column of the outputs
+        o = samples.order[sample[j]]
         total = dtype(0.0)
         slot("finish")
         for i in range(N):

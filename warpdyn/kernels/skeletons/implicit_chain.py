@@ -221,7 +221,7 @@ def integrate_implicit_chain(
             slot("see_state")
             slot("end_step")
     for j in range(LANES):
-        o = sample[j]  # column of the outputs
+        o = samples.order[sample[j]]
         total = dtype(0.0)
         slot("finish")
         for i in range(N):

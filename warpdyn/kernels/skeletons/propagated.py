@@ -223,7 +223,7 @@ def advance_linear(
                         x[N + m, j] += dx[N + m, j]
             slot("end_step")
     for j in range(LANES):
-        o = sample[j]  # column of the outputs
+        o = samples.order[sample[j]]
         total_of_state = dtype(0.0)
         slot("finish")
         for i in range(N):
