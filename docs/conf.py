@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -11,6 +12,8 @@ from sphinx.application import Sphinx
 import warpdyn as wd
 
 DOCS = Path(__file__).parent
+# Pages are trees of objects that stay: they are searched for cycles less often.
+gc.set_threshold(50_000, 20, 50)
 sys.path.insert(0, str(DOCS))
 
 # Sphinx imports objects by the names that users write, and `wd.records` stands in the package's room of ground motions.

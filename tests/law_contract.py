@@ -11,6 +11,7 @@ import numpy as np
 import warp as wp
 
 import warpdyn as wd
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.laws import DEVICES, LAWS, Parameter
 from warpdyn.laws.law import StoreyElement
 from warpdyn.laws.springs import spring_row
@@ -168,7 +169,7 @@ def answers(name: str, row: str) -> dict[str, np.ndarray]:
     drift = paths()
     arrays = [wp.array(values, dtype=wp.float64, device="cpu") for values in (coefficients_of(element, p, row), drift)]
     result = wp.full((len(NAMES), *drift.shape), np.nan, dtype=wp.float64, device="cpu")
-    wp.launch(contract_kernel(row), dim=STOREYS, inputs=[*arrays, CHORD, result], device="cpu")
+    wp.launch(loaded(contract_kernel(row)), dim=STOREYS, inputs=[*arrays, CHORD, result], device="cpu")
     return dict(zip(NAMES, result.numpy(), strict=True)) | {"drift": drift}
 
 

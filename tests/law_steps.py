@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 import warpdyn as wd
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
@@ -62,7 +63,7 @@ def law_steps(
     result = wp.full((5, drift.size), np.nan, dtype=DTYPES[dtype], device="cpu")
     nudge = 1e-7 * np.abs(drift).max()
     arrays = [wp.array(values, dtype=DTYPES[dtype], device="cpu") for values in (coefficients, drift)]
-    wp.launch(_steps_kernel(row, dtype), dim=1, inputs=[*arrays, nudge, result], device="cpu")
+    wp.launch(loaded(_steps_kernel(row, dtype)), dim=1, inputs=[*arrays, nudge, result], device="cpu")
     trial, below, above, committed, tangent = result.numpy()
     return {
         "trial": trial,

@@ -15,6 +15,7 @@ from warpdyn.core.random_numbers import key_of
 from warpdyn.integration.run import prepare
 from warpdyn.kernels.arguments import brought
 from warpdyn.kernels.functions.noise import noise_of
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.kernels.plan import Plan, row_types, structs
 
 LANES = 2
@@ -125,7 +126,8 @@ def paths(
     shape = (noise.intervals + 1, samples)
     begin, change = (wp.full(shape, np.nan, dtype=getattr(wp, dtype), device=device) for _ in range(2))
     arguments = [loads, key_of(seed), first, run or noise.intervals + 1, begin, change]
-    wp.launch(path_kernel(scene.excitation.kernel_load, dtype), dim=samples // LANES, inputs=arguments, device=device)
+    kernel = loaded(path_kernel(scene.excitation.kernel_load, dtype), device)
+    wp.launch(kernel, dim=samples // LANES, inputs=arguments, device=device)
     return begin.numpy(), change.numpy()
 
 

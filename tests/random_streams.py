@@ -14,6 +14,7 @@ from scipy.special import kolmogorov
 
 from warpdyn.core.random_numbers import Purpose, key_of
 from warpdyn.device.random_numbers import normal_pair
+from warpdyn.kernels.kernel_cache import loaded
 
 BINS = 256
 BINS_AS_FLOAT = wp.constant(wp.float64(BINS))
@@ -84,7 +85,7 @@ def p_values(
     )
     pooled = wp.zeros(BINS, dtype=wp.int64, device=device)
     arguments = [key_of(seed), first, neighbour, length // 2, scale, moments, product, chi_square, pooled]
-    wp.launch(gather, dim=streams, inputs=arguments, device=device)
+    wp.launch(loaded(gather, device), dim=streams, inputs=arguments, device=device)
     hermite, squares, count = moments.numpy()[:4], moments.numpy()[4], streams * length
     # Hermite polynomials of standard normals are uncorrelated, of mean 0 and variance k!.
     scores = hermite.sum(axis=1) / np.sqrt(np.array([1, 2, 6, 24]) * count)

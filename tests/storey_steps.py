@@ -9,6 +9,7 @@ import warp as wp
 import xarray as xr
 
 import warpdyn as wd
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
@@ -64,6 +65,6 @@ def steps(building: wd.ShearBuilding, drift: np.ndarray, dtype: str = "float64")
     arrays = [wp.array(values.astype(dtype), dtype=DTYPES[dtype], device="cpu") for values in (coefficients, drift)]
     result = wp.full((5, drift.size), np.nan, dtype=DTYPES[dtype], device="cpu")
     chord = CHORD * np.abs(drift).max()
-    wp.launch(step_kernel(row, dtype), dim=1, inputs=[arrays[0], chord, arrays[1], result], device="cpu")
+    wp.launch(loaded(step_kernel(row, dtype)), dim=1, inputs=[arrays[0], chord, arrays[1], result], device="cpu")
     names = ("trial_force", "force", "tangent", "chord", "recoverable")
     return xr.Dataset({name: ("step", values) for name, values in zip(names, result.numpy(), strict=True)})

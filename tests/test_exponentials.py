@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 
 from warpdyn.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm, power_of
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.kernels.plan import DTYPES
 
 pytestmark = pytest.mark.fast
@@ -25,7 +26,7 @@ def results(x, y, exponent, dtype_name):
 
     given = [wp.array(np.asarray(values, dtype_name), dtype=dtype, device="cpu") for values in (x, y)]
     result = wp.full((5, len(x)), np.nan, dtype=dtype, device="cpu")
-    wp.launch(evaluate, dim=len(x), inputs=[*given, exponent, result], device="cpu")
+    wp.launch(loaded(evaluate), dim=len(x), inputs=[*given, exponent, result], device="cpu")
     return result.numpy()
 
 

@@ -183,6 +183,7 @@ def pretended(request, monkeypatch):
         else:
             current_stream().add(lambda: fill(array, value))
 
+    monkeypatch.setattr(devices, "WAIT_FOR_GPU", 0.0)  # each look at these does some of their work
     monkeypatch.setattr(devices, "wp", shim)
     monkeypatch.setattr(arguments, "wp", shim)
     monkeypatch.setattr(run_scene, "wp", shim)

@@ -22,6 +22,7 @@ from three_storeys import (
 )
 
 import warpdyn as wd
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.laws.springs import SPRINGS
 
@@ -106,7 +107,7 @@ def test_tangents_are_the_slopes_of_forces(row):
         values = (start + increment + nudge, increment + nudge, memory, coefficients)
         result = wp.full((2, 200), np.nan, dtype=wp.float64, device="cpu")
         arrays = [wp.array(x, dtype=wp.float64, device="cpu") for x in values]
-        wp.launch(evaluate, dim=200, inputs=[*arrays, result], device="cpu")
+        wp.launch(loaded(evaluate), dim=200, inputs=[*arrays, result], device="cpu")
         forces.append(result.numpy()[0])
         if nudge == 0:
             found = result.numpy()[1]

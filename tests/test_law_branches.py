@@ -11,6 +11,7 @@ from method_sources import thorough_unless
 from storey_draws import STIFFNESS, YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
 from warpdyn.device.processor import module_options
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.kernels.plan import DTYPES
 from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
@@ -121,7 +122,7 @@ def walked(row: str, drift: np.ndarray, dtype: str) -> np.ndarray:
     given = drawn_coefficients(row)[0], drift
     arrays = [wp.array(part.astype(dtype), dtype=DTYPES[dtype], device="cpu") for part in given]
     result = wp.full((8, *drift.shape), np.nan, dtype=DTYPES[dtype], device="cpu")
-    wp.launch(walking_kernel(row, dtype), dim=STOREYS, inputs=[*arrays, result], device="cpu")
+    wp.launch(loaded(walking_kernel(row, dtype)), dim=STOREYS, inputs=[*arrays, result], device="cpu")
     assert np.isfinite(result.numpy()).all()
     return result.numpy()
 

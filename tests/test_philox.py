@@ -10,6 +10,7 @@ from random_streams import LEAST_P_VALUE, p_values
 from warpdyn.core import random_numbers as looked_up
 from warpdyn.core.random_numbers import Purpose, key_of
 from warpdyn.device.random_numbers import Words, normal_of, normal_pair, philox, uniform_of, uniform_pair
+from warpdyn.kernels.kernel_cache import loaded
 
 pytestmark = pytest.mark.fast
 
@@ -58,7 +59,9 @@ def test_published_known_answers(measured):
     counter, key, answer = (np.array(rows, dtype=np.uint32) for rows in zip(*KNOWN, strict=True))
     found = wp.zeros(len(KNOWN), dtype=Words, device="cpu")
     counters = wp.array(counter, dtype=Words, device="cpu")
-    wp.launch(known_answers, dim=len(KNOWN), inputs=[counters, wp.array(key, device="cpu"), found], device="cpu")
+    wp.launch(
+        loaded(known_answers), dim=len(KNOWN), inputs=[counters, wp.array(key, device="cpu"), found], device="cpu"
+    )
     measured(
         "words of Philox4x32-10 that differ",
         truth="known answers of Random123 (Salmon and others 2011)",
@@ -75,7 +78,7 @@ def test_device_and_host_look_up_the_same_numbers(seed):
     counters = np.array([0, 1, 2, 2**31, 2**32 - 1, 0, 9], dtype=np.uint32)
     uniforms, normals = (wp.full(samples.size, wp.vec2d(np.nan, np.nan), dtype=wp.vec2d, device="cpu") for _ in "ab")
     arguments = [key_of(seed), wp.array(samples, device="cpu"), wp.array(counters, device="cpu"), uniforms, normals]
-    wp.launch(look_up, dim=samples.size, inputs=arguments, device="cpu")
+    wp.launch(loaded(look_up), dim=samples.size, inputs=arguments, device="cpu")
     for found, expected, tolerance in ((uniforms, "uniforms", 0), (normals, "normals", 2e-15)):
         due = [
             getattr(looked_up, expected)(seed, int(sample), Purpose.GROUND_MOTION, int(counter))
@@ -105,7 +108,7 @@ def test_seed_sample_purpose_and_counter_all_tell():
 def test_uniforms_leave_out_zero_and_one():
     words = np.array([[0, 0], [0xFFFFFFFF, 0xFFFFFFFF], [0, 1 << 12], [0x80000000, 0]], dtype=np.uint32)
     found = wp.full(len(words), np.nan, dtype=wp.float64, device="cpu")
-    wp.launch(of_words, dim=len(words), inputs=[wp.array(words, device="cpu"), found], device="cpu")
+    wp.launch(loaded(of_words), dim=len(words), inputs=[wp.array(words, device="cpu"), found], device="cpu")
     # All bits of a float64 count: the next number below 1 is 1 - 2^-53.
     np.testing.assert_array_equal(found.numpy(), [2.0**-53, 1 - 2.0**-53, 3 * 2.0**-53, 0.5 + 2.0**-53])
 
@@ -132,7 +135,7 @@ def test_normals_are_the_quantiles():
     ]
     probability, due = np.array(rows).T
     found = wp.full(len(rows), np.nan, dtype=wp.float64, device="cpu")
-    wp.launch(quantiles, dim=len(rows), inputs=[wp.array(probability, device="cpu"), found], device="cpu")
+    wp.launch(loaded(quantiles), dim=len(rows), inputs=[wp.array(probability, device="cpu"), found], device="cpu")
     np.testing.assert_allclose(found.numpy(), due, rtol=1e-15, atol=0)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warpdyn.kernels.kernel_cache import loaded
 from warpdyn.laws import LAWS
 from warpdyn.laws.springs import SPRINGS
 
@@ -63,7 +64,7 @@ def evaluate(row, coefficients, drift, driver, memory):
     given = (drift, driver, np.broadcast_to(memory, (values, drift.size)), coefficients)
     arrays = [wp.array(np.ascontiguousarray(a), dtype=wp.float64, device="cpu") for a in given]
     result = wp.full((2 + values, drift.size), np.nan, dtype=wp.float64, device="cpu")
-    wp.launch(leaves(row), dim=drift.size, inputs=[*arrays, result], device="cpu")
+    wp.launch(loaded(leaves(row)), dim=drift.size, inputs=[*arrays, result], device="cpu")
     return result.numpy()
 
 

@@ -11,6 +11,7 @@ from scipy.linalg import eigh_tridiagonal
 from validation import relative_difference
 
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies, frequencies_kernel
+from warpdyn.kernels.kernel_cache import loaded
 
 # All that the algorithm does to a frequency is to multiply, divide and add what is positive, some 10 times a storey.
 ROUNDING = 1e-14
@@ -92,5 +93,5 @@ def test_the_kernel_writes_every_value():
     mass, stiffness = (np.ascontiguousarray(values.T) for values in random_chains(4, 16, 3))
     found = np.full((4, 16), np.nan)
     arrays = [wp.array(values, copy=False, device="cpu") for values in (mass, stiffness, found)]
-    wp.launch(frequencies_kernel(16, 16), dim=1, inputs=[4, *arrays], device="cpu")
+    wp.launch(loaded(frequencies_kernel(16, 16)), dim=1, inputs=[4, *arrays], device="cpu")
     assert np.all(np.diff(found, axis=0) > 0)
