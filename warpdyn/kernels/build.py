@@ -1,7 +1,10 @@
 """Build the kernel of a plan; choose the lanes, the unrolling and the threads of a sample that suit a device."""
 
 import functools
+import gc
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import warp as wp
@@ -126,8 +129,20 @@ def _sections(plan: Plan) -> int:
 
 def build_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel of a plan; the same plan gives the same kernel, in every thread."""
-    with BUILDING:
+    with BUILDING, _without_collection():
         return _composed_kernel(plan)
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Collect no garbage: syntax trees have no cycles, and the collector goes through all of them again and again."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:

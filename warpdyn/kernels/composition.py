@@ -148,7 +148,6 @@ from warpdyn.kernels.source_text import (
     names_of,
     source_of,
     spliced,
-    with_names,
     without_unread,
 )
 
@@ -191,7 +190,7 @@ def _text(
     written: tuple[tuple[str, str], ...],
 ) -> tuple[str, frozenset[str]]:
     """Return the text of a kernel whose slots modules and parts fill, and the names in it."""
-    text = with_names(spliced(source_of(skeleton), holders), dict(written))
+    text = spliced(source_of(skeleton), holders, written)
     text = without_unread(folded(text, dict(known)))
     return text, frozenset(name.id for name in names_of(ast.parse(text)))
 

@@ -16,6 +16,7 @@ from typing import Any
 
 HAVE_EFFECTS = {"output", "history"}  # a statement that names one of these is never left out
 COMPOUND = ("body", "orelse")  # what a statement holds of others
+Pairs = tuple[tuple[str, str], ...]  # a name, and what stands for it; the first of a name counts
 SLOT = re.compile(r'^( *)slot\("(\w+)"((?:, \w+=\w+)*)\)(?:  #.*)?$')
 
 
@@ -36,23 +37,30 @@ def bodies_of(part: Any) -> dict[str, FunctionType]:
     return {name: each for name, each in functions.items() if each.__module__ == own and not each.__code__.co_argcount}
 
 
-def spliced(text: str, parts: Sequence[Any]) -> str:
-    """Return a text in whose slots the parts' bodies stand."""
+def spliced(text: str, parts: Sequence[Any], written: Pairs = ()) -> str:
+    """Return a text in whose slots the parts' bodies stand, with others for some names.
+
+    Args:
+        text: The text.
+        parts: The parts.
+        written: Names, and what stands for each.
+    """
     bodies = [bodies_of(part) for part in parts]
 
-    def filled(lines: Sequence[str], margin: str, written: str = "") -> Iterator[str]:
+    def filled(lines: Sequence[str], margin: str, written: Pairs) -> Iterator[str]:
         for line in lines:
             slot = SLOT.match(line)
             if slot is None:
                 yield margin + line
                 continue
+            own = (*(tuple(each.split("=")) for each in slot[3].split(", ") if each), *written)
             inside = [each[slot[2]] for each in bodies if slot[2] in each]
             for body in inside:
-                yield from filled(_body(body, slot[3] + written), margin + slot[1], slot[3] + written)
+                yield from filled(_body(body, own), margin + slot[1], own)
             if not inside:  # a place for no statement is one still: `folded` finds empty branches
                 yield f"{margin}{slot[1]}pass"
 
-    return "\n".join(filled(text.splitlines(), "")) + "\n"
+    return "\n".join(filled(with_names(text, dict(written)).splitlines(), "", written)) + "\n"
 
 
 def folded(text: str, known: Mapping[str, Any]) -> str:
@@ -87,10 +95,9 @@ def with_names(text: str, written: Mapping[str, str]) -> str:
 
 
 @functools.cache
-def _body(function: FunctionType, written: str) -> list[str]:
-    """Return the lines of a function's body without its docstring, with others for some variables: ", i=0"."""
-    numbers = dict(each.split("=") for each in written.split(", ") if each)
-    text = with_names(source_of(function), numbers)
+def _body(function: FunctionType, written: Pairs) -> list[str]:
+    """Return the lines of a function's body without its docstring, with others for some names."""
+    text = with_names(source_of(function), dict(reversed(written)))
     [definition] = ast.parse(text).body
     lines = text.splitlines()
     first = definition.body[0].end_lineno if ast.get_docstring(definition) else _header_end(lines, definition.lineno)
