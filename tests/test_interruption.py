@@ -207,14 +207,14 @@ def test_control_c_in_writing_never_hangs(tmp_path):
 
 def test_control_c_within_a_lock_waits_for_it(tmp_path, monkeypatch):
     """The very place: xarray's lock is taken, and the `with` statement does not know yet."""
-    original = CombinedLock.acquire
+    original = CombinedLock.__enter__  # which some versions of xarray have do what `acquire` does
 
-    def acquire(self, blocking=True):
-        taken = original(self, blocking)
+    def enter(self):
+        taken = original(self)
         signal.raise_signal(signal.SIGINT)
         return taken
 
-    monkeypatch.setattr(CombinedLock, "acquire", acquire)
+    monkeypatch.setattr(CombinedLock, "__enter__", enter)
     with pytest.raises(KeyboardInterrupt):
         wd.write(dataset(10), tmp_path / "run.nc")
     monkeypatch.undo()
