@@ -104,6 +104,7 @@ html_theme_options = {
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
+copybutton_selector = ":not(.output) > div.highlight > pre"  # not what a program prints
 
 def write_generated_pages(app: Sphinx) -> None:
     """Write what is taken from the code: the pages of storey laws, the tables of methods and of the validation."""
