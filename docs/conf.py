@@ -8,6 +8,7 @@ import re
 import sys
 from pathlib import Path
 
+from docutils import nodes
 from sphinx.application import Sphinx
 
 import warpdyn as wd
@@ -103,8 +104,8 @@ html_theme_options = {
 }
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
-
 copybutton_selector = ":not(.output) > div.highlight > pre"  # not what a program prints
+
 
 def write_generated_pages(app: Sphinx) -> None:
     """Write what is taken from the code: the pages of storey laws, the tables of methods and of the validation."""
@@ -123,7 +124,19 @@ def plain_signature(
     return signature, returned
 
 
+def tidy_page(app: Sphinx, page: nodes.document) -> None:
+    """Make figures of files links to their full size, and take empty lines from the ends of included programs."""
+    for figure in page.findall(nodes.image):
+        if not figure["uri"].startswith("data:") and "jupyter_execute" not in figure["uri"]:
+            figure["width"] = "100%"
+    for block in page.findall(nodes.literal_block):
+        if (text := block.astext()).endswith("\n\n"):
+            block.rawsource = text.rstrip("\n") + "\n"
+            block.children = [nodes.Text(block.rawsource)]
+
+
 def setup(app: Sphinx) -> None:
-    """Have these pages written before Sphinx looks for pages."""
+    """Have these pages written before Sphinx looks for pages, and all pages tidied."""
     app.connect("builder-inited", write_generated_pages, priority=100)
     app.connect("autodoc-process-signature", plain_signature)
+    app.connect("doctree-read", tidy_page)
