@@ -123,12 +123,13 @@ def cloud(building: wd.ShearBuilding, motions: list[wd.GroundMotion]) -> xr.Data
 
 
 # [curves]
-def curves_of(run: xr.Dataset, intensity: np.ndarray, building_dispersion: float = 0.3) -> xr.Dataset:
-    """Return fragility curves by the toolkit's regression, with its dispersion of buildings added."""
+def curves_of(run: xr.Dataset, intensity: np.ndarray, of_buildings: float = 0.3) -> xr.Dataset:
+    """Return fragility curves by the toolkit's regression, with its dispersion added."""
     run = run.assign_coords(im_level=("sample", intensity, {"units": "g"}))
     seen = run["peak_storey_drift_ratio"].max("storey") >= LEAST
-    curves = wd.fragility_of_cloud(run.isel(sample=seen.values), THRESHOLDS, intervals_over="records")
-    dispersion = np.hypot(curves["fragility_dispersion"], building_dispersion)
+    kept = run.isel(sample=seen.values)
+    curves = wd.fragility_of_cloud(kept, THRESHOLDS, intervals_over="records")
+    dispersion = np.hypot(curves["fragility_dispersion"], of_buildings)
     return curves.assign(total_dispersion=dispersion)
 
 

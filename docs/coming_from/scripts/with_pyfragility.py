@@ -35,8 +35,9 @@ def run_stripes() -> xr.Dataset:
 def stripes_by_pyfragility(run: xr.Dataset, limit: float) -> pyFragility.FragilityFit:
     """Return the lognormal curve through the stripes, with records as clusters."""
     exceeds = (run["peak_storey_drift_ratio"].max("storey") > limit) | (run["status"] == 1)
-    table = exceeds.to_dataframe(name="exceeds").groupby(["im_level", "motion_index"])["exceeds"]
-    counts = table.agg(["sum", "size"]).reset_index()  # of all buildings under a record at a level
+    table = exceeds.to_dataframe(name="exceeds").groupby(["im_level", "motion_index"])
+    # Of all buildings under one record at one level.
+    counts = table["exceeds"].agg(["sum", "size"]).reset_index()
     level, record = counts["im_level"], counts["motion_index"]
     return pyFragility.fit_msa(level, counts["sum"], counts["size"], cluster=record)
 
