@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import gc
+import importlib
 import os
+import re
 import sys
 from pathlib import Path
 
+from docutils import nodes
 from sphinx.application import Sphinx
 
 import warpdyn as wd
@@ -14,7 +17,7 @@ import warpdyn as wd
 DOCS = Path(__file__).parent
 # Pages are trees of objects that stay: they are searched for cycles less often.
 gc.set_threshold(50_000, 20, 50)
-sys.path.insert(0, str(DOCS))
+sys.path[:0] = [str(DOCS), str(DOCS.parent / "tests")]
 
 # Sphinx imports objects by the names that users write, and `wd.records` stands in the package's room of ground motions.
 sys.modules["warpdyn.records"] = wd.records
@@ -33,6 +36,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
 ]
+templates_path = ["_templates"]
 exclude_patterns = ["README.md", "**/generated/_*.md"]  # the latter are parts of other pages
 suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no picture in a printed page
 
@@ -55,11 +59,17 @@ nb_render_image_options = {"align": "center"}
 # Reference
 autosummary_generate = True
 autosummary_imported_members = True
+# Pages of classes have the methods that users call, which tests hold to be documented, and these properties.
+METHODS = importlib.import_module("public_names").METHODS
+PROPERTIES = {"GroundMotion": ["duration", "peak_ground_acceleration"], "ShearBuilding": ["fundamental_period"]}
+members = {name: METHODS.get(name, []) + PROPERTIES.get(name, []) for name in METHODS.keys() | PROPERTIES.keys()}
+autosummary_context = {"members_of_users": {f"warpdyn.{name}": each for name, each in members.items()}}
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_member_order = "bysource"
 autodoc_class_signature = "mixed"
 autodoc_preserve_defaults = True
+maximum_signature_line_length = 88  # longer ones have a line for each argument
 # Types that signatures would show in full, over several lines.
 autodoc_type_aliases = {"ArrayLike": "ArrayLike"}
 python_use_unqualified_type_names = True
@@ -76,13 +86,19 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
+html_sidebars = {"getting_started": [], "validation/index": []}  # sections of one page
 html_theme_options = {
     "show_prev_next": True,
     "navigation_with_keys": False,
     "show_toc_level": 2,
-    "header_links_before_dropdown": 7,
+    "header_links_before_dropdown": 6,
     "navbar_align": "left",
-    "secondary_sidebar_items": ["page-toc"],
+    # Pages of one function or class need the room for their examples.
+    "secondary_sidebar_items": {
+        "[!r]**": ["page-toc"],
+        "reference/[!a]**": ["page-toc"],
+        "reference/api/**": [],
+    },
     "footer_start": ["copyright"],
     "footer_end": [],
     "search_bar_text": "Search the documentation",
@@ -91,6 +107,7 @@ html_theme_options = {
 }
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
+copybutton_selector = ":not(.output) > div.highlight > pre"  # not what a program prints
 
 
 def write_generated_pages(app: Sphinx) -> None:
@@ -101,6 +118,28 @@ def write_generated_pages(app: Sphinx) -> None:
         part(DOCS)
 
 
+def plain_signature(
+    app: Sphinx, what: str, name: str, obj: object, options: object, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """Return a signature as one would write it: Sphinx has its own words for aliases and for defaults made anew."""
+    if signature is not None:
+        signature = re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", signature).replace("<factory>", "...")
+    return signature, returned
+
+
+def tidy_page(app: Sphinx, page: nodes.document) -> None:
+    """Make figures of files links to their full size, and take empty lines from the ends of included programs."""
+    for figure in page.findall(nodes.image):
+        if not figure["uri"].startswith("data:") and "jupyter_execute" not in figure["uri"]:
+            figure["width"] = "100%"
+    for block in page.findall(nodes.literal_block):
+        if (text := block.astext()).endswith("\n\n"):
+            block.rawsource = text.rstrip("\n") + "\n"
+            block.children = [nodes.Text(block.rawsource)]
+
+
 def setup(app: Sphinx) -> None:
-    """Have these pages written before Sphinx looks for pages."""
+    """Have these pages written before Sphinx looks for pages, and all pages tidied."""
     app.connect("builder-inited", write_generated_pages, priority=100)
+    app.connect("autodoc-process-signature", plain_signature)
+    app.connect("doctree-read", tidy_page)

@@ -30,9 +30,11 @@ def draw_law(curves: xr.Dataset, yield_drift: float, parameters: Mapping[str, fl
     loops.set_title("Two cycles at each of eight growing drifts", fontsize=10)
     push.plot(curves["pushed_ductility"], curves["pushed_force"], color=COLOURS[0], lw=1.6)
     push.set_title("Pushed once from rest", fontsize=10)
-    for place, (drift, force, words) in corners(yield_drift, parameters).items():
+    for drift, force, words in corners(yield_drift, parameters).values():
         push.plot(drift, force, "o", color=COLOURS[3], ms=5, zorder=3)
-        push.annotate(words, (drift, force), (6, -13 if place else -12), textcoords="offset points", fontsize=8)
+        # Above the corner: the backbone, or the curve of a smooth law, goes on below it.
+        push.annotate(words, (drift, force), (0, 6), textcoords="offset points", fontsize=8, ha="center")
+    push.margins(y=0.12)
     for axes in (loops, push):
         _frame(axes)
     path.parent.mkdir(exist_ok=True)
@@ -75,6 +77,7 @@ def draw_viscous_damper(exponents: tuple[float, ...], path: Path) -> None:
     for axes, words in ((loops, "Storey drift [m]"), (law, "Storey velocity [m/s]")):
         _frame(axes)
         axes.set(xlabel=words, ylabel="Force over the force at 1 m/s")
+    loops.set_xticks(np.linspace(-0.1, 0.1, 5))
     law.legend(fontsize=8)
     path.parent.mkdir(exist_ok=True)
     figure.savefig(path, dpi=DPI)

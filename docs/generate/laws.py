@@ -244,5 +244,6 @@ def snippet(name: str, parameters: dict[str, float]) -> str:
     beside = "devices=(element,)" if name in DEVICES else "law=element"
     return (
         f"{numpy}import warpdyn as wd\n\nelement = {element}\n"
-        f"storey = wd.ShearBuilding(mass=1.0e5, stiffness={STIFFNESS!r}, height=3.0, {beside})  # kg, N/m, m\n{run}"
+        "# Mass [kg], stiffness [N/m] and height [m]:\n"
+        f"storey = wd.ShearBuilding(mass=1.0e5, stiffness=1.0e7, height=3.0, {beside})\n{run}"
     )

@@ -57,6 +57,7 @@ def write_tables(docs: Path) -> None:
 
 def _cells(row: dict[str, str]) -> tuple[str, ...]:
     units = "" if row["units"] == "1" else f" {row['units']}"
-    figures = (f"{float(row[key]):.2g}{units}" for key in ("value", "bound"))
+    # A figure and its units stand in one line, also where it has a minus sign.
+    figures = (f"<span class='text-nowrap'>{float(row[key]):.2g}{units}</span>" for key in ("value", "bound"))
     test = row["test"].split("::")[1].replace("_", "_<wbr>")  # where a narrow column may break it
     return f"{row['claim']}<br><code>{test}</code>", row["truth"], *figures

@@ -84,7 +84,7 @@ def building() -> wd.ShearBuilding:
 
 
 def by_warpdyn(motions: list[wd.GroundMotion], structures: int = 1) -> np.ndarray:
-    """Return the peak storey drifts [m] of the building under all records, shape [sample, storey]."""
+    """Return the peak storey drifts [m] under all records, shape [sample, storey]."""
     cloud = wd.Cloud(motions, wd.SpectralAcceleration(0.6))
     scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1))} if structures > 1 else {}
     scene = wd.Scene(building(), cloud, scatter, recorders=("drift",), tail=0.0)

@@ -97,7 +97,7 @@ class Toolkit:
 
 # [building]
 def building_of(mass: np.ndarray, drift: np.ndarray, force: np.ndarray) -> wd.ShearBuilding:
-    """Return the building of the toolkit's floor masses [t], storey drifts [m] and storey forces [kN]."""
+    """Return the building of the toolkit's floor masses [t], drifts [m] and forces [kN]."""
     corners = {f"ductility_{i + 1}": drift[:, i] / drift[:, 0] for i in (1, 2, 3)}
     corners |= {f"force_ratio_{i + 1}": force[:, i] / force[:, 0] for i in (1, 2, 3)}
     return wd.ShearBuilding(
@@ -117,17 +117,20 @@ def building_of(mass: np.ndarray, drift: np.ndarray, force: np.ndarray) -> wd.Sh
 # [run]
 def cloud(building: wd.ShearBuilding, motions: list[wd.GroundMotion]) -> xr.Dataset:
     """Return the building under all records as they are."""
-    scene = wd.Scene(building, wd.Cloud(motions, wd.SpectralAcceleration(0.3)), recorders=("drift",), tail=0.0)
+    cloud = wd.Cloud(motions, wd.SpectralAcceleration(0.3))
+    scene = wd.Scene(building, cloud, recorders=("drift",), tail=0.0)
     return wd.simulate(scene)
 
 
 # [curves]
-def curves_of(run: xr.Dataset, intensity: np.ndarray, building_dispersion: float = 0.3) -> xr.Dataset:
-    """Return fragility curves by the toolkit's regression, with its building-to-building dispersion added."""
+def curves_of(run: xr.Dataset, intensity: np.ndarray, of_buildings: float = 0.3) -> xr.Dataset:
+    """Return fragility curves by the toolkit's regression, with its dispersion added."""
     run = run.assign_coords(im_level=("sample", intensity, {"units": "g"}))
     seen = run["peak_storey_drift_ratio"].max("storey") >= LEAST
-    curves = wd.fragility_of_cloud(run.isel(sample=seen.values), THRESHOLDS, intervals_over="records")
-    return curves.assign(total_dispersion=np.hypot(curves["fragility_dispersion"], building_dispersion))
+    kept = run.isel(sample=seen.values)
+    curves = wd.fragility_of_cloud(kept, THRESHOLDS, intervals_over="records")
+    dispersion = np.hypot(curves["fragility_dispersion"], of_buildings)
+    return curves.assign(total_dispersion=dispersion)
 
 
 # [end]

@@ -22,7 +22,7 @@ LIMIT = 0.1  # drift ratio of a collapse
 
 # [write]
 def run_and_write(path: Path) -> xr.Dataset:
-    """Run five-storey concrete buildings at three levels, and write the demands of one of them."""
+    """Run five-storey concrete buildings at three levels, and write the demands of one level."""
     building = wd.ShearBuilding.from_hazus("C1M", "high", storeys=5)
     measure = wd.SpectralAcceleration(building.fundamental_period)
     stripes = wd.Stripes(wd.records.far_field(), [0.6, 1.2, 2.4], measure)

@@ -27,16 +27,19 @@ def run_stripes() -> xr.Dataset:
     measure = wd.SpectralAcceleration(building.fundamental_period)
     stripes = wd.Stripes(wd.records.far_field(), LEVELS, measure)
     scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2))}
-    return wd.simulate(wd.Scene(building, stripes, scatter, recorders=("drift",)), structures=16, seed=1)
+    scene = wd.Scene(building, stripes, scatter, recorders=("drift",))
+    return wd.simulate(scene, structures=16, seed=1)
 
 
 # [stripes]
 def stripes_by_pyfragility(run: xr.Dataset, limit: float) -> pyFragility.FragilityFit:
     """Return the lognormal curve through the stripes, with records as clusters."""
     exceeds = (run["peak_storey_drift_ratio"].max("storey") > limit) | (run["status"] == 1)
-    table = exceeds.to_dataframe(name="exceeds").groupby(["im_level", "motion_index"])["exceeds"]
-    counts = table.agg(["sum", "size"]).reset_index()  # of all buildings under one record at one level
-    return pyFragility.fit_msa(counts["im_level"], counts["sum"], counts["size"], cluster=counts["motion_index"])
+    table = exceeds.to_dataframe(name="exceeds").groupby(["im_level", "motion_index"])
+    # Of all buildings under one record at one level.
+    counts = table["exceeds"].agg(["sum", "size"]).reset_index()
+    level, record = counts["im_level"], counts["motion_index"]
+    return pyFragility.fit_msa(level, counts["sum"], counts["size"], cluster=record)
 
 
 # [states]
@@ -45,7 +48,8 @@ def states_by_pyfragility(run: xr.Dataset) -> pyFragility.FragilityFit:
     worst = run["peak_storey_drift_ratio"].max("storey").values
     worst = np.where(run["status"] == 1, np.inf, worst)
     state = np.searchsorted(list(LIMITS.values()), worst)
-    return pyFragility.fit_damage_states(run["im_level"].values, state, cluster=run["motion_index"].values)
+    level, record = run["im_level"].values, run["motion_index"].values
+    return pyFragility.fit_damage_states(level, state, cluster=record)
 
 
 # [end]
