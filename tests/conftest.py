@@ -113,7 +113,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def measured(request: pytest.FixtureRequest) -> Measured:
     """Return the function that holds a figure to its bound, and keeps it for the validation report."""
     test = f"{request.path.name}::{request.node.originalname}"
-    return Measured(test, request.config.getoption("--validation"))
+    is_thorough = request.node.get_closest_marker("thorough") is not None
+    return Measured(test, request.config.getoption("--validation"), is_thorough=is_thorough)
 
 
 @pytest.fixture

@@ -48,7 +48,12 @@ def cluster():
 def client(cluster):
     """Return a client of the cluster, whose regions have 96 samples."""
     with distributed.Client(cluster) as found:
-        found.wait_for_workers(2)
+        try:
+            found.wait_for_workers(2, timeout=60)
+        except TimeoutError:  # Dask gives up a worker that was killed while it began
+            cluster.scale(0)
+            cluster.scale(2)
+            found.wait_for_workers(2, timeout=60)
         found.run(make_regions_small)
         yield found
 
