@@ -331,3 +331,26 @@ def test_slots_in_parts_are_filled_too():
             x = f(0)
             y = f(x)
     """)
+
+
+def test_names_are_written_as_the_nearest_slot_says():
+    class outer:
+        def at():
+            x = f(i, length)
+            slot("inner", i=other)
+
+    class inner:
+        def inner():
+            y = f(i, length)
+
+    text = lines("""
+    def work(f, other):
+        slot("at", i=0)
+        z = f(length)
+    """)
+    assert spliced(text, (outer, inner), (("length", "width"), ("other", "third"))) == lines("""
+    def work(f, other):
+        x = f(0, width)
+        y = f(third, width)
+        z = f(width)
+    """)

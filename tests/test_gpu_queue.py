@@ -344,3 +344,31 @@ def test_statistics_are_made_where_samples_were_integrated(pretended, device, mo
     assert int(found["damage_count_by_motion_structure_group"].sum()) == 23 * scene.excitation.samples_per_structure
     # Of 1 to 23 buildings: 276.
     assert float(found["number_of_buildings_by_motion"].sum()) == 276 * scene.excitation.samples_per_structure
+
+
+def test_histories_of_several_steps_are_launched_one_after_the_other(pretended):
+    # Samples of other steps are a launch of their own, whose inputs are sent from the same memory on the host.
+    building = wd.ShearBuilding(2e3, 6e5, 3.0, damping="storey", damping_coefficient=2e3)
+    scene = wd.Scene(building, wd.Cloud(MOTIONS[1:]))  # of 5 and 10 ms
+    settings = {"longest_step": 0.01, "dtype": "float64", "histories": wd.Histories((0, 1), every=2)}
+    whole = wd.simulate(scene, device="cpu", **settings)
+    assert len(np.unique(whole["integration_step"])) == 2
+    assert_close(wd.simulate(scene, device="cuda:0", **settings), whole)
+
+
+def test_samples_with_divided_steps_run_beside_those_of_one_step(pretended, monkeypatch):
+    # Every motion is stepped at its own step, for which those with no step divided have a kernel of their own.
+    building = wd.ShearBuilding(
+        1e3, 1e3, 3.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=2.0, damping="none"
+    )
+    scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1, 1.2)), "mass": wd.RandomFactor(wd.Lognormal(1, 0.8))}
+    scene = wd.Scene(building, wd.Cloud([MOTIONS[0]]), scatter=scatter)
+    settings = {"structures": 40, "longest_step": 0.02, "method": "rk4", "dtype": "float64"}
+    whole = wd.simulate(scene, device="cpu", **settings)
+    assert len(np.unique(whole["integration_step"])) > 1
+    plans = set()
+    original = devices.load_kernel
+    monkeypatch.setattr(devices, "load_kernel", lambda plan, device: plans.add(plan) or original(plan, device))
+    blocks_of(monkeypatch, 13)
+    assert_close(wd.simulate(scene, device="cuda", **settings), whole)
+    assert {plan.undivided for plan in plans} == {True, False}

@@ -60,7 +60,7 @@ def spliced(text: str, parts: Sequence[Any], written: Pairs = ()) -> str:
             if not inside:  # a place for no statement is one still: `folded` finds empty branches
                 yield f"{margin}{slot[1]}pass"
 
-    return "\n".join(filled(with_names(text, dict(written)).splitlines(), "", written)) + "\n"
+    return "\n".join(filled(with_names(text, dict(reversed(written))).splitlines(), "", written)) + "\n"
 
 
 def folded(text: str, known: Mapping[str, Any]) -> str:

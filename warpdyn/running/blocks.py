@@ -25,8 +25,9 @@ BLOCKS_OF_A_REDUCTION, LARGEST_OF_A_REDUCTION = 16, 2**19
 BLOCKS_AHEAD = 4  # of each GPU that are prepared at a time
 # Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
 WORK_OF_A_BLOCK = 1e9
-# Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as numbers of 64 bits, sorted
-# and unsorted; copies of a structure's parameters as drawn, combined, packed and in the run's dtype.
+# Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as they are scheduled, in the
+# kernel's types and, for a GPU, in page-locked memory; copies of a structure's parameters as drawn, combined, packed
+# and, for a GPU, in page-locked memory.
 BYTES_PER_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
 MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are solved in parts, and of file chunks
 

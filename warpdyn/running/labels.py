@@ -265,8 +265,9 @@ def summary(run: xr.Dataset) -> str:
         >>> print(wd.summary(run).splitlines()[0])
         144 samples: 144 ok
     """
-    is_of_statistics = isinstance(run, xr.Dataset) and "failed_samples" in run
-    needed = () if is_of_statistics else ("status", "integration_step")
+    # Shares of damage tell the number of failed samples, too, but not by how they failed.
+    is_of_statistics = isinstance(run, xr.Dataset) and "failed_samples" in run and "failure" in run.dims
+    needed = ("step",) if is_of_statistics else ("status", "integration_step")
     check_dataset("summary", run, *needed, advice="give what simulate() returned")
     check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")
     if is_of_statistics:

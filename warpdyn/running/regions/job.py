@@ -20,7 +20,6 @@ from warpdyn.integration.settings import Execution, Integration
 from warpdyn.kernels.queues import free_memory, open_queues
 from warpdyn.running.blocks import (
     CPU_BLOCK,
-    GPU_BLOCK,
     SHARE_OF_FREE_MEMORY,
     WORK_OF_A_BLOCK,
     bytes_per_row,
@@ -35,8 +34,8 @@ from warpdyn.scene.scene import Scene
 DECIDING = ("warpdyn", "warp-lang", "numpy", "scipy")  # packages whose versions decide the bits of a run
 MOST_PREPARED = 4  # jobs that a process remembers, each with the memory of its queues on a GPU: groups come in turn
 # Regions for each worker, so that the last ones end at about the same time; samples of the smallest region on a CPU and
-# on a GPU; blocks of a region on a GPU, where they are under way side by side.
-REGIONS_PER_WORKER, LEAST_CPU_REGION, LEAST_GPU_REGION, BLOCKS_OF_A_REGION = 4, 2**10, 2**15, 4
+# on a GPU; samples of the largest on a GPU, in two blocks or more that are under way side by side.
+REGIONS_PER_WORKER, LEAST_CPU_REGION, LEAST_GPU_REGION, GPU_REGION = 4, 2**10, 2**15, 2**19
 # Samples of a region on a GPU where they are reduced to statistics: some seconds' work, beside which it costs little
 # that no kernel runs while the first block of a region is prepared and the last one is collected.
 REDUCED_REGION = 2**24
@@ -201,7 +200,7 @@ def _structures_per_region(prepared: Prepared, job: Job, workers: int, neighbour
     run, samples_each = prepared.run, prepared.run.samples // prepared.run.structures
     steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
     if run.execution.is_gpu:
-        most = REDUCED_REGION if job.is_reduced else BLOCKS_OF_A_REGION * GPU_BLOCK
+        most = REDUCED_REGION if job.is_reduced else GPU_REGION
         most, least = most * len(run.execution.devices), LEAST_GPU_REGION
     else:
         work = WORK_OF_A_BLOCK * run.model.threads / (steps * run.model.plan.dofs)
