@@ -356,6 +356,7 @@ def test_histories_of_several_steps_are_launched_one_after_the_other(pretended):
     assert_close(wd.simulate(scene, device="cuda:0", **settings), whole)
 
 
+@pytest.mark.meant_as_given("no_damping")
 def test_samples_with_divided_steps_run_beside_those_of_one_step(pretended, monkeypatch):
     # Every motion is stepped at its own step, for which those with no step divided have a kernel of their own.
     building = wd.ShearBuilding(

@@ -119,8 +119,14 @@ def _sections(plan: Plan) -> int:
     storey = words * sum(values_held(plan).values()) / plan.dofs
     beside = BESIDE_STOREYS[plan.dtype] + words * BESIDE_ENERGIES * ("energy" in plan.recorders)
     spring = spring_row(plan.law)
-    is_simple = spring.rate is None and spring.memory <= 1 and "energy" not in plan.recorders
-    room = REGISTERS_OF_A_SIMPLE_LAW if is_simple else GPU_REGISTERS
+    room = GPU_REGISTERS
+    if spring.rate is None and spring.memory <= 1 and "energy" not in plan.recorders:
+        # In float64 more threads, recorders or a collapse would make it keep some values in memory.
+        is_bare = plan.recorders == ("drift",) and not plan.collapses
+        if is_bare and plan.dofs * storey + beside <= REGISTERS_OF_A_SIMPLE_LAW:
+            return 1
+        if plan.dtype == "float32":
+            room = REGISTERS_OF_A_SIMPLE_LAW
     sections = 1
     while -(-plan.dofs // sections) * storey + beside > room and sections < 32:
         sections *= 2

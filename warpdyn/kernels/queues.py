@@ -185,7 +185,7 @@ class CudaQueue:
         self.streams = [wp.Stream(device) for _ in range(STREAMS_OF_A_BLOCK)]
         self.stream = self.streams[0]  # of all but some launches
         self.spans: list[tuple[float, float]] = []
-        self._held: dict[tuple[str, str], wp.array] = {}
+        self._held: dict[tuple[str, str, Any], wp.array] = {}  # by place and type: samples run again have another
         self._sent: dict[str, wp.Event] = {}  # after which a struct's arrays on the host may be written again
         self._kept_alive: list[object] = []
         self._timed: list[tuple[wp.Event, wp.Event]] = []
@@ -210,15 +210,17 @@ class CudaQueue:
         instance = struct()
         if kind in self._sent:
             self._wait(self._sent[kind])
-        for name, values in arrays.items():
-            field = struct.vars[name].type.dtype
-            check_held(name, values, wp.dtype_to_numpy(field))
-            here = self._array((f"{kind} to be sent", name), values.shape, field, pinned=True)
-            np.copyto(here.numpy(), values, casting="unsafe")
-            there = self._array((kind, name), values.shape, field)
-            wp.copy(there, here, stream=self.stream)
-            setattr(instance, name, there)
-        self._sent[kind] = self.stream.record_event()
+        try:
+            for name, values in arrays.items():
+                field = struct.vars[name].type.dtype
+                check_held(name, values, wp.dtype_to_numpy(field))
+                here = self._array((f"{kind} to be sent", name), values.shape, field, pinned=True)
+                np.copyto(here.numpy(), values, casting="unsafe")
+                there = self._array((kind, name), values.shape, field)
+                wp.copy(there, here, stream=self.stream)
+                setattr(instance, name, there)
+        finally:  # also what was sent before an error is read until then
+            self._sent[kind] = self.stream.record_event()
         return instance
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
@@ -325,11 +327,11 @@ class CudaQueue:
     def _array(self, place: tuple[str, str], shape: tuple[int, ...], dtype: Any, pinned: bool = False) -> wp.array:
         """Return an array in the memory held for a place, which grows if it is too small."""
         size = int(np.prod(shape))
-        held = self._held.get(place)
-        if held is None or held.size < size or held.dtype is not dtype:
+        held = self._held.get((*place, dtype))
+        if held is None or held.size < size:
             with wp.ScopedStream(self.stream):
                 held = wp.empty(size, dtype=dtype, device="cpu" if pinned else self.device, pinned=pinned)
-            self._held[place] = held
+            self._held[*place, dtype] = held
         return held[:size].reshape(shape)
 
 

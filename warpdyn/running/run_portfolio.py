@@ -141,7 +141,7 @@ def plans_of_group(
     """Yield the plans of a group's kernel and of that for its error estimates; none if the method is to be chosen."""
     if integration.target_error is not None:
         return
-    with warnings.catch_warnings():  # the group's run gives them
+    with group.named_in_messages(), warnings.catch_warnings():  # the group's run gives them
         warnings.simplefilter("ignore")
         run = build_run(group.scene, group.buildings.size, how_of(group, integration), execution, seed)
     yield from plans_of(run, kept)
