@@ -63,8 +63,6 @@ REGISTERS_OF_A_SIMPLE_LAW = 264
 # they run between a quarter faster and a third slower rolled, and compile in half a second where they took up to four.
 GPU_UNROLLED_MATRIX = 8
 UNROLLED_SLOPES = 40  # evaluations of storeys a step whose slopes are all kept
-
-
 # A GPU's compiler that knows how many threads a block has orders instructions for fewer waits, with more registers: a
 # gain of 2 to 6 % from three storeys on, and a loss of as much below, where the registers are what more threads lack.
 STOREYS_OF_TOLD_THREADS = 3
@@ -100,7 +98,7 @@ def undivided(plan: Plan) -> Plan:
 
     On a GPU their kernel has no loop over the steps of an interval, a tenth of its instructions for one storey.
     """
-    is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL) and plan.recorders != ("history",)
+    is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
     gains = SKELETONS[plan.family, plan.kind] is integrate_chain and not METHODS[plan.method].is_adaptive
     return replace(plan, undivided=True) if is_alone and gains and plan.load == "base_acceleration" else plan
 
@@ -123,9 +121,7 @@ def _sections(plan: Plan) -> int:
     if spring.rate is None and spring.memory <= 1 and "energy" not in plan.recorders:
         # In float64 more threads, recorders or a collapse would make it keep some values in memory.
         is_bare = plan.recorders == ("drift",) and not plan.collapses
-        if is_bare and plan.dofs * storey + beside <= REGISTERS_OF_A_SIMPLE_LAW:
-            return 1
-        if plan.dtype == "float32":
+        if plan.dtype == "float32" or (is_bare and plan.dofs * storey + beside <= REGISTERS_OF_A_SIMPLE_LAW):
             room = REGISTERS_OF_A_SIMPLE_LAW
     sections = 1
     while -(-plan.dofs // sections) * storey + beside > room and sections < 32:

@@ -143,6 +143,7 @@ import warp as wp
 
 from warpdyn.kernels.registry import all_parts, names_in
 from warpdyn.kernels.source_text import (
+    Pairs,
     bodies_of,
     folded,
     names_of,
@@ -187,7 +188,7 @@ def _text(
     skeleton: Callable,
     holders: tuple[Any, ...],
     known: tuple[tuple[str, Any], ...],
-    written: tuple[tuple[str, str], ...],
+    written: Pairs,
 ) -> tuple[str, frozenset[str]]:
     """Return the text of a kernel whose slots modules and parts fill, and the names in it."""
     text = spliced(source_of(skeleton), holders, written)

@@ -60,7 +60,7 @@ def spliced(text: str, parts: Sequence[Any], written: Pairs = ()) -> str:
             if not inside:  # a place for no statement is one still: `folded` finds empty branches
                 yield f"{margin}{slot[1]}pass"
 
-    return "\n".join(filled(with_names(text, dict(reversed(written))).splitlines(), "", written)) + "\n"
+    return "\n".join(filled(with_names(text, written).splitlines(), "", written)) + "\n"
 
 
 def folded(text: str, known: Mapping[str, Any]) -> str:
@@ -82,22 +82,23 @@ def without_unread(text: str) -> str:
             return text
 
 
-def with_names(text: str, written: Mapping[str, str]) -> str:
+def with_names(text: str, written: Pairs) -> str:
     """Return a text in which others stand for some names."""
-    if not any(re.search(rf"\b{name}\b", text) for name in written):
+    if not any(re.search(rf"\b{name}\b", text) for name, _ in written):
         return text
+    first = dict(reversed(written))
     lines = text.splitlines()
-    names = (name for name in names_of(ast.parse(text)) if name.id in written)
+    names = (name for name in names_of(ast.parse(text)) if name.id in first)
     for node in sorted(names, key=lambda node: -node.col_offset):
         line = lines[node.lineno - 1]
-        lines[node.lineno - 1] = f"{line[: node.col_offset]}{written[node.id]}{line[node.end_col_offset :]}"
+        lines[node.lineno - 1] = f"{line[: node.col_offset]}{first[node.id]}{line[node.end_col_offset :]}"
     return "\n".join(lines) + "\n"
 
 
 @functools.cache
 def _body(function: FunctionType, written: Pairs) -> list[str]:
     """Return the lines of a function's body without its docstring, with others for some names."""
-    text = with_names(source_of(function), dict(reversed(written)))
+    text = with_names(source_of(function), written)
     [definition] = ast.parse(text).body
     lines = text.splitlines()
     first = definition.body[0].end_lineno if ast.get_docstring(definition) else _header_end(lines, definition.lineno)
