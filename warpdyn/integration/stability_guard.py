@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -251,19 +252,23 @@ class Reruns:
             samples: The samples.
             outputs: Their outputs, sample last, which are overwritten.
         """
-        steps = run.schedule.run_intervals[samples] * run.schedule.substeps[samples].astype(np.float64)
-        charged, failed = self.charged(0, steps), np.flatnonzero(outputs["status"] >= DIVERGED)
+        schedule, count, failed = run.schedule, samples.size, np.flatnonzero(outputs["status"] >= DIVERGED)
+
+        def steps(which: np.ndarray | slice) -> np.ndarray:
+            return schedule.run_intervals[samples[which]] * schedule.substeps[samples[which]].astype(np.float64)
+
+        charged = self.charge(0, count, steps)
         decided: list[tuple[np.ndarray, np.ndarray]] = []
         if self.seen is not None:
-            self.seen.append((steps, decided))
+            self.seen.append((steps(slice(None)), decided))
         if not failed.size:
             return
-        afforded = affordable(charged, run.plan.dofs)
+        of_failed, afforded = steps(failed), affordable(charged(failed), run.plan.dofs)
         for rerun in range(1, MOST_RERUNS + 1):
-            taken = 2**rerun * steps[failed]
-            granted = (self.charged(rerun, taken) <= afforded[failed]) & (taken <= MOST_STEPS)
+            taken = 2**rerun * of_failed
+            granted = (self.charged(rerun, taken) <= afforded) & (taken <= MOST_STEPS)
             decided.append((failed, granted))
-            failed = failed[granted]
+            failed, of_failed, afforded = failed[granted], of_failed[granted], afforded[granted]
             if not failed.size:
                 return
             again = samples[failed]
@@ -271,15 +276,28 @@ class Reruns:
             found = run.integrate(again)
             for name, values in found.items():
                 outputs[name][..., failed] = values
-            failed = failed[found["status"] >= DIVERGED]
+            again_failed = found["status"] >= DIVERGED
+            failed, of_failed, afforded = failed[again_failed], of_failed[again_failed], afforded[again_failed]
+
+    def charge(
+        self, rerun: int, count: int, steps: Callable[[slice], np.ndarray]
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """Add samples to a rerun, and return what rows of them have taken up to samples given by their numbers.
+
+        Args:
+            rerun: The rerun.
+            count: How many samples there are.
+            steps: The steps of some of them.
+        """
+        first = -self._count[rerun] % ROW  # sample that begins a row
+        taken = self._taken[rerun] + np.cumsum(np.append(0.0, ROW * steps(slice(first, None, ROW))))
+        self._count[rerun] += count
+        self._taken[rerun] = float(taken[-1])
+        return lambda which: taken[(which + ROW - first) // ROW]
 
     def charged(self, rerun: int, steps: np.ndarray) -> np.ndarray:
         """Add samples of so many steps to a rerun, and return what rows of them have taken up to each."""
-        first = -self._count[rerun] % ROW  # sample that begins a row
-        taken = self._taken[rerun] + np.cumsum(np.append(0.0, ROW * steps[first::ROW]))
-        self._count[rerun] += steps.size
-        self._taken[rerun] = float(taken[-1])
-        return np.repeat(taken, ROW)[ROW - first :][: steps.size] if first else np.repeat(taken[1:], ROW)[: steps.size]
+        return self.charge(rerun, steps.size, steps.__getitem__)(np.arange(steps.size))
 
 
 def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None = None) -> dict[str, np.ndarray]:
