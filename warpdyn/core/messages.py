@@ -23,6 +23,7 @@ _given: ContextVar[set[str] | None] = ContextVar("given_warnings", default=None)
 # Digits of names, such as 'DS2', and of what is quoted are no numbers of a message.
 _NUMBER = re.compile(r"(?<![\w'])\d[\d.,]*(?:e[+-]?\d+)?")
 _is_silent: ContextVar[bool] = ContextVar("warnings_are_silent", default=False)
+_collected: ContextVar[list[tuple[str, type[Warning]]] | None] = ContextVar("collected_warnings", default=None)
 
 
 @contextmanager
@@ -45,8 +46,23 @@ def no_warnings() -> Iterator[None]:
         _is_silent.reset(before)
 
 
+@contextmanager
+def collected_warnings() -> Iterator[list[tuple[str, type[Warning]]]]:
+    """Collect the warnings that a block would give in this thread, for its caller to give: messages and categories."""
+    found: list[tuple[str, type[Warning]]] = []
+    before = _collected.set(found)
+    try:
+        yield found
+    finally:
+        _collected.reset(before)
+
+
 def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
     """Warn, as of the line that called warpdyn, however deep within it this was found."""
+    collected = _collected.get()
+    if collected is not None and not _is_silent.get():
+        collected.append((message, category))
+        return
     given, text = _given.get(), _NUMBER.sub("", message)
     if _is_silent.get() or (given is not None and text in given):
         return

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warpdyn.core.messages import warn_caller
+from warpdyn.core.messages import collected_warnings, warn_caller
 from warpdyn.integration.dynamics import Dynamics
 from warpdyn.integration.model import central_vibration, dynamics_of, plan_of
 from warpdyn.integration.sampler import Sampler
@@ -50,18 +49,17 @@ class Group:
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
         who = f"{self.buildings.size} buildings of {self.scene.structure.dofs} storeys (archetype{many} {shown})"
-        caught: list[warnings.WarningMessage] = []
+        caught: list[tuple[str, type[Warning]]] = []
         try:
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
+            with collected_warnings() as caught:
                 yield
         except ValueError as error:
             raise ValueError(f"{who}: {error}") from error
         except RuntimeError as error:
             raise RuntimeError(f"{who}: {error}") from error
         finally:
-            for warning in caught:
-                warn_caller(f"{who}: {warning.message}", warning.category)
+            for message, category in caught:
+                warn_caller(f"{who}: {message}", category)
 
 
 def scenes_of(scene: Scene) -> dict[str, Scene]:
