@@ -19,7 +19,7 @@ from test_simulate import MOTIONS, assert_same_bits, make_scene
 import warpdyn as wd
 from warpdyn.kernels import arguments, build, kernel_cache, queues as devices
 from warpdyn.reduction import workers as reducing
-from warpdyn.running import blocks, run_scene
+from warpdyn.running import blocks, run_portfolio, run_scene
 
 pytestmark = pytest.mark.meant_as_given(
     "collapse_drift_ratio",
@@ -373,3 +373,25 @@ def test_samples_with_divided_steps_run_beside_those_of_one_step(pretended, monk
     blocks_of(monkeypatch, 13)
     assert_close(wd.simulate(scene, device="cuda", **settings), whole)
     assert {plan.undivided for plan in plans} == {True, False}
+
+
+def test_groups_of_a_portfolio_share_the_places_on_a_gpu(pretended, monkeypatch):
+    # Three groups, the later ones with more storeys and fewer samples, whose statistics are made beside the next one.
+    damped = {"damping": "rayleigh", "damping_ratio": 0.05}
+    buildings = {f"{storeys}": wd.ShearBuilding(2e3, [6e5] * storeys, 3.0, **damped) for storeys in (1, 2, 3)}
+    spread = {"mass": wd.RandomFactor(wd.Lognormal(1, 0.3))}
+    counts = {"1": 40, "2": 25, "3": 7}
+    city = wd.Portfolio({name: wd.Archetype(buildings[name], count, spread) for name, count in counts.items()})
+    scene = wd.Scene(city, wd.Cloud(MOTIONS))
+    limits = {name: {"slight": 0.002, "severe": 0.01} for name in counts}
+    asked = [wd.DamageCounts(limits, over="building"), wd.DemandMoments("peak_storey_drift_ratio", over="motion")]
+    blocks_of(monkeypatch, 30)
+    opened = []
+    open_queues = devices.open_queues
+    monkeypatch.setattr(run_portfolio, "open_queues", lambda *given: opened.append(given) or open_queues(*given))
+    for statistics in (asked, None):
+        settings = {"seed": 2, "dtype": "float64", "statistics": statistics}
+        found = wd.simulate(scene, device="cuda", **settings)
+        assert_close(found, wd.simulate(scene, device="cpu", **settings))
+        assert found.attrs["groups"] == 3
+    assert len(opened) == 4  # once a run

@@ -132,8 +132,8 @@ def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
         runs.append(structures)
         return original(scene, structures, *settings)
 
-    original = module.run_scene
-    monkeypatch.setattr(module, "run_scene", count)
+    original = module.SceneRun
+    monkeypatch.setattr(module, "SceneRun", count)
     kinds = [chain(1), chain(2), chain(3)]
     # 300 archetypes whose strengths differ, and whose periods do within an octave.
     many = {f"{i}": wd.Archetype(replaced(kinds[i % 3], 1 + i / 1000), 2, SCATTER) for i in range(300)}
@@ -277,8 +277,8 @@ def test_a_portfolio_that_was_stopped_goes_on_from_its_finished_groups(tmp_path,
             raise KeyboardInterrupt
         return original(*settings)
 
-    runs, original = [], module.run_scene
-    monkeypatch.setattr(module, "run_scene", fail)
+    runs, original = [], module.SceneRun
+    monkeypatch.setattr(module, "SceneRun", fail)
     path = wd.write(xr.Dataset({"x": 1.0}), tmp_path / "run.nc")
     before = path.read_bytes()
     settings = {"tail": 0.0, "recorders": ("drift",), "device": "cpu"}

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
+from itertools import islice
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import TypeVar
@@ -15,6 +17,7 @@ from warpdyn.core.interruption import stop_if_asked
 STRUCTURES_AT_A_TIME = 2**13
 PATIENCE = 0.1  # seconds of waiting before a signal is looked for
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _idle: list[SimpleQueue[Callable[[], None]]] = []  # where threads of `in_background` wait for their next call
@@ -72,6 +75,42 @@ def result_of(task: Future[Result]) -> Result:
     for _ in as_finished([task]):
         pass
     return task.result()
+
+
+class Ahead(Iterator[Result]):
+    """The results of work on items in order, while other threads work on some items ahead.
+
+    Args:
+        work: The work.
+        items: What it is done on.
+        depth: How many items ahead of the one that was asked for last, from the first on when this is made; 0 to do
+            the work when it is asked for, without threads.
+    """
+
+    def __init__(self, work: Callable[[Item], Result], items: Iterable[Item], depth: int) -> None:
+        self._work, self._items = work, iter(items)
+        self._threads = ThreadPoolExecutor(depth) if depth else None
+        self._waiting = deque[Future[Result]]()
+        for _ in range(depth):
+            self._submit()
+
+    def _submit(self) -> None:
+        for item in islice(self._items, 1):
+            assert self._threads is not None
+            self._waiting.append(self._threads.submit(self._work, item))
+
+    def __next__(self) -> Result:
+        if self._threads is None:
+            return self._work(next(self._items))
+        self._submit()
+        if not self._waiting:
+            raise StopIteration
+        return result_of(self._waiting.popleft())
+
+    def close(self) -> None:
+        """Work on no more items, and wait for those that are being worked on."""
+        if self._threads is not None:
+            self._threads.shutdown(cancel_futures=True)
 
 
 def in_background(work: Callable[[], Result], told_after: float, tell: Callable[[], object]) -> Result:

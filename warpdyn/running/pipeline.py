@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -19,7 +19,7 @@ from warpdyn.accuracy.sample_errors import fill_sample_errors
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
-from warpdyn.core.thread_pool import result_of
+from warpdyn.core.thread_pool import Ahead
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.run import Run
@@ -103,7 +103,6 @@ class Pipeline:
         table: Table that takes the samples.
         kept: Samples whose histories are kept.
         estimates: Error estimates of each event; none if they are not asked for.
-        advance: Called with the number of histories done since its last call.
         journal: Where finished blocks are kept, if they are.
         divides_steps: Whether steps that are too long for a sample's own period are divided; otherwise they are told.
         sample_error: Relative error that is asked for of every sample, if it is.
@@ -118,7 +117,6 @@ class Pipeline:
         table: Table,
         kept: TakesOutcomes | None,
         estimates: list[ErrorEstimate],
-        advance: Callable[[int], object],
         journal: Journal | None = None,
         *,
         divides_steps: bool = False,
@@ -128,7 +126,8 @@ class Pipeline:
         self.divides_steps, self.sample_error = divides_steps, sample_error
         self.journal, self._is_told = journal, not tells_cost
         self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
-        self.kept, self.estimates, self.advance = kept, estimates, advance
+        self.kept, self.estimates = kept, estimates
+        self.advance: Callable[[int], object] = lambda done: None
         self.reruns = [Reruns() for _ in findings]
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
@@ -142,23 +141,39 @@ class Pipeline:
         of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
         self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
 
-    def process(self, blocks: list[range], queues: list[Queue]) -> None:
-        """Integrate all blocks, given by their structures, on the queues in turn."""
+    def begin(self, blocks: list[range], queues: list[Queue]) -> None:
+        """Begin to prepare blocks, given by their structures, which are integrated on the queues in turn.
+
+        A GPU's are prepared from now on, by other threads; a processor's when `process` comes to them.
+        """
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
-        is_gpu = self.run.execution.is_gpu
+        self._upcoming = Ahead(self._prepare, items, blocks_ahead(self.run))
+        self._blocks, self._queues = len(blocks), len(queues)
+
+    def close(self) -> None:
+        """Prepare no more blocks."""
+        self._upcoming.close()
+
+    def process(self, advance: Callable[[int], object]) -> None:
+        """Integrate all blocks that `begin` was called with.
+
+        Args:
+            advance: Called with the number of histories done since its last call.
+        """
+        self.advance = advance
         under_way: deque[Block] = deque()
         with ExitStack() as stack:
-            upcoming = stack.enter_context(closing(_prepared_ahead(self._prepare, items, blocks_ahead(self.run))))
+            stack.callback(self.close)
             map_function: MapFunction = map
-            if is_gpu:
+            if self.run.execution.is_gpu:
                 stack.enter_context(_quick_turns())
                 copying = ThreadPoolExecutor(min(self.run.model.threads, MOST_COPYING_THREADS))
                 map_function = stack.enter_context(copying).map
             started = 0
-            while started < len(blocks) or under_way:
+            while started < self._blocks or under_way:
                 stop_if_asked()
-                if started < len(blocks) and len(under_way) < len(queues):
-                    under_way.append(self._next(upcoming, map_function))
+                if started < self._blocks and len(under_way) < self._queues:
+                    under_way.append(self._next(self._upcoming, map_function))
                     started += 1
                     continue
                 block = under_way.popleft()
@@ -314,22 +329,3 @@ def _quick_turns() -> Iterator[None]:
         yield
     finally:
         sys.setswitchinterval(before)
-
-
-def _prepared_ahead(work: Callable, items: Iterable, depth: int) -> Generator:
-    """Yield the results of work on items in order, while other threads work on up to `depth` items ahead."""
-    if depth == 0:
-        yield from map(work, items)
-        return
-    with ThreadPoolExecutor(depth) as worker:
-        waiting: deque = deque()
-        try:
-            for item in items:
-                waiting.append(worker.submit(work, item))
-                if len(waiting) > depth:
-                    yield result_of(waiting.popleft())
-            while waiting:
-                yield result_of(waiting.popleft())
-        finally:
-            for result in waiting:
-                result.cancel()

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
 from itertools import chain
 
@@ -13,18 +13,20 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import whole_number
-from warpdyn.core.messages import tell
+from warpdyn.core.messages import collected_warnings, no_warnings, tell, warn_caller
 from warpdyn.core.progress import counted_histories
+from warpdyn.core.thread_pool import Ahead, result_of
 from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.run import MOST_SAMPLES, build_run
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.kernels.compilation import compiling
 from warpdyn.kernels.plan import Plan
+from warpdyn.kernels.queues import open_queues
 from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
 from warpdyn.portfolio.labels import Joined, common_attributes, largest_estimate
 from warpdyn.reduction.reduction import Reduction
 from warpdyn.running.journal import FINGERPRINT, Journal
-from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of, plans_of, run_scene
+from warpdyn.running.run_scene import Kept, SceneRun, fingerprint_of_run, machines_of, plans_of
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
 
@@ -49,9 +51,12 @@ def run_portfolio(
     """
     started = time.perf_counter()
     seed = whole_number("seed", seed, 0)
-    portfolio, groups = divided(scene, structures, integration, execution, kept, seed)
+    with ThreadPoolExecutor(1) as beside:  # a city has so many numbers that their digest takes a third of a second
+        machines = machines_of(execution)
+        fingerprinting = beside.submit(fingerprint_of_run, scene, structures, integration, machines, kept, seed)
+        portfolio, groups = divided(scene, structures, integration, execution, kept, seed)
+        digest = result_of(fingerprinting)
     samples_per_building = scene.excitation.samples_per_structure
-    digest = fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
     attributes = {"scene": scene.to_json(), "title": scene.title, "seed": seed, FINGERPRINT: digest}
     if unfinished is not None:
         Journal(unfinished, digest, kept.overwrite)
@@ -62,24 +67,71 @@ def run_portfolio(
         wait_for: Callable[[list[Plan]], object] = stack.enter_context(
             compiling(chain(*plans), execution.devices[0], execution.cores)
         )
+        queues = open_queues(execution.devices, execution.cores)
+
+        def begun(group: Group, place: Unfinished | None = None, own_digest: str = digest) -> SceneRun:
+            own = None if reduced is None else (reduced[0], reduced[1][group.buildings])
+            what = group.scene, group.buildings.size, how_of(group, integration), execution, kept, seed
+            return SceneRun(*what, place, own, own_digest, queues)
+
         runs = []
-        for number, group in enumerate(groups):
-            wait_for(plans[number])
-            arguments = group.scene, group.buildings.size, how_of(group, integration), execution, kept, seed
-            own_digest = digest if unfinished is None else _digest_of(*arguments)
-            finished = _finished(unfinished, number, own_digest)
-            with group.named_in_messages(), _place(unfinished, number) as place:
-                own = None if reduced is None else (reduced[0], reduced[1][group.buildings])
-                run = run_scene(*arguments, place, own, own_digest) if finished is None else finished
-            if unfinished is not None:
+        if unfinished is None:
+            # A group begins while the one before it runs, unless a pilot would run beside it, whose times count.
+            begins = _Begun(begun, groups, is_ahead=integration.target_error is None)
+            stack.callback(begins.close)
+            for own_plans, group in zip(plans, groups, strict=True):
+                wait_for(own_plans)
+                with group.named_in_messages():
+                    runs.append(begins.next().finish())
+        else:
+            for number, group in enumerate(groups):
+                wait_for(plans[number])
+                own_digest = _digest_of(group, integration, execution, kept, seed)
+                run = _finished(unfinished, number, own_digest)
+                if run is None:
+                    with group.named_in_messages(), Unfinished(unfinished.kept / f"{number}.nc") as place:
+                        run = begun(group, place, own_digest).finish()
                 stack.callback(run.close)
-            runs.append(run)
+                runs.append(run)
         if reduced is not None:
             return largest_estimate(runs).assign_attrs(attributes | common_attributes(runs, seconds))
         joined = Joined(
             portfolio, [group.buildings for group in groups], runs, samples_per_building, attributes, seconds
         )
         return joined.in_memory() if unfinished is None else joined.in_file(unfinished)
+
+
+class _Begun:
+    """The runs of groups, each of which begins while the one before it runs.
+
+    Args:
+        begun: Begins the run of a group.
+        groups: The groups.
+        is_ahead: Whether they begin ahead; otherwise each begins when it is asked for.
+    """
+
+    def __init__(self, begun: Callable[[Group], SceneRun], groups: list[Group], *, is_ahead: bool) -> None:
+        self._begun, self._runs = begun, list[SceneRun]()
+        self._upcoming = Ahead(self._begin, groups, int(is_ahead))
+
+    def _begin(self, group: Group) -> tuple[SceneRun, list[tuple[str, type[Warning]]]]:
+        with collected_warnings() as found:  # the caller's line is not known in this thread
+            self._runs.append(self._begun(group))
+        return self._runs[-1], found
+
+    def next(self) -> SceneRun:
+        """Return the run of the next group, and give the warnings of its beginning."""
+        run, warnings = next(self._upcoming)
+        self._runs.remove(run)  # which closes itself, and whose samples are let go of when they are joined
+        for message, category in warnings:
+            warn_caller(message, category)
+        return run
+
+    def close(self) -> None:
+        """Begin no more, and prepare nothing more of those that have begun."""
+        self._upcoming.close()
+        for run in self._runs:
+            run.close()
 
 
 def divided(
@@ -96,8 +148,7 @@ def divided(
     excitation.check_structures(portfolio.buildings)
     archetypes = checked_archetypes(scene, integration.method)
     first = next(iter(portfolio.archetypes.values())).building
-    with warnings.catch_warnings():  # the runs give the warnings
-        warnings.simplefilter("ignore")
+    with no_warnings():  # the runs give them
         # Settings are checked before anything is drawn, since their errors concern no archetype.
         build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
     return portfolio, groups_of(portfolio, archetypes, integration, seed)
@@ -108,17 +159,16 @@ def how_of(group: Group, integration: Integration) -> Integration:
     return integration if group.longest_step is None else replace(integration, longest_step=group.longest_step)
 
 
-def _digest_of(
-    scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
-) -> str:
+def _digest_of(group: Group, integration: Integration, execution: Execution, kept: Kept, seed: int) -> str:
     """Return the fingerprint of a group's run; arguments as of `run_scene`."""
-    return fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
+    machines = machines_of(execution)
+    return fingerprint_of_run(group.scene, group.buildings.size, how_of(group, integration), machines, kept, seed)
 
 
-def _finished(unfinished: Unfinished | None, number: int, digest: str) -> xr.Dataset | None:
+def _finished(unfinished: Unfinished, number: int, digest: str) -> xr.Dataset | None:
     """Return the dataset of a group that an earlier run has finished, and say so; None if there is none."""
-    path = None if unfinished is None else unfinished.kept / f"{number}.nc"
-    if unfinished is None or path is None or not path.exists():
+    path = unfinished.kept / f"{number}.nc"
+    if not path.exists():
         return None
     run = xr.open_dataset(path, engine="netcdf4")
     if run.attrs.get(FINGERPRINT) == digest:
@@ -128,20 +178,12 @@ def _finished(unfinished: Unfinished | None, number: int, digest: str) -> xr.Dat
     return None
 
 
-def _place(unfinished: Unfinished | None, number: int) -> AbstractContextManager[Unfinished | None]:
-    """Return where the file of a group is written."""
-    if unfinished is None:
-        return nullcontext()
-    return Unfinished(unfinished.kept / f"{number}.nc")
-
-
 def plans_of_group(
     group: Group, integration: Integration, execution: Execution, kept: Kept, seed: int
 ) -> Iterator[Plan]:
     """Yield the plans of a group's kernel and of that for its error estimates; none if the method is to be chosen."""
     if integration.target_error is not None:
         return
-    with group.named_in_messages(), warnings.catch_warnings():  # the group's run gives them
-        warnings.simplefilter("ignore")
+    with group.named_in_messages(), no_warnings():  # the group's run gives them
         run = build_run(group.scene, group.buildings.size, how_of(group, integration), execution, seed)
     yield from plans_of(run, kept)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -63,18 +64,8 @@ class Kept:
             raise TypeError(f"histories must be Histories(samples, every), got {self.histories!r}")
 
 
-def run_scene(
-    scene: Scene,
-    structures: int,
-    integration: Integration,
-    execution: Execution,
-    kept: Kept,
-    seed: int,
-    unfinished: Unfinished | None,
-    reduced: tuple[Reduction, np.ndarray] | None = None,
-    digest: str | None = None,
-) -> xr.Dataset:
-    """Return what `simulate` returns of a scene of one structure.
+class SceneRun:
+    """A run of a scene of one structure that has begun: it is checked, and its first blocks are being prepared.
 
     Args:
         scene: The scene.
@@ -87,85 +78,132 @@ def run_scene(
         reduced: Statistics that the samples are reduced to, and the number of each structure in them; all else of the
             run is then returned.
         digest: Fingerprint of the run that this one is a part of; None to find its own.
+        queues: Where it runs, one of the runs that share them after the other; None to open its own.
     """
-    started = time.perf_counter()
-    if digest is None:
-        digest = fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
-    journal = None
-    if unfinished is not None:
-        # What cannot run leaves what stands there.
-        asked = build_run(scene, structures, integration, execution, seed)
-        divide(asked, columns_kept(asked, kept), execution.memory)
-        journal = Journal(unfinished, digest, kept.overwrite)
-    if journal is not None and "longest_step" in journal.settled:
-        integration = replace(integration, **journal.settled)
-    elif integration.target_error is not None:
-        build_run(scene, structures, integration, execution, seed)  # errors are raised before the pilot runs
-        choice = choose_method(
-            scene,
-            integration.target_error,
-            structures=structures,
-            method=None if "method" in integration.left_open else integration.method,
-            dtype=None if "dtype" in integration.left_open else integration.dtype,
-            seed=seed,
-            device=execution.device,
-            threads=execution.threads,
-        )
-        chosen: dict[str, Any] = {"method": choice.method, "dtype": choice.dtype, "longest_step": choice.longest_step}
-        integration = replace(integration, **chosen)
-        if journal is not None:
-            journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
-    run = build_run(scene, structures, integration, execution, seed)
-    integration = run.integration
-    table = _table(run, columns_kept(run, kept), unfinished, reduced, kept)
-    columns = table.columns
-    blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
-    first = blocks[-1].stop if blocks else 0
-    blocks += divide(
-        run,
-        columns,
-        execution.memory,
-        first=first,
-        is_journaled=journal is not None,
-        is_reduced=table.reduces,
-    )
-    queues = open_queues(execution.devices, run.model.threads)
-    findings = _findings(run, blocks, queues[0], integration)
-    histories = None
-    if kept.histories is not None:
-        histories = KeptHistories(kept.histories, run, queues[0], integration)
-    estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
-    compile_side_by_side(plans_of(run, kept), execution.devices[0], run.model.threads)
-    with table:
-        with counted_histories(sum(run.samples_by_event)) as progress:
-            pipeline = Pipeline(
-                run,
-                integration.on_unstable,
-                findings,
-                table,
-                histories,
-                estimates,
-                progress.update,
-                journal,
-                divides_steps=integration.divides_steps,
-                sample_error=kept.sample_error,
+
+    def __init__(
+        self,
+        scene: Scene,
+        structures: int,
+        integration: Integration,
+        execution: Execution,
+        kept: Kept,
+        seed: int,
+        unfinished: Unfinished | None,
+        reduced: tuple[Reduction, np.ndarray] | None = None,
+        digest: str | None = None,
+        queues: list[Queue] | None = None,
+    ) -> None:
+        began = time.perf_counter()
+        self.kept = kept
+        if digest is None:
+            digest = fingerprint_of_run(scene, structures, integration, machines_of(execution), kept, seed)
+        self.digest, journal = digest, None
+        if unfinished is not None:
+            # What cannot run leaves what stands there.
+            asked = build_run(scene, structures, integration, execution, seed)
+            divide(asked, columns_kept(asked, kept), execution.memory)
+            journal = Journal(unfinished, digest, kept.overwrite)
+        if journal is not None and "longest_step" in journal.settled:
+            integration = replace(integration, **journal.settled)
+        elif integration.target_error is not None:
+            build_run(scene, structures, integration, execution, seed)  # errors are raised before the pilot runs
+            choice = choose_method(
+                scene,
+                integration.target_error,
+                structures=structures,
+                method=None if "method" in integration.left_open else integration.method,
+                dtype=None if "dtype" in integration.left_open else integration.dtype,
+                seed=seed,
+                device=execution.device,
+                threads=execution.threads,
             )
-            pipeline.seconds_sampling += time.perf_counter() - started
-            pipeline.process(blocks, queues)
-        for found in findings:
-            found.warn(integration.on_unstable)
-        warn_of_short_tail(scene, pipeline.longest_period)
-        rest = xr.Dataset() if histories is None else histories.result()
-        if estimates:
-            errors = [estimate.result(list(run.model.demands)) for estimate in estimates]
-            rest = rest.merge(errors[0] if len(errors) == 1 else xr.concat(errors, "event", combine_attrs="override"))
-        rest.attrs = attributes_of_run(run, integration) | {
-            FINGERPRINT: digest,
-            "seconds_sampling": pipeline.seconds_sampling,
-            "seconds_integrating": pipeline.seconds_integrating,
-            "seconds_in_kernels": seconds_in_kernels(queues),
-        }
-        return table.finish(rest)
+            chosen: dict[str, Any] = {
+                "method": choice.method,
+                "dtype": choice.dtype,
+                "longest_step": choice.longest_step,
+            }
+            integration = replace(integration, **chosen)
+            if journal is not None:
+                journal.settle(**chosen)  # the pilot's timings may choose otherwise next time
+        self.run = run = build_run(scene, structures, integration, execution, seed)
+        self.integration = integration = run.integration
+        self.table = _table(run, columns_kept(run, kept), unfinished, reduced, kept)
+        blocks = [] if journal is None else journal.blocks(len(run.samples_by_event), run.structures)
+        first = blocks[-1].stop if blocks else 0
+        blocks += divide(
+            run,
+            self.table.columns,
+            execution.memory,
+            first=first,
+            is_journaled=journal is not None,
+            is_reduced=self.table.reduces,
+        )
+        self.queues = queues = open_queues(execution.devices, run.model.threads) if queues is None else queues
+        self.findings = _findings(run, blocks, queues[0], integration)
+        self.histories = None
+        if kept.histories is not None:
+            self.histories = KeptHistories(kept.histories, run, queues[0], integration)
+        self.estimates = [] if kept.checked_share is None else _estimates(run, kept.checked_share, blocks)
+        self.pipeline = Pipeline(
+            run,
+            integration.on_unstable,
+            self.findings,
+            self.table,
+            self.histories,
+            self.estimates,
+            journal,
+            divides_steps=integration.divides_steps,
+            sample_error=kept.sample_error,
+        )
+        self.pipeline.begin(blocks, queues)
+        self.pipeline.seconds_sampling += time.perf_counter() - began
+
+    def close(self) -> None:
+        """Prepare nothing more of it."""
+        self.pipeline.close()
+
+    def finish(self) -> xr.Dataset:
+        """Integrate all samples, and return what `simulate` returns of the scene."""
+        run, pipeline = self.run, self.pipeline
+        for queue in self.queues:
+            queue.spans.clear()
+        with closing(self):
+            compile_side_by_side(plans_of(run, self.kept), run.execution.devices[0], run.model.threads)
+            with self.table:
+                with counted_histories(sum(run.samples_by_event)) as progress:
+                    pipeline.process(progress.update)
+                for found in self.findings:
+                    found.warn(self.integration.on_unstable)
+                warn_of_short_tail(run.model.scene, pipeline.longest_period)
+                rest = xr.Dataset() if self.histories is None else self.histories.result()
+                if self.estimates:
+                    errors = [estimate.result(list(run.model.demands)) for estimate in self.estimates]
+                    found_errors = (
+                        errors[0] if len(errors) == 1 else xr.concat(errors, "event", combine_attrs="override")
+                    )
+                    rest = rest.merge(found_errors)
+                rest.attrs = attributes_of_run(run, self.integration) | {
+                    FINGERPRINT: self.digest,
+                    "seconds_sampling": pipeline.seconds_sampling,
+                    "seconds_integrating": pipeline.seconds_integrating,
+                    "seconds_in_kernels": seconds_in_kernels(self.queues),
+                }
+                return self.table.finish(rest)
+
+
+def run_scene(
+    scene: Scene,
+    structures: int,
+    integration: Integration,
+    execution: Execution,
+    kept: Kept,
+    seed: int,
+    unfinished: Unfinished | None,
+    reduced: tuple[Reduction, np.ndarray] | None = None,
+) -> xr.Dataset:
+    """Return what `simulate` returns of a scene of one structure; arguments as of `SceneRun`."""
+    return SceneRun(scene, structures, integration, execution, kept, seed, unfinished, reduced).finish()
 
 
 def fingerprint_of_run(

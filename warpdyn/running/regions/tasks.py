@@ -75,7 +75,6 @@ def run_region(
             table,
             outcomes,
             estimates,
-            lambda done: None,
             divides_steps=integration.divides_steps,
             sample_error=kept.sample_error,
             tells_cost=structures.start == 0,
@@ -88,7 +87,8 @@ def run_region(
         first, last, memory = structures.start, structures.stop, job.where.memory
         blocks = divide(run, table.columns, memory, first=first, last=last, is_reduced=table.reduces)
         with table:
-            pipeline.process(blocks, prepared.queues)
+            pipeline.begin(blocks, prepared.queues)
+            pipeline.process(lambda done: None)
             if isinstance(table, Reduced):
                 table.finish(xr.Dataset())
                 reduction.finish()

@@ -1,0 +1,62 @@
+"""Groups of a portfolio: each begins while the one before it runs, and says what it has to say in its turn."""
+
+import threading
+
+import numpy as np
+import pytest
+from test_portfolio import CITY, MOTIONS, SETTINGS, STRIPES, simulate
+
+from warpdyn.core.messages import warn_caller
+from warpdyn.running import run_portfolio as module
+
+pytestmark = pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient")
+
+
+def test_a_group_begins_while_the_one_before_runs(monkeypatch):
+    city = simulate(CITY, STRIPES, seed=5, device="cpu", **SETTINGS)
+    begun, order = [threading.Event() for _ in range(5)], []
+
+    class Told(module.SceneRun):
+        def __init__(self, scene, structures, *settings):
+            super().__init__(scene, structures, *settings)
+            self.number = sum(event.is_set() for event in begun)
+            begun[self.number].set()
+
+        def finish(self):
+            order.append(self.number)
+            if self.number < 4:
+                assert begun[self.number + 1].wait(60)
+            return super().finish()
+
+    monkeypatch.setattr(module, "SceneRun", Told)
+    found = simulate(CITY, STRIPES, seed=5, device="cpu", **SETTINGS)
+    assert order == [0, 1, 2, 3, 4]
+    for name in city.variables:
+        np.testing.assert_array_equal(found[name].values, city[name].values, err_msg=name)
+
+
+def test_warnings_and_errors_of_a_group_that_begins_ahead_come_in_its_turn(monkeypatch):
+    finished = []
+
+    class Warns(module.SceneRun):
+        def __init__(self, scene, structures, *settings):
+            if scene.structure.dofs == 3:
+                raise ValueError("this one is refused")
+            warn_caller("this one is odd")
+            super().__init__(scene, structures, *settings)
+
+        def finish(self):
+            finished.append(super().finish())
+            return finished[-1]
+
+    monkeypatch.setattr(module, "SceneRun", Warns)
+    with (
+        pytest.warns(UserWarning, match="odd") as given,
+        pytest.raises(ValueError, match=r"of 3 storeys .*: this one is refused"),
+    ):
+        simulate(CITY, MOTIONS[0], tail=0.0, recorders=("drift",), device="cpu")
+    odd = [warning for warning in given if "odd" in str(warning.message)]
+    assert len(odd) == len(finished) > 0
+    assert all(
+        "buildings of" in str(warning.message) and warning.filename == simulate.__code__.co_filename for warning in odd
+    )
