@@ -403,6 +403,16 @@ def test_ids_of_another_type_are_told():
         stock.check(inventory.assign(id=[15, 16]))
 
 
+def test_the_ids_of_a_stock_stay_as_they_were():
+    inventory = table([("W1", 1, 2000), ("C1", 5, 2000), ("W1", 1, 2000)])
+    stock = wd.inventories.portfolio(inventory)
+    stock.check(inventory.assign(id=inventory["id"].astype(object)))  # the same ids, otherwise held
+    inventory.loc[1, "id"] = "other"
+    assert stock.id.tolist() == ["b0", "b2", "b1"]
+    with pytest.raises(ValueError, match=r"another inventory: 1 ids differ, such as 'other' in row 1, which was 'b1'"):
+        stock.check(inventory)
+
+
 def test_buildings_and_scatter_are_the_users():
     scatter = {"mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1))}
     stock = wd.inventories.portfolio(
