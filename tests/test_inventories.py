@@ -181,10 +181,33 @@ def test_tables_of_pandas_and_xarray():
         wd.inventories.from_table(frame)
 
 
+# Ids as tables hold them, and the text that they become.
+IDS = {
+    "whole numbers": (np.array([20, 3, -1]), ["20", "3", "-1"]),
+    "the largest whole number": (np.array([2**64 - 1, 0, 1], np.uint64), ["18446744073709551615", "0", "1"]),
+    "whole numbers that may be missing": (pd.array([20, 3, 1], "Int64"), ["20", "3", "1"]),
+    "decimal numbers": ([1.0, 2.5, -3.0], ["1.0", "2.5", "-3.0"]),
+    "text with spaces around it": ([" 7", "007 ", "a b"], ["7", "007", "a b"]),
+    "text and numbers": ([7, "a", 2.5], ["7", "a", "2.5"]),
+    "categories": (pd.Categorical([5, 3, 4]), ["5", "3", "4"]),
+}
+
+
+@pytest.mark.parametrize("what", IDS)
+def test_ids_become_text(what):
+    given, texts = IDS[what]
+    inventory = wd.inventories.from_table(pd.DataFrame({"id": given} | PLACE))
+    assert inventory["id"].tolist() == texts
+    assert inventory["id"].dtype == pd.Series(["text"]).astype(str).dtype
+
+
 # A row's values that cannot be, and what the message says of it.
 WRONG = {
     "duplicate": ({"id": ["a", "a", "c"]}, r"2 \('a', 'a'\) stand twice"),
+    "a number twice": ({"id": [7, 8, 7]}, r"2 \('7', '7'\) stand twice"),
+    "a number that is text, too": ({"id": [7, 8, " 7 "]}, r"2 \('7', '7'\) stand twice"),
     "no id": ({"id": ["a", None, "c"]}, r"1 \(row 1\) have no id"),
+    "no number for an id": ({"id": [1.0, np.nan, np.nan]}, r"2 \(row 1, row 2\) have no id"),
     "storeys": ({"storeys": [2, -1, 1.5]}, r"2 \('b' \(-1.0\), 'c' \(1.5\)\) have storeys that are no whole number"),
     "text": ({"storeys": ["2", "two", "3"]}, r"1 \('b' \(two\)\) have no number in the column storeys"),
     "latitude": ({"latitude": [91, 0, 0]}, r"1 \('a' \(91.0\)\) have a latitude outside -90 to 90 degrees"),
@@ -356,28 +379,6 @@ def test_rules_of_the_user():
         wd.inventories.portfolio(inventory, lambda each: ["frame"] * 3, archetypes=own)
     with pytest.raises(ValueError, match=r"'B' \(2\) \(archetype_of has 'A'\)\. .* unknown='leave out'"):
         wd.inventories.portfolio(inventory, {"A": "frame"}, archetypes=own)
-
-
-def test_a_missing_replacement_cost_is_named_where_loss_is_asked_for():
-    inventory = table([("W1", 1, 2000), ("C1", 5, 2000)], replacement_cost=[np.nan, 5.0])
-    stock = wd.inventories.portfolio(inventory)  # which needs no cost
-    with pytest.raises(ValueError, match=r"1 \('b0'\) of 2 buildings have no replacement cost"):
-        stock.replacement_values(inventory)
-    with pytest.raises(ValueError, match="no column replacement_cost"):
-        stock.replacement_values(inventory.drop(columns="replacement_cost"))
-    below = inventory.assign(replacement_cost=[2.0, -5.0])
-    with pytest.raises(ValueError, match=r"1 \('b1' \(-5\.0\)\) of 2 buildings have a replacement cost below 0"):
-        stock.replacement_costs(below)
-
-
-def test_ids_of_another_type_are_told():
-    inventory = table([("W1", 1, 2000), ("C1", 5, 2000)]).assign(id=["15", "16"])
-    stock = wd.inventories.portfolio(inventory)
-    assert stock.buildings(inventory)["id"].tolist() == stock.id.tolist()
-    with pytest.raises(
-        ValueError, match=r"ids of the inventory are of type int, such as 15, and .* type str, such as '15'"
-    ):
-        stock.check(inventory.assign(id=[15, 16]))
 
 
 def test_buildings_and_scatter_are_the_users():

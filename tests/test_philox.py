@@ -8,7 +8,7 @@ import warp as wp
 from random_streams import LEAST_P_VALUE, p_values
 
 from warpdyn.core import random_numbers as looked_up
-from warpdyn.core.random_numbers import Purpose, key_of
+from warpdyn.core.random_numbers import Purpose, key_of, uniform_rows
 from warpdyn.device.random_numbers import Words, normal_of, normal_pair, philox, uniform_of, uniform_pair
 from warpdyn.kernels.kernel_cache import loaded
 
@@ -153,3 +153,10 @@ def test_the_tests_of_streams_can_fail():
     found = p_values(2_000, 500, seed=1, neighbour=0, scale=1.01)
     spoiled = ("moment 2", "variances of streams", "correlation of neighbours", "Kolmogorov-Smirnov")
     assert all(found[name] < LEAST_P_VALUE for name in spoiled), found
+
+
+@pytest.mark.parametrize("columns", [1, 2, 7, 25])
+@pytest.mark.parametrize("rows", [1, 2 * 8192, 3 * 8192 + 1])  # of which the threads make 8192 at a time
+def test_numbers_made_side_by_side_are_those_of_one_stream(rows, columns):
+    expected = np.random.default_rng([3, Purpose.GRID_POINTS]).random((rows, columns), dtype=np.float32)
+    assert np.array_equal(uniform_rows(3, Purpose.GRID_POINTS, rows, columns), expected)

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
+from warpdyn.core.thread_pool import cores, in_parts
+
 # Salmon et al. 2011, the multipliers of a round and what is added to the key between rounds.
 ROUNDS, MULTIPLIERS, KEY_INCREMENTS = 10, (0xD2511F53, 0xCD9E8D57), (0x9E3779B9, 0xBB67AE85)
 WORD = 2**32
@@ -47,6 +49,30 @@ def key_of(seed: int) -> int:
         return int(seed)
     seed = int(seed)
     return int.from_bytes(hashlib.sha256(seed.to_bytes((seed.bit_length() + 7) // 8, "little")).digest()[:8], "little")
+
+
+def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.ndarray:
+    """Return numbers from 0 to below 1 of NumPy's generator, made side by side with the bits of one after another.
+
+    Args:
+        seed: The seed.
+        purpose: What the numbers are for.
+        rows: How many rows.
+        columns: How many numbers of each, in order.
+
+    Returns:
+        The numbers as float32, shape [row, column].
+    """
+    found = np.empty((rows, columns), np.float32)
+    words = np.random.SeedSequence([seed, purpose])
+
+    def fill(part: slice) -> None:
+        # The generator makes two numbers of each 64 bits, so that a part of an even number of rows ends with both.
+        stream = np.random.PCG64(words).advance(part.start * columns // 2)
+        np.random.Generator(stream).random(dtype=np.float32, out=found[part])
+
+    in_parts(fill, rows, cores())
+    return found
 
 
 def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:

@@ -30,7 +30,7 @@ class BuildingStock:
         limits: Storey drift ratio limits [1] of each archetype, as `damage_shares` takes them.
         rows: Row of the inventory of each building of the portfolio, counted from 0, shape [building].
         left_out: Rows that have no archetype, counted from 0.
-        id: Id in the inventory of each building of the portfolio, shape [building].
+        inventory_ids: Ids of the inventory, in its own order.
 
     Example:
         >>> stock = wd.inventories.portfolio(inventory)
@@ -46,11 +46,16 @@ class BuildingStock:
     limits: Mapping[str, Mapping[str, float]]
     rows: np.ndarray
     left_out: np.ndarray
-    id: np.ndarray
+    inventory_ids: pd.api.extensions.ExtensionArray
 
     def __repr__(self) -> str:
         left = f", {self.left_out.size:,} buildings left out" if self.left_out.size else ""
         return f"BuildingStock({self.portfolio!r}{left})"
+
+    @property
+    def id(self) -> np.ndarray:
+        """Id in the inventory of each building of the portfolio, shape [building]."""
+        return self.inventory_ids.to_numpy()[self.rows]
 
     @property
     def archetype_index(self) -> np.ndarray:
@@ -96,12 +101,14 @@ class BuildingStock:
                 f"the inventory has {len(inventory):,} rows, and the stock was made of one with "
                 f"{self.rows.size + self.left_out.size:,}: give the same one"
             )
-        found = inventory["id"].to_numpy()[self.rows]
-        differs = found != self.id
+        if self.inventory_ids.equals(inventory["id"].array):
+            return  # without rows that are taken, or text made of Arrow's, where nothing is wrong
+        found, own = inventory["id"].to_numpy()[self.rows], self.id
+        differs = found != own
         if differs.any():
             place = int(np.flatnonzero(differs)[0])
-            one, other = found[place : place + 1].tolist()[0], self.id[place : place + 1].tolist()[0]
-            if (found.astype(str) == self.id.astype(str)).all():
+            one, other = found[place : place + 1].tolist()[0], own[place : place + 1].tolist()[0]
+            if (found.astype(str) == own.astype(str)).all():
                 raise ValueError(
                     f"the ids of the inventory are of type {type(one).__name__}, such as {one!r}, and those that the "
                     f"stock was made of are of type {type(other).__name__}, such as {other!r}: give the inventory as "
@@ -232,7 +239,8 @@ def portfolio(
     small = np.int16 if len(made) < 2**15 else np.int32
     order = np.argsort(np.where(is_known, named.code, len(made)).astype(small), kind="stable")
     rows, left_out = np.split(order, [int(is_known.sum())])
-    return BuildingStock(Portfolio(made), found_limits, rows, left_out, inventory["id"].to_numpy()[rows])
+    # A copy of what belongs to the user, who may change it in place.
+    return BuildingStock(Portfolio(made), found_limits, rows, left_out, inventory["id"].array.copy())
 
 
 def _hazus_parts(name: str, own: Mapping[str, object]) -> tuple[str, str, int]:

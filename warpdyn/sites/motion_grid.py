@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, whole_number
-from warpdyn.core.random_numbers import Purpose
+from warpdyn.core.random_numbers import Purpose, uniform_rows
 from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion
@@ -112,38 +112,35 @@ class MotionGrid:
         rows = np.arange(len(inventory)) if rows is None else np.asarray(rows)
         places = inventory[["id", "longitude", "latitude"]].iloc[rows]
         index, distance = nearest_points("MotionGrid.at", places, self.longitude, self.latitude, neighbours, reach)
-        weights = inverse_distance_weights(distance)
         earthquake = np.arange(count) % len(self.earthquakes)
         if choice == MEAN:
             if np.any(self.motion != self.motion[:1]):
                 raise ValueError("MotionGrid.at: choice='mean' needs the same motion at all points of an earthquake")
-            scale = np.zeros((rows.size, *self.scale.shape[1:]))
+            scale, weights = np.zeros((rows.size, *self.scale.shape[1:])), inverse_distance_weights(distance)
             for near in range(index.shape[1]):
                 scale += weights[:, near, None, None] * self.scale[index[:, near]]
             motion = np.broadcast_to(self.motion[0], scale.shape)
             site = np.broadcast_to(np.arange(rows.size)[:, None], (rows.size, count))
         else:
             motion, scale = self.motion, self.scale
-            site = _drawn_points(index, weights, rows, len(inventory), count, seed)
+            site = _drawn_points(index, distance, rows, len(inventory), count, seed)
         return MotionsAtSites(self.motions, motion, scale, site, earthquake, self.earthquakes, self.measure)
 
 
 def _drawn_points(
-    index: np.ndarray, weights: np.ndarray, rows: np.ndarray, buildings: int, draws: int, seed: int
+    index: np.ndarray, distance: np.ndarray, rows: np.ndarray, buildings: int, draws: int, seed: int
 ) -> np.ndarray:
     """Return a point for each building and draw, with the probability of its weight, shape [building, draw]."""
     # A row's numbers stand at a place of the stream that its number alone decides on.
-    stream = np.random.default_rng([seed, Purpose.GRID_POINTS])
-    random = stream.random((buildings, draws), dtype=np.float32)
-    if not np.array_equal(rows, np.arange(buildings)):
-        random = random[rows]
-    near, bounds = index.astype(np.min_scalar_type(index.max())), np.cumsum(weights, axis=1)[:, :-1]
-    found = np.empty(random.shape, near.dtype)
+    random = uniform_rows(seed, Purpose.GRID_POINTS, buildings, draws)
+    found = np.empty((rows.size, draws), np.min_scalar_type(index.max()))
 
     def fill(part: slice) -> None:
-        found[part] = near[part, :1]
-        for bound, point in zip(bounds[part].T, near[part, 1:].T, strict=True):
-            np.copyto(found[part], point[:, None], where=random[part] >= bound[:, None])
+        own, near = random[rows[part]], index[part].astype(found.dtype)
+        bounds = np.cumsum(inverse_distance_weights(distance[part]), axis=1)[:, :-1]
+        found[part] = near[:, :1]
+        for bound, point in zip(bounds.T, near[:, 1:].T, strict=True):
+            np.copyto(found[part], point[:, None], where=own >= bound[:, None])
 
     in_parts(fill, rows.size, cores())
     return found

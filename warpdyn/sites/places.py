@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.inventories.table import named_rows
 
 EARTH_RADIUS = 6_371_008.8  # m, the mean radius of WGS 84 (Moritz 2000, Journal of Geodesy 74, R1)
@@ -64,8 +65,14 @@ def nearest_points(
     tree = cKDTree(unit_vectors(longitude, latitude))
     count = min(neighbours, longitude.size)
     own = [places[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude")]
-    chord, index = tree.query(unit_vectors(*own), k=[*range(1, count + 1)], workers=-1)
-    distance = arc(chord)
+    distance = np.empty((len(places), count))
+    index = np.empty(distance.shape, np.intp)
+
+    def find(part: slice) -> None:
+        chord, index[part] = tree.query(unit_vectors(*(each[part] for each in own)), k=[*range(1, count + 1)])
+        distance[part] = arc(chord)
+
+    in_parts(find, len(places), cores())
     most = grid_spacing(longitude, latitude) if reach is None else reach
     outside = distance[:, 0] > most
     if outside.any():

@@ -11,6 +11,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, check_kind
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.inventories.stock import BuildingStock
 from warpdyn.reduction.damage.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.reduction.limits import DAMAGE_COUNT
@@ -78,34 +79,60 @@ def building_results(
     name = counts_over(_FUNCTION, counted, ("building",))
     _check_run(counted, stock)
     stock.check(inventory)
-    table = counted[name].transpose("building", "damage_state")
-    states = [str(state) for state in table["damage_state"].values]
-    failed = counted[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure").values
-    samples = table.values.sum(axis=1)
+    states = [str(state) for state in counted["damage_state"].values]
+    counts = counted[name].transpose("building", "damage_state").values
+    failed = counted[name.replace(DAMAGE_COUNT, "failed_count")].transpose("building", "failure").values
     earthquakes = _earthquakes(counted, name)
-    independent = samples if earthquakes is None else np.minimum(samples, earthquakes)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = table.values / samples[:, None]
-        error = np.sqrt(share * (1 - share) / np.where(independent > 1, independent - 1, np.nan)[:, None])
-    order = np.argsort(stock.rows, kind="stable")
-    numbers = np.arange(samples.size, dtype=np.int32)
-    columns = {"building": numbers, "archetype": stock.archetype_index, "sample_count": samples, "failed_count": failed}
-    for place, state in enumerate(states):
-        columns |= {PROBABILITY + state: share[:, place], STANDARD_ERROR + state: error[:, place]}
+    archetype = stock.archetype_index
     if loss_ratios is not None:
-        ratio, deviation = _loss_ratios(share, independent, states, stock, loss_ratios)
+        of_archetypes = ratios_of_archetypes(_FUNCTION, list(stock.portfolio.archetypes), states[1:], loss_ratios)
+        alike = all(each is of_archetypes[0] for each in of_archetypes)  # then one row serves all buildings
+        ratios = [
+            np.stack([np.append(0.0, getattr(each, name)) for each in of_archetypes[: 1 if alike else None]])
+            for name in ("mean", "deviation")
+        ]
         cost = stock.replacement_costs(inventory)
-        columns |= {"expected_loss_ratio": ratio, "loss_ratio_standard_deviation": deviation}
-        columns |= {"expected_loss": ratio * cost, "loss_standard_deviation": deviation * cost}
+
+    def columns_of(numbers: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the results of some buildings of the portfolio."""
+        of_each = counts[numbers]
+        samples = of_each.sum(axis=1)
+        independent = samples if earthquakes is None else np.minimum(samples, earthquakes)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = of_each / samples[:, None]
+            error = np.sqrt(share * (1 - share) / np.where(independent > 1, independent - 1, np.nan)[:, None])
+        found = {"building": numbers, "archetype": archetype[numbers]}
+        found |= {"sample_count": samples, "failed_count": failed[numbers].sum(axis=1)}
+        for place, state in enumerate(states):
+            found |= {PROBABILITY + state: share[:, place], STANDARD_ERROR + state: error[:, place]}
+        if loss_ratios is not None:
+            own = ratios if alike else [each[archetype[numbers]] for each in ratios]
+            ratio, deviation = _loss_ratios(share, independent, *own)
+            found |= {"expected_loss_ratio": ratio, "loss_ratio_standard_deviation": deviation}
+            found |= {"expected_loss": ratio * cost[numbers], "loss_standard_deviation": deviation * cost[numbers]}
+        return found
+
+    # Which buildings of the portfolio the rows of the inventory are, without those that have no archetype.
+    number = np.full(len(inventory), -1, np.int32)
+    number[stock.rows] = np.arange(stock.rows.size, dtype=np.int32)
+    has_one = number >= 0
+    order = number[has_one]
+    columns = {key: np.empty(order.size, values.dtype) for key, values in columns_of(order[:0]).items()}
     taken = [each for each in columns if each in inventory.columns]
     if taken:
         raise ValueError(
             f"{_FUNCTION}: the inventory has a column {taken[0]!r}, which is one of the results: rename it"
         )
+
+    def fill(part: slice) -> None:
+        for key, values in columns_of(order[part]).items():
+            columns[key][part] = values
+
+    in_parts(fill, order.size, cores())
     # Without a copy: pandas would put all columns into tables of one type each first.
-    own = pd.DataFrame({key: np.take(values, order) for key, values in columns.items()}, copy=False)
+    own = pd.DataFrame(columns, copy=False)
     own["archetype"] = pd.Categorical.from_codes(own["archetype"], list(stock.portfolio.archetypes))
-    rows = inventory.iloc[stock.rows[order]] if stock.left_out.size else inventory
+    rows = inventory[has_one] if stock.left_out.size else inventory
     found = pd.concat([rows.reset_index(drop=True), own], axis=1)
     found.attrs = {
         key: str(counted.attrs[key]) for key in ("title", "source", "history", "seed") if key in counted.attrs
@@ -114,23 +141,16 @@ def building_results(
 
 
 def _loss_ratios(
-    share: np.ndarray, independent: np.ndarray, states: list[str], stock: BuildingStock, loss_ratios: Losses
+    share: np.ndarray, independent: np.ndarray, mean: np.ndarray, deviation: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean and the standard deviation of the loss ratio of each building's samples.
 
     Args:
         share: Share of the samples in each damage state, shape [building, damage_state].
         independent: Number of independent samples, shape [building].
-        states: The damage states, no damage first.
-        stock: The stock.
-        loss_ratios: As of `building_results`.
+        mean: Mean loss ratio of each damage state, of this shape or of one row for all buildings.
+        deviation: Its standard deviation, of the same shape.
     """
-    found = ratios_of_archetypes(_FUNCTION, list(stock.portfolio.archetypes), states[1:], loss_ratios)
-    alike = all(each is found[0] for each in found)  # then one row serves all buildings
-    mean, deviation = (
-        np.stack([np.append(0.0, getattr(each, name)) for each in found])[slice(1) if alike else stock.archetype_index]
-        for name in ("mean", "deviation")
-    )
     expected = (share * mean).sum(axis=1)
     between = (share * (mean - expected[:, None]) ** 2).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
