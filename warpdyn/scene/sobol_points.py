@@ -10,6 +10,7 @@ L2-discrepancy for anchored boxes, J. Complexity 14).
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -82,8 +83,12 @@ def _powers() -> np.ndarray:
     return np.uint32(1) << np.arange(BITS, dtype=np.uint32)
 
 
+@cache
 def _direction_numbers(dimensions: int) -> np.ndarray:
-    """Return the direction numbers of each dimension and bit of an index, as whole numbers below 2^30."""
+    """Return the direction numbers of each dimension and bit of an index, as whole numbers below 2^30.
+
+    They are kept, as reading them takes 10 ms, and a run asks for them several times.
+    """
     try:
         with np.load(Path(scipy.__file__).parent / "stats" / "_sobol_direction_numbers.npz") as table:
             polynomials, first_numbers = table["poly"][:dimensions], table["vinit"][:dimensions]
