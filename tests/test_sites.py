@@ -91,7 +91,7 @@ def haversine(lon, lat, other_lon, other_lat):
 def test_nearest_points_and_their_distances():
     random = np.random.default_rng(0)
     lon, lat = random.uniform(-122, -121.92, 300), random.uniform(37, 37.048, 300)
-    index, distance = nearest_points("test", buildings(lon, lat), LONGITUDE, LATITUDE, 4)
+    index, distance = nearest_points("test", buildings(lon, lat), np.arange(lon.size), LONGITUDE, LATITUDE, 4)
     every = haversine(lon[:, None], lat[:, None], LONGITUDE, LATITUDE)
     # A chord loses half the digits of a small angle at worst: 1e-16 of the radius over the distance of 100 m and more.
     assert distance == pytest.approx(np.sort(every, axis=1)[:, :4], rel=1e-9)
@@ -101,7 +101,9 @@ def test_nearest_points_and_their_distances():
 
 
 def test_neighbours_across_the_date_line():
-    index, distance = nearest_points("test", buildings([179.999], [0.0]), np.array([-179.999, 179.98]), np.zeros(2), 1)
+    index, distance = nearest_points(
+        "test", buildings([179.999], [0.0]), np.arange(1), np.array([-179.999, 179.98]), np.zeros(2), 1
+    )
     assert index.tolist() == [[0]]
     assert distance[0, 0] == pytest.approx(haversine(0.0, 0.0, 0.002, 0.0), rel=1e-9)
 

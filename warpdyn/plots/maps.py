@@ -53,15 +53,16 @@ def damage_map(
     """
     check_kind("plots.damage_map", "a DataFrame", results, pd.DataFrame, _ADVICE)
     value, weight, words = _values_of(results, state)
-    places = results[["longitude", "latitude"]].to_numpy(dtype=np.float64)
-    known = np.isfinite(value) & np.isfinite(places).all(axis=1) & (weight > 0)
+    longitude, latitude = (results[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude"))
+    known = np.isfinite(value) & np.isfinite(longitude) & np.isfinite(latitude) & (weight > 0)
     if not known.any():
         if state is None and not (weight > 0).any():
             raise ValueError(
                 "plots.damage_map: no building has a replacement_cost above 0, which a cell's loss ratio is weighed by"
             )
         raise ValueError("plots.damage_map: no building has a value: select others")
-    value, weight, (longitude, latitude) = value[known], weight[known], places[known].T
+    value, weight, longitude, latitude = (each[known] for each in (value, weight, longitude, latitude))
+    number = results["number"][known]
     if cell is not None:
         real_number("plots.damage_map: cell", cell, above=0)
     middle = 0.5 * (latitude.min() + latitude.max())
@@ -75,14 +76,14 @@ def damage_map(
         drawn: Any = axes.scatter(
             longitude[order], latitude[order], size, value[order], cmap=COLOUR_MAP, linewidths=0.3, edgecolors="0.35"
         )
-        what = f"{_buildings(results[known])}, points"
+        what = f"{_buildings(number)}, points"
     else:
         longer = max(np.ptp(longitude) * shrink, np.ptp(latitude)) * KILOMETRES_OF_A_DEGREE
         side = cell if cell is not None else max(longer / CELLS, 1e-3)
         east, north, means = _cells(longitude, latitude, value, weight, side, shrink)
         shown = means.compressed()
         drawn = axes.pcolormesh(east, north, means, cmap=COLOUR_MAP, linewidth=0, rasterized=True)
-        what = f"{_buildings(results[known])}, cells of {side:.2g} km"
+        what = f"{_buildings(number)}, cells of {side:.2g} km"
     top = float(np.quantile(shown, HIGHEST)) or float(shown.max())
     drawn.set_clim(0.0, top or 1.0)  # 1 where nothing is damaged
     axes.set_facecolor(GROUND)
@@ -123,11 +124,10 @@ def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np
     return value, results["number"].to_numpy(dtype=np.float64), words
 
 
-def _buildings(results: pd.DataFrame) -> str:
+def _buildings(number: pd.Series) -> str:
     """Return how many buildings a map is of, and how many they stand for."""
-    number = float(results["number"].sum())
-    rows = f"{len(results):,} buildings"
-    return rows if number == len(results) else f"{len(results):,} rows of {number:,.0f} buildings"
+    total = float(number.sum())
+    return f"{number.size:,} buildings" if total == number.size else f"{number.size:,} rows of {total:,.0f} buildings"
 
 
 def _cells(
@@ -141,14 +141,16 @@ def _cells(
         side: Side of a cell [km].
         shrink: Length of a degree of longitude over that of one of latitude.
     """
-    edges = []
-    for places, degree in ((longitude, KILOMETRES_OF_A_DEGREE * shrink), (latitude, KILOMETRES_OF_A_DEGREE)):
+    edges, cell = [], np.zeros(value.size, np.intp)
+    for places, degree in ((latitude, KILOMETRES_OF_A_DEGREE), (longitude, KILOMETRES_OF_A_DEGREE * shrink)):
         step = side / degree
         count = max(1, int(np.ceil(np.ptp(places) / step)))
         middle = 0.5 * (places.min() + places.max())
         edges.append(middle + step * (np.arange(count + 1) - 0.5 * count))
-    east, north = edges
-    total = np.histogram2d(latitude, longitude, (north, east), weights=weight * value)[0]
-    of_all = np.histogram2d(latitude, longitude, (north, east), weights=weight)[0]
+        # What rounding puts beyond the outer edges is in the outer cells.
+        cell = cell * count + np.searchsorted(edges[-1][1:-1], places, side="right")
+    north, east = edges
+    shape = north.size - 1, east.size - 1
+    total, of_all = (np.bincount(cell, each, shape[0] * shape[1]).reshape(shape) for each in (weight * value, weight))
     is_empty = of_all == 0
     return east, north, np.ma.masked_array(total / np.where(is_empty, 1.0, of_all), is_empty)

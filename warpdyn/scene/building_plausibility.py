@@ -18,8 +18,8 @@ Values = Mapping[str, np.ndarray]
 
 def add_building(
     findings: PlausibilityFindings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool
-) -> None:
-    """Add what is implausible in a building.
+) -> float:
+    """Add what is implausible in a building; return its longest first period [s], 0 where no row of it has one.
 
     Args:
         findings: What has been found so far.
@@ -28,9 +28,10 @@ def add_building(
         where: Which building it is, in words, or nothing.
         is_shaken: Whether ground motions act on it, so that damping is wanted.
     """
-    values = {name: rows[sound_rows(values)] for name, rows in values.items()}
-    if not len(values["mass"]):  # the run refuses what is out of bounds
-        return
+    is_sound = _has_period(values)
+    if not is_sound.any():  # the run refuses what is out of bounds
+        return 0.0
+    values = {name: rows[is_sound] for name, rows in values.items()}
     own = building.own_storeys
     mass, height = values["mass"], values["height"]
     weight = STANDARD_GRAVITY * np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]  # above each storey
@@ -48,7 +49,7 @@ def add_building(
         ratio = storey_weight_over_height(values) / values["stiffness"]
         if load.any():
             findings.add("stability_coefficient", ratio.max(axis=1), where)
-    period = first_periods(values)
+    period = _first_mode(values)[0]
     findings.add("first_period", period, where)
     if own.sum() > 1:  # a single storey may be an oscillator, whose height only divides its drift
         findings.add("first_period_over_height", period / np.where(own, height, 0.0).sum(axis=1), where)
@@ -70,6 +71,7 @@ def add_building(
         # On isolators, or under a mass damper, the first mode hardly moves the other storeys' dampers.
         _add_dampers(findings, values, weight, where)
     _add_damping(findings, building, values, where, is_shaken=is_shaken)
+    return float(period.max())
 
 
 def _add_damping(
@@ -112,19 +114,17 @@ def _ratio_to_neighbour(values: np.ndarray) -> np.ndarray:
     return np.fmax(lower / upper, upper / lower)
 
 
-def sound_rows(values: Values) -> np.ndarray:
+def _has_period(values: Values) -> np.ndarray:
     """Return which rows have a period: masses, stiffnesses and heights above 0."""
     each = [np.isfinite(values[name]) & (values[name] > 0) for name in ("mass", "stiffness", "height")]
     return np.logical_and.reduce(each).all(axis=1)
 
 
-def first_periods(values: Values) -> np.ndarray:
-    """Return the first periods of undamped buildings [s], shape [row]; arguments as of `add_building`."""
-    return _first_mode(values)[0]
-
-
 def _first_mode(values: Values) -> tuple[np.ndarray, np.ndarray]:
-    """Return first periods [s], shape [row], and mode shapes, shape [row, storey]; infinite where a storey buckles."""
+    """Return first periods [s], shape [row], infinite where a storey buckles, and mode shapes, shape [row, storey].
+
+    The buildings count as undamped; the arguments are as of `add_building`.
+    """
     root = np.sqrt(values["mass"])
     matrix = chain_stiffness_matrix(effective_stiffness(values))
     squared, shapes = np.linalg.eigh(matrix / (root[:, :, None] * root[:, None, :]))

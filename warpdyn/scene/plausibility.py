@@ -21,7 +21,7 @@ from warpdyn.ground_motions.intensity_measures import (
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.ground_motions.plausibility import add_motions, add_weakest_motions
-from warpdyn.scene.building_plausibility import add_building, first_periods, sound_rows
+from warpdyn.scene.building_plausibility import add_building
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scatter import GivenValues, RandomFactor, RandomValue, Scatter, central, combined
 from warpdyn.scene.scene import Scene
@@ -97,10 +97,7 @@ def _add_structure(
         matrices |= {name: matrices[name] * factor for name, factor in factors.items()}
         return _add_linear_system(findings, matrices, is_shaken=is_shaken)
     assert isinstance(structure, ShearBuilding)
-    values = _values(structure, scatter)
-    add_building(findings, structure, values, where, is_shaken=is_shaken)
-    sound = sound_rows(values)
-    return float(first_periods({name: rows[sound] for name, rows in values.items()}).max(initial=0.0))
+    return add_building(findings, structure, _values(structure, scatter), where, is_shaken=is_shaken)
 
 
 def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:

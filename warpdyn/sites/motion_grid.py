@@ -109,9 +109,10 @@ class MotionGrid:
         if isinstance(rows, BuildingStock):
             rows.check(inventory)
             rows = rows.rows
-        rows = np.arange(len(inventory)) if rows is None else np.asarray(rows)
-        places = inventory[["id", "longitude", "latitude"]].iloc[rows]
-        index, distance = nearest_points("MotionGrid.at", places, self.longitude, self.latitude, neighbours, reach)
+        every = np.arange(len(inventory))
+        rows = every if rows is None else every[np.asarray(rows)]  # so that a mask chooses rows, too
+        grid = self.longitude, self.latitude
+        index, distance = nearest_points("MotionGrid.at", inventory, rows, *grid, neighbours, reach)
         earthquake = np.arange(count) % len(self.earthquakes)
         if choice == MEAN:
             if np.any(self.motion != self.motion[:1]):

@@ -39,7 +39,8 @@ def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
 
 def nearest_points(
     what: str,
-    places: pd.DataFrame,
+    inventory: pd.DataFrame,
+    rows: np.ndarray,
     longitude: np.ndarray,
     latitude: np.ndarray,
     neighbours: int,
@@ -49,7 +50,8 @@ def nearest_points(
 
     Args:
         what: The function, in errors.
-        places: The buildings, with columns `id`, `longitude` and `latitude` [degree].
+        inventory: Buildings, with columns `id`, `longitude` and `latitude` [degree].
+        rows: Row of each building, counted from 0.
         longitude: Longitudes of the grid points [degree], shape [point].
         latitude: Latitudes of these [degree].
         neighbours: How many points; all of a smaller grid.
@@ -64,24 +66,26 @@ def nearest_points(
     """
     tree = cKDTree(unit_vectors(longitude, latitude))
     count = min(neighbours, longitude.size)
-    own = [places[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude")]
-    distance = np.empty((len(places), count))
+    places = [inventory[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude")]
+    distance = np.empty((rows.size, count))
     index = np.empty(distance.shape, np.intp)
 
     def find(part: slice) -> None:
-        chord, index[part] = tree.query(unit_vectors(*(each[part] for each in own)), k=[*range(1, count + 1)])
+        own = unit_vectors(*(each[rows[part]] for each in places))
+        chord, index[part] = tree.query(own, k=[*range(1, count + 1)])
         distance[part] = arc(chord)
 
-    in_parts(find, len(places), cores())
+    in_parts(find, rows.size, cores())
     most = grid_spacing(longitude, latitude) if reach is None else reach
     outside = distance[:, 0] > most
     if outside.any():
-        swapped, _ = tree.query(unit_vectors(*own[::-1])[outside], k=1, workers=-1)
+        latitude_first = (each[rows[outside]] for each in reversed(places))
+        swapped, _ = tree.query(unit_vectors(*latitude_first), k=1, workers=-1)
         hint = "; longitude and latitude seem to be exchanged" if np.all(arc(swapped) <= most) else ""
         allowed = f"{'its spacing' if reach is None else 'reach'} is {most / 1000:.2f} km"
         raise ValueError(
-            f"{what}: {named_rows(places, outside)} of {len(places):,} buildings lie outside the grid, up to "
-            f"{distance[:, 0].max() / 1000:.1f} km from its nearest point, and {allowed}; it spans longitudes "
+            f"{what}: {named_rows(inventory.iloc[rows], outside)} of {rows.size:,} buildings lie outside the grid, "
+            f"up to {distance[:, 0].max() / 1000:.1f} km from its nearest point, and {allowed}; it spans longitudes "
             f"{longitude.min():g} to {longitude.max():g} and latitudes {latitude.min():g} to {latitude.max():g}{hint}"
         )
     return index, distance

@@ -33,27 +33,28 @@ def write_points(name: str, table: pd.DataFrame) -> None:
     # Without a `crs` places are longitude and latitude on WGS 84 (OGC:CRS84), as the specification has it.
     column = {"encoding": "WKB", "geometry_types": ["Point"], "bbox": [*low, *high]}
     geo = {"version": VERSION, "primary_column": GEOMETRY, "columns": {GEOMETRY: column}}
-    plain = _schema(table)
-    said = (plain.metadata or {}) | {
+    plain = _converted(table)
+    said = (plain.schema.metadata or {}) | {
         b"geo": json.dumps(geo).encode(),
         b"PANDAS_ATTRS": json.dumps(table.attrs).encode(),
     }
-    schema = plain.append(pa.field(GEOMETRY, pa.binary(), nullable=False)).with_metadata(said)
+    schema = plain.schema.append(pa.field(GEOMETRY, pa.binary(), nullable=False)).with_metadata(said)
     # A dictionary of values that hardly repeat takes time and saves nothing.
     few = [column for column in table if table[column].iloc[:LOOKED_AT].nunique() <= LOOKED_AT / 10]
+    first = 0
     with pq.ParquetWriter(name, schema, use_dictionary=few) as writer:
-        for part in parts_of(table):
-            found = pa.Table.from_pandas(part, schema=plain, preserve_index=False)
-            columns = [*found.columns, _binary(part)]
+        for part in parts_of(table[["longitude", "latitude"]]):
+            columns = [*plain.slice(first, len(part)).columns, _binary(part)]
             writer.write_table(pa.Table.from_arrays(columns, schema=schema))
+            first += len(part)
 
 
-def _schema(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
-    """Return the table's schema; raise a ValueError that names the column that has none."""
+def _converted(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
+    """Return the table as Arrow's, which shares its numbers; raise a ValueError that names a column it cannot hold."""
     import pyarrow as pa
 
     try:
-        return pa.Schema.from_pandas(table, preserve_index=False)
+        return pa.Table.from_pandas(table, preserve_index=False)
     except pa.ArrowException:
         for name in table:
             try:
