@@ -13,6 +13,7 @@ metropolis.nc (the city's losses and damage by event) and a figure.
 from __future__ import annotations
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from parts.command_line import file_in, read_arguments, save_figures
@@ -60,12 +61,13 @@ def main() -> None:
     times["simulate"] = time.perf_counter()
 
     results = wd.building_results(counted, stock, inventory, ratios)
-    wd.write_building_results(results, arguments.out / "metropolis_buildings.parquet")
-    losses = wd.event_losses(counted)
-    netcdf.write(losses.merge(wd.damage_shares(counted), compat="override", combine_attrs="override"), target)
-    times["results"] = time.perf_counter()
-    save_figures({"metropolis": draw(results, losses)}, arguments.out)
-    times["figure"] = time.perf_counter()
+    with ThreadPoolExecutor(1) as beside:  # a million buildings take a second to be written, and their map to be drawn
+        writing = beside.submit(wd.write_building_results, results, arguments.out / "metropolis_buildings.parquet")
+        losses = wd.event_losses(counted)
+        netcdf.write(losses.merge(wd.damage_shares(counted), compat="override", combine_attrs="override"), target)
+        save_figures({"metropolis": draw(results, losses)}, arguments.out)
+        writing.result()
+    times["results and figure"] = time.perf_counter()
 
     low, middle, high = np.quantile(losses["loss"] / values.sum(), [0.16, 0.5, 0.84])
     print(f"loss of the city over its value: median {middle:.3f}, {low:.3f} to {high:.3f} in two thirds of the events")
