@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import chain
@@ -114,17 +114,25 @@ class _Begun:
         self._begun, self._runs = begun, list[SceneRun]()
         self._upcoming = Ahead(self._begin, groups, int(is_ahead))
 
-    def _begin(self, group: Group) -> tuple[SceneRun, list[tuple[str, type[Warning]]]]:
+    def _begin(self, group: Group) -> tuple[Future[SceneRun], list[tuple[str, type[Warning]]]]:
+        """Begin the run of a group; its warnings are returned beside an error, too."""
+        result: Future[SceneRun] = Future()
         with collected_warnings() as found:  # the caller's line is not known in this thread
-            self._runs.append(self._begun(group))
-        return self._runs[-1], found
+            try:
+                run = self._begun(group)
+                self._runs.append(run)
+                result.set_result(run)
+            except BaseException as error:
+                result.set_exception(error)
+        return result, found
 
     def next(self) -> SceneRun:
         """Return the run of the next group, and give the warnings of its beginning."""
-        run, warnings = next(self._upcoming)
-        self._runs.remove(run)  # which closes itself, and whose samples are let go of when they are joined
+        result, warnings = next(self._upcoming)
         for message, category in warnings:
             warn_caller(message, category)
+        run = result.result()
+        self._runs.remove(run)  # which closes itself, and whose samples are let go of when they are joined
         return run
 
     def close(self) -> None:
