@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_portfolio import CITY, MOTIONS, SETTINGS, STRIPES, simulate
 
+import warpdyn as wd
 from warpdyn.core.messages import warn_caller
 from warpdyn.running import run_portfolio as module
 
@@ -61,3 +62,15 @@ def test_warnings_and_errors_of_a_group_that_begins_ahead_come_in_its_turn(monke
     assert all(
         "buildings of" in str(warning.message) and warning.filename == simulate.__code__.co_filename for warning in odd
     )
+
+
+def test_warnings_of_a_group_in_regions_come_in_every_run(tmp_path):
+    # What is prepared of a run is kept for the next one like it, and so is what was said of it.
+    city = wd.Portfolio({name: CITY.archetypes[name] for name in ("low", "house")})
+    for number in range(2):
+        settings = {"step": 0.01, "resample": True, "path": tmp_path / f"{number}.zarr"}
+        with pytest.warns(UserWarning, match="resampled") as given:
+            simulate(city, wd.Cloud(MOTIONS[:2]), tail=0.0, recorders=("drift",), device="cpu", **settings).close()
+        told = [str(warning.message) for warning in given if "resampled" in str(warning.message)]
+        assert len(told) == len(set(told)) == 2
+        assert all("buildings of" in message for message in told)
