@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import chain
@@ -69,7 +69,7 @@ def run_portfolio(
         )
         queues = open_queues(execution.devices, execution.cores)
 
-        def begun(group: Group, place: Unfinished | None = None, own_digest: str = digest) -> SceneRun:
+        def begin(group: Group, place: Unfinished | None = None, own_digest: str = digest) -> SceneRun:
             own = None if reduced is None else (reduced[0], reduced[1][group.buildings])
             what = group.scene, group.buildings.size, how_of(group, integration), execution, kept, seed
             return SceneRun(*what, place, own, own_digest, queues)
@@ -77,12 +77,12 @@ def run_portfolio(
         runs = []
         if unfinished is None:
             # A group begins while the one before it runs, unless a pilot would run beside it, whose times count.
-            begins = _Begun(begun, groups, is_ahead=integration.target_error is None)
-            stack.callback(begins.close)
+            upcoming = _GroupRuns(begin, groups, is_ahead=integration.target_error is None)
+            stack.callback(upcoming.close)
             for own_plans, group in zip(plans, groups, strict=True):
                 wait_for(own_plans)
                 with group.named_in_messages():
-                    runs.append(begins.next().finish())
+                    runs.append(upcoming.next().finish())
         else:
             for number, group in enumerate(groups):
                 wait_for(plans[number])
@@ -90,7 +90,7 @@ def run_portfolio(
                 run = _finished(unfinished, number, own_digest)
                 if run is None:
                     with group.named_in_messages(), Unfinished(unfinished.kept / f"{number}.nc") as place:
-                        run = begun(group, place, own_digest).finish()
+                        run = begin(group, place, own_digest).finish()
                 stack.callback(run.close)
                 runs.append(run)
         if reduced is not None:
@@ -101,36 +101,44 @@ def run_portfolio(
         return joined.in_memory() if unfinished is None else joined.in_file(unfinished)
 
 
-class _Begun:
+class _GroupRuns:
     """The runs of groups, each of which begins while the one before it runs.
 
     Args:
-        begun: Begins the run of a group.
+        begin: Begins the run of a group.
         groups: The groups.
         is_ahead: Whether they begin ahead; otherwise each begins when it is asked for.
     """
 
-    def __init__(self, begun: Callable[[Group], SceneRun], groups: list[Group], *, is_ahead: bool) -> None:
-        self._begun, self._runs = begun, list[SceneRun]()
+    def __init__(self, begin: Callable[[Group], SceneRun], groups: list[Group], *, is_ahead: bool) -> None:
+        self._begin_run, self._begun = begin, list[SceneRun]()
         self._upcoming = Ahead(self._begin, groups, int(is_ahead))
 
-    def _begin(self, group: Group) -> tuple[SceneRun, list[tuple[str, type[Warning]]]]:
+    def _begin(self, group: Group) -> tuple[Future[SceneRun], list[tuple[str, type[Warning]]]]:
+        """Begin the run of a group; its warnings are returned beside an error, too."""
+        result: Future[SceneRun] = Future()
         with collected_warnings() as found:  # the caller's line is not known in this thread
-            self._runs.append(self._begun(group))
-        return self._runs[-1], found
+            try:
+                run = self._begin_run(group)
+                self._begun.append(run)
+                result.set_result(run)
+            except BaseException as error:
+                result.set_exception(error)
+        return result, found
 
     def next(self) -> SceneRun:
         """Return the run of the next group, and give the warnings of its beginning."""
-        run, warnings = next(self._upcoming)
-        self._runs.remove(run)  # which closes itself, and whose samples are let go of when they are joined
+        result, warnings = next(self._upcoming)
         for message, category in warnings:
             warn_caller(message, category)
+        run = result.result()
+        self._begun.remove(run)  # which closes itself, and whose samples are let go of when they are joined
         return run
 
     def close(self) -> None:
         """Begin no more, and prepare nothing more of those that have begun."""
         self._upcoming.close()
-        for run in self._runs:
+        for run in self._begun:
             run.close()
 
 

@@ -167,7 +167,7 @@ class SceneRun:
         """Integrate all samples, and return what `simulate` returns of the scene."""
         run, pipeline = self.run, self.pipeline
         for queue in self.queues:
-            queue.spans.clear()
+            queue.spans.clear()  # and nothing else: a GPU may still reduce what the run before left there
         with closing(self):
             compile_side_by_side(plans_of(run, self.kept), run.execution.devices[0], run.model.threads)
             with self.table:

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
+from warpdyn.core.messages import collected_warnings
 from warpdyn.files.versions import version_of
 from warpdyn.integration.run import build_run
 from warpdyn.integration.settings import Execution, Integration
@@ -227,7 +228,8 @@ def _threads_of_worker() -> int | None:
 def messages_caught() -> Iterator[list[str]]:
     """Collect warnings, each once, for the process that asked for the run."""
     said: list[str] = []
-    with warnings.catch_warnings(record=True) as caught:
+    # Where that process is this one, it may collect those of this package itself.
+    with warnings.catch_warnings(record=True) as caught, collected_warnings() as own:
         warnings.simplefilter("always")
         yield said
-    said += dict.fromkeys(str(each.message) for each in caught)
+    said += dict.fromkeys([*(message for message, _ in own), *(str(each.message) for each in caught)])
