@@ -1,6 +1,7 @@
 """Groups of a portfolio: each begins while the one before it runs, and says what it has to say in its turn."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -74,3 +75,24 @@ def test_warnings_of_a_group_in_regions_come_in_every_run(tmp_path):
         told = [str(warning.message) for warning in given if "resampled" in str(warning.message)]
         assert len(told) == len(set(told)) == 2
         assert all("buildings of" in message for message in told)
+
+
+def test_no_group_begins_before_its_turn_where_memory_is_bounded(monkeypatch):
+    order = []
+
+    class Told(module.SceneRun):
+        def __init__(self, *given):
+            super().__init__(*given)
+            order.append("begun")
+
+        def finish(self):
+            time.sleep(0.05)  # in which another would begin
+            order.append("run")
+            return super().finish()
+
+    monkeypatch.setattr(module, "SceneRun", Told)
+    opened = []
+    monkeypatch.setattr(module, "open_queues", lambda *given: opened.append(given))
+    simulate(CITY, MOTIONS[0], tail=0.0, recorders=("drift",), device="cpu", memory=2**27)
+    assert order == ["begun", "run"] * 5
+    assert not opened

@@ -67,7 +67,9 @@ def run_portfolio(
         wait_for: Callable[[list[Plan]], object] = stack.enter_context(
             compiling(chain(*plans), execution.devices[0], execution.cores)
         )
-        queues = open_queues(execution.devices, execution.cores)
+        # Memory is bounded group by group: groups then share nothing, and none begins before its turn.
+        is_bounded = execution.memory is not None
+        queues = None if is_bounded else open_queues(execution.devices, execution.cores)
 
         def begin(group: Group, place: Unfinished | None = None, own_digest: str = digest) -> SceneRun:
             own = None if reduced is None else (reduced[0], reduced[1][group.buildings])
@@ -77,7 +79,8 @@ def run_portfolio(
         runs = []
         if unfinished is None:
             # A group begins while the one before it runs, unless a pilot would run beside it, whose times count.
-            upcoming = _GroupRuns(begin, groups, is_ahead=integration.target_error is None)
+            is_ahead = integration.target_error is None and not is_bounded
+            upcoming = _GroupRuns(begin, groups, is_ahead=is_ahead)
             stack.callback(upcoming.close)
             for own_plans, group in zip(plans, groups, strict=True):
                 wait_for(own_plans)
