@@ -34,7 +34,7 @@ CASES = [
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="building"), "unknown over 'building'.*'structure'"),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="motions"), "unknown over 'motions'.*did you mean 'motion'"),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="archetype"), "unknown over 'archetype'"),
-    ("crossed", lambda: wd.DamageCounts(LIMITS, over="event"), "unknown over 'event'"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over="event"), "over='event' needs events=.*'motion'"),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over=("motion", "motion")), "each at most once"),
     ("cloud", lambda: wd.DamageCounts(LIMITS, over="stripe"), "unknown over 'stripe'"),
     ("sequence", lambda: wd.DamageCounts(LIMITS, over="motion"), "over 'event'"),

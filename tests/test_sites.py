@@ -209,6 +209,7 @@ def test_draws_depend_on_the_seed_and_the_row_alone(tmp_path):
 
 
 # What is wrong with a grid's files, and what the message says of it.
+POINTS = "GP_file,Longitude,Latitude\n"
 WRONG_GRIDS = {
     "station file": (lambda at: (at / "site3.csv").unlink(), r"1 \(site3.csv\) of 20 grid points have no file"),
     "no motions": (
@@ -226,6 +227,11 @@ WRONG_GRIDS = {
         "some motions have one component and others two",
     ),
     "no step": (lambda at: (at / "RSN3.json").write_text('{"data_x": [0, 1, 0]}'), r"RSN3.json must be JSON with dT"),
+    "no name": (
+        lambda at: (at / "EventGrid.csv").write_text(POINTS + ",-1,3\n"),
+        r"1 \(row 1\) of 1 grid points have no",
+    ),
+    "no place": (lambda at: (at / "EventGrid.csv").write_text(POINTS + "b.csv,,3\n"), "Longitude of b.csv must be a"),
     "column": (lambda at: (at / "EventGrid.csv").write_text("GP_file,Latitude\na,1\n"), "no column 'Longitude'"),
     "intensities": (
         lambda at: [(at / f"site{i}.csv").write_text("PGA\n1\n") for i in range(20)],

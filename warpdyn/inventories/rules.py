@@ -114,7 +114,7 @@ class HazusRule:
         types = np.array([*(np.append(tables[name], -1) for name in family_names)])[family, whole]
         types[~has_type] = -1
         wrong = has_type & ~np.isnan(storeys) & (types < 0)
-        what = "have storeys that disagree with their structure type"
+        what = f"have storeys that disagree with their structure type{_allowed_storeys(tables, family[wrong])}"
         reasons += _reason(inventory.assign(storeys=storeys), wrong, what, "structure_type", "storeys")
 
         level = of_building([DESIGN_LEVELS.index(each.level) if each.level else -1 for each in said], -1).astype(int)
@@ -213,6 +213,16 @@ def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Seri
     told = ", ".join(f"{name!r} ({count:,})" for name, count in list(counts.items())[:MOST_TOLD])
     more = f" and {counts.size - MOST_TOLD:,} more types" if counts.size > MOST_TOLD else ""
     return [f"{np.count_nonzero(unknown):,} are of unknown types: {told}{more} ({known})"]
+
+
+def _allowed_storeys(tables: Mapping[str, np.ndarray], families_of_rows: np.ndarray) -> str:
+    """Return in brackets the storeys that each type of some rows may have, for a few types."""
+    if not families_of_rows.size:
+        return ""
+    names = [list(tables)[place] for place in np.unique(families_of_rows)]
+    spans = [(name, np.flatnonzero(tables[name] >= 0)) for name in names[:MOST_TOLD]]
+    told = ", ".join(f"{name} has {span.min()} to {span.max()}" for name, span in spans)
+    return f" ({told}{', ...' if len(names) > MOST_TOLD else ''})"
 
 
 def _reason(inventory: pd.DataFrame, bad: np.ndarray, what: str, *columns: str) -> list[str]:

@@ -58,6 +58,11 @@ class Cells:
         }
         known = [name for name, is_so in allowed.items() if is_so] + list(self._labels)
         for name in self.dims:
+            if name == "event" and name not in known:
+                raise ValueError(
+                    "over='event' needs events=, the event of each motion; without it, over may name "
+                    + ", ".join(map(repr, known))
+                )
             one_of("over", name, known)
         if len(set(self.dims)) < len(self.dims):
             raise ValueError(f"over names {list(over)}: each at most once")

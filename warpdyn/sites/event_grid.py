@@ -143,8 +143,14 @@ def _read_stations(
             raise ValueError(f"{file}: there is no column {name!r}; the columns are {', '.join(table.columns)}")
     if not len(table):
         raise ValueError(f"{file}: there is no grid point in it")
+    unnamed = [f"row {row + 1}" for row in np.flatnonzero(table["GP_file"].isna())]
+    if unnamed:
+        raise ValueError(f"{file}: {_told(unnamed)} of {len(table):,} grid points have no GP_file")
     names = table["GP_file"].astype(str).tolist()
-    places = tuple(np.array([_number(f"{file}: {name}", each) for each in table[name]]) for name in GRID_COLUMNS[1:])
+    places = tuple(
+        np.array([_number(f"{file}: {name} of {of}", each) for of, each in zip(names, table[name], strict=True)])
+        for name in GRID_COLUMNS[1:]
+    )
     missing = [name for name in names if not (file.parent / name).is_file()]
     if missing:
         raise ValueError(f"{file}: {_told(missing)} of {len(names):,} grid points have no file")

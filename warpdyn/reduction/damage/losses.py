@@ -90,10 +90,12 @@ class LossReducer(Mergeable):
         of_each = [np.stack([ratios.mean, ratios.deviation**2], axis=-1) for ratios in found]
         self._ratios = np.concatenate([np.zeros((len(names), 1, 2)), np.stack(of_each)], axis=1)
         values = finite_numbers("replacement_values", statistic.replacement_values)
-        if values.shape not in ((), (population.structures,)) or np.any(values < 0):
+        below = values[values < 0]
+        if values.shape not in ((), (population.structures,)) or below.size:
+            got = f"{below.size} below 0, such as {below[0]:g}" if below.size else f"shape {values.shape}"
             raise ValueError(
                 f"replacement_values must be one value, or one for each of the {population.structures} "
-                f"{population.structure_dim}s, none below 0; got shape {values.shape}"
+                f"{population.structure_dim}s, none below 0; got {got}"
             )
         self._values = np.ascontiguousarray(np.broadcast_to(values, population.structures))
         self.needs, self._threads = cells.needs(self.bounds.demands), threads
