@@ -1,5 +1,7 @@
 """Buildings that a row of an inventory stands for: added up from the full table by numpy, and in shares."""
 
+import warnings
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -137,3 +139,28 @@ def test_columns_of_a_table_are_taken_as_they_stand(tmp_path):
         for name in ("number_of_buildings_by_town", "loss_sum_by_town"):
             np.testing.assert_array_equal(found[name], expected[name])
         assert found.attrs["fingerprint"] == expected.attrs["fingerprint"]
+
+
+def test_a_column_in_the_order_of_the_inventory_is_told():
+    # As a reader returns it; the buildings of the portfolio stand archetype by archetype.
+    places = {"longitude": 0.0, "latitude": np.zeros(CITY.buildings), "id": np.arange(CITY.buildings)}
+    inventory = wd.inventories.from_table(pd.DataFrame(places | {"number": NUMBER}))
+    column, town = inventory["number"], (inventory["number"] > 2).astype(int)
+    scene, told = scene_of("cloud", CITY), "column of the inventory, in the order of its rows"
+    for asked, name in (
+        (wd.DamageCounts(CITY_LIMITS, number=column), "DamageCounts: number"),
+        (wd.DamageLoss(CITY_LIMITS, RATIOS, column), "DamageLoss: replacement_values"),
+        (wd.DamageCounts(CITY_LIMITS, over="town", labels={"town": town}), r"DamageCounts: labels\['town'\]"),
+    ):
+        with pytest.warns(UserWarning, match=f"{name} is a {told}"):
+            simulate(scene, statistics=asked)
+    run = simulate(scene)
+    with pytest.warns(UserWarning, match=f"damage_shares: number is a {told}"):
+        wd.damage_shares(run, CITY_LIMITS, number=column)
+    # In the order of a stock nothing is told, even where it is the same one.
+    one = next(iter(CITY.archetypes.values()))
+    stock = wd.inventories.portfolio(inventory, lambda table: ["one"] * len(table), archetypes={"one": one})
+    in_order = stock.buildings(inventory)["number"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wd.damage_shares(run, CITY_LIMITS, number=in_order)

@@ -79,7 +79,9 @@ class BuildingStock:
             >>> by_kind = wd.DamageCounts(stock.limits, over="kind", labels=labels)
         """
         self.check(inventory)
-        return inventory.iloc[self.rows]
+        found = inventory.iloc[self.rows]
+        # Also where both orders are the same one, the index is not that of an inventory as it was read.
+        return found.set_axis(pd.Index(found.index.to_numpy(), name=found.index.name))
 
     def check(self, inventory: pd.DataFrame) -> None:
         """Raise a ValueError unless the stock was made of this inventory: as many rows, with the same ids.

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 
 # Columns with a meaning of their own, in their order in the table.
@@ -94,6 +95,21 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     found: dict[str, Any] = {name: table[source[name]] for name in COLUMNS if name in source}
     found |= {name: table[name] for name in table.columns if name not in taken and name not in source}
     return _checked_rows(what, pd.DataFrame(found).reset_index(drop=True).rename_axis("building"))
+
+
+def is_in_inventory_order(values: object) -> bool:
+    """Return whether values are a column of an inventory as it was read, whose rows stand in an order of their own."""
+    index = getattr(values, "index", None)
+    return isinstance(index, pd.RangeIndex) and index.name == "building"
+
+
+def warn_of_inventory_order(what: str, archetypes: int) -> None:
+    """Warn of a column of an inventory that was given for the buildings of a portfolio of several archetypes."""
+    if archetypes > 1:
+        warn_caller(
+            f"{what} is a column of the inventory, in the order of its rows, and a portfolio's buildings stand "
+            "archetype by archetype: give stock.replacement_costs(inventory), or a column of stock.buildings(inventory)"
+        )
 
 
 def _no_column(what: str, name: str, table: pd.DataFrame) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass, field, fields
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.integration.dynamics import Arrays
+from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.tally import FAILURES, Block
@@ -62,6 +63,8 @@ class Statistic:
     over: str | Sequence[str] = ()
     labels: Mapping[str, ArrayLike] = field(default_factory=dict)
 
+    _inventory_columns: ClassVar[tuple[str, ...]] = ()  # names of arguments that are columns of an inventory as read
+
     def __post_init__(self) -> None:
         over = (self.over,) if isinstance(self.over, str) else self.over
         if not isinstance(over, list | tuple) or not all(isinstance(name, str) for name in over):
@@ -72,10 +75,18 @@ class Statistic:
         unused = [str(name) for name in self.labels if name not in over]
         if unused:
             raise ValueError(f"labels has {', '.join(map(repr, unused))}, which `over` does not name")
+        given = {f"labels[{name!r}]": values for name, values in self.labels.items()}
+        given |= {each.name: getattr(self, each.name) for each in fields(self)}
+        # Values become arrays, which tell nothing of where they come from; the run's archetypes are not known yet.
+        columns = tuple(name for name, values in given.items() if is_in_inventory_order(values))
+        object.__setattr__(self, "_inventory_columns", columns)
         object.__setattr__(self, "labels", {name: _plain(values) for name, values in self.labels.items()})
 
     def cells(self, population: Population, events: Sequence[str] | Sequence[int] | None = None) -> Cells:
         """Return the cells of a run's samples; the worst of each event's motions counts, if `events` names these."""
+        kinds = 1 if population.portfolio is None else len(population.portfolio.archetypes)
+        for name in self._inventory_columns:
+            warn_of_inventory_order(f"{type(self).__name__}: {name}", kinds)
         return Cells(population, tuple(self.over), self.labels, events)
 
     def reducer(self, population: Population, threads: int) -> Reducer:

@@ -16,6 +16,7 @@ from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.motions import motion_numbers
+from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.limits import BUILDING_NUMBER, DAMAGE_COUNT, limits_by_archetype
 from warpdyn.reduction.population import numbered_events
 from warpdyn.running.selections import archetypes_of
@@ -200,6 +201,8 @@ def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | 
     places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
     wide = (*shape[:-1], len(states) + 1)
     cells = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
+    if is_in_inventory_order(number):
+        warn_of_inventory_order("damage_shares: number", len(names))
     weights = None if number is None else _checked_number(number, building)
     counts = np.bincount(cells, weights, minlength=np.prod(wide)).reshape(wide)
     counts, failures = counts[..., :-1], counts[..., -1]
