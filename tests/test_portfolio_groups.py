@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from test_portfolio import CITY, MOTIONS, SETTINGS, STRIPES, simulate
+from test_portfolio import CITY, MOTIONS, simulate
 
 import warpdyn as wd
 from warpdyn.core.messages import warn_caller
@@ -15,7 +15,8 @@ pytestmark = pytest.mark.meant_as_given("first_period", "yield_base_shear_coeffi
 
 
 def test_a_group_begins_while_the_one_before_runs(monkeypatch):
-    city = simulate(CITY, STRIPES, seed=5, device="cpu", **SETTINGS)
+    settings = {"tail": 0.0, "recorders": ("drift",), "device": "cpu"}
+    city = simulate(CITY, MOTIONS[0], **settings)
     begun, order = [threading.Event() for _ in range(5)], []
 
     class Told(module.SceneRun):
@@ -31,7 +32,7 @@ def test_a_group_begins_while_the_one_before_runs(monkeypatch):
             return super().finish()
 
     monkeypatch.setattr(module, "SceneRun", Told)
-    found = simulate(CITY, STRIPES, seed=5, device="cpu", **SETTINGS)
+    found = simulate(CITY, MOTIONS[0], **settings)
     assert order == [0, 1, 2, 3, 4]
     for name in city.variables:
         np.testing.assert_array_equal(found[name].values, city[name].values, err_msg=name)
