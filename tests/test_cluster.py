@@ -48,13 +48,20 @@ def cluster():
 def client(cluster):
     """Return a client of the cluster, whose regions have 96 samples."""
     with distributed.Client(cluster) as found:
-        try:
-            found.wait_for_workers(2, timeout=60)
-        except TimeoutError:  # Dask gives up a worker that was killed while it began
-            cluster.scale(0)
-            cluster.scale(2)
-            found.wait_for_workers(2, timeout=60)
-        found.run(make_regions_small)
+        for attempt in range(20):
+            try:
+                found.wait_for_workers(2, timeout=60)
+            except TimeoutError:  # Dask gives up a worker that was killed while it began
+                cluster.scale(0)
+                cluster.scale(2)
+                found.wait_for_workers(2, timeout=60)
+            try:
+                found.run(make_regions_small)
+                break
+            except OSError:  # a worker that was killed a moment ago still counts as one
+                if attempt == 19:
+                    raise
+                time.sleep(0.2)
         yield found
 
 
