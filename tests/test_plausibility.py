@@ -56,7 +56,7 @@ def stop_after_the_check(monkeypatch):
     def reached(*arguments, **named):
         raise Reached
 
-    monkeypatch.setattr(door, "run_scene", reached)
+    monkeypatch.setattr(door, "SceneRun", reached)
     monkeypatch.setattr(door, "run_portfolio", reached)
     monkeypatch.setattr(pilot, "choose_method", reached)
     monkeypatch.setattr(pushover, "_spring_and_coefficients", reached)

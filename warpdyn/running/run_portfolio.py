@@ -41,7 +41,7 @@ def run_portfolio(
     unfinished: Unfinished | None,
     reduced: tuple[Reduction, np.ndarray] | None = None,
 ) -> xr.Dataset:
-    """Return what `simulate` returns of a portfolio; arguments as of `run_scene`.
+    """Return what `simulate` returns of a portfolio; arguments as of `SceneRun`.
 
     Buildings with the same number of storeys, law and damping run together, whatever their archetypes. A building's
     step is that of its archetype in a run by itself, rounded down to 10 ms over a power of 2, so that its results do
@@ -148,7 +148,7 @@ class _GroupRuns:
 def divided(
     scene: Scene, structures: int, integration: Integration, execution: Execution, kept: Kept, seed: int
 ) -> tuple[Portfolio, list[Group]]:
-    """Return a scene's portfolio and its groups, after all checks that concern no group; arguments as `run_scene`."""
+    """Return a scene's portfolio and its groups, after all checks that concern no group; arguments as of `SceneRun`."""
     portfolio, excitation = portfolio_of(scene), scene.excitation
     if structures != 1:
         raise ValueError("structures= does not apply to a portfolio: leave it out, and give each Archetype its `count`")
@@ -171,7 +171,7 @@ def how_of(group: Group, integration: Integration) -> Integration:
 
 
 def _digest_of(group: Group, integration: Integration, execution: Execution, kept: Kept, seed: int) -> str:
-    """Return the fingerprint of a group's run; arguments as of `run_scene`."""
+    """Return the fingerprint of a group's run; arguments as of `SceneRun`."""
     machines = machines_of(execution)
     return fingerprint_of_run(group.scene, group.buildings.size, how_of(group, integration), machines, kept, seed)
 

@@ -192,27 +192,13 @@ class SceneRun:
                 return self.table.finish(rest)
 
 
-def run_scene(
-    scene: Scene,
-    structures: int,
-    integration: Integration,
-    execution: Execution,
-    kept: Kept,
-    seed: int,
-    unfinished: Unfinished | None,
-    reduced: tuple[Reduction, np.ndarray] | None = None,
-) -> xr.Dataset:
-    """Return what `simulate` returns of a scene of one structure; arguments as of `SceneRun`."""
-    return SceneRun(scene, structures, integration, execution, kept, seed, unfinished, reduced).finish()
-
-
 def fingerprint_of_run(
     scene: Scene, structures: int, integration: Integration, machines: Iterable[str], kept: Kept, seed: int
 ) -> str:
     """Return the fingerprint of all that decides the bits of a run.
 
     Args:
-        scene, structures, integration, kept, seed: As of `run_scene`.
+        scene, structures, integration, kept, seed: As of `SceneRun`.
         machines: What `machines_of` returns where it runs.
     """
     what = kept.checked_share, kept.sample_error, kept.histories, kept.keep_inputs, *kept.statistics

@@ -24,7 +24,7 @@ from warpdyn.running.histories import Histories
 from warpdyn.running.regions.datasets import simulate_in_regions
 from warpdyn.running.regions.job import Where
 from warpdyn.running.run_portfolio import run_portfolio
-from warpdyn.running.run_scene import Kept, run_scene
+from warpdyn.running.run_scene import Kept, SceneRun
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
@@ -197,16 +197,21 @@ def simulate(
         if cluster is not None or is_store or (asked and path is not None):
             where = Where(device=device, threads=threads, memory=memory)
             return simulate_in_regions(scene, structures, integration, kept, seed, where, execution, cluster, path)
-        run = run_portfolio if scene.structure.is_many else run_scene
         arguments = scene, structures, integration, execution, kept, seed
+
+        def run(unfinished: Unfinished | None, reduced: tuple[Reduction, np.ndarray] | None = None) -> xr.Dataset:
+            if scene.structure.is_many:
+                return run_portfolio(*arguments, unfinished, reduced)
+            return SceneRun(*arguments, unfinished, reduced).finish()
+
         if not asked:
             with nullcontext() if path is None else Unfinished(path) as unfinished:
-                return run(*arguments, unfinished)
+                return run(unfinished)
         portfolio = scene.structure
         many = portfolio.buildings if isinstance(portfolio, Portfolio) else None
         count = whole_number("structures", structures, 1) if many is None else many
         with Reduction(asked, Population(scene, count), execution.cores) as reduction:
-            return reduction.dataset(run(*arguments, None, (reduction, np.arange(count))))
+            return reduction.dataset(run(None, (reduction, np.arange(count))))
 
 
 def _warn_of_copies(scene: Scene, structures: object) -> None:

@@ -43,7 +43,7 @@ def simulate_in_regions(
     """Return what `simulate` returns of a run on a cluster, of one whose samples go to a Zarr store, or of statistics.
 
     Args:
-        scene, structures, integration, kept, seed: As of `run_scene`.
+        scene, structures, integration, kept, seed: As of `SceneRun`.
         where: Devices, threads and memory of each process that runs regions.
         execution: Devices and threads of this process; of its CPU, where there is a cluster.
         cluster, path: As of `simulate`.

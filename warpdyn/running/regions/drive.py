@@ -39,7 +39,7 @@ class RegionRun:
     """A run that is divided into regions.
 
     Args:
-        scene, structures, integration, kept, seed: As of `run_scene`.
+        scene, structures, integration, kept, seed: As of `SceneRun`.
         workers: The workers.
         where: Devices, threads and memory of each of them.
         unfinished: Where the Zarr store is written that the samples go to; None to return them in memory.

@@ -59,7 +59,7 @@ class Job:
     """All that decides what a region holds, and where and how it is run.
 
     Args:
-        scene, structures, integration, kept, seed: As of `run_scene`.
+        scene, structures, integration, kept, seed: As of `SceneRun`.
         where: Devices, threads and memory.
         key: Name that no other job has.
         versions: Versions of DECIDING where the run was asked for.

@@ -119,7 +119,7 @@ def simulate_statistics(
     """Return the statistics of a run in regions, and write them if it has a path.
 
     Args:
-        scene, structures, integration, kept, seed: As of `run_scene`.
+        scene, structures, integration, kept, seed: As of `SceneRun`.
         where, execution: As of `simulate_in_regions`.
         workers: The processes that run regions.
         unfinished: Where the file or the Zarr store is written; None to return the statistics alone.
