@@ -78,6 +78,7 @@ KERNEL_DAMPING = [name for name in DAMPING if name != "stiffness_proportional"]
 NOISE = [name for name, row in LOADS.items() if row.noise_states]
 LOAD_KINDS = [*(name for name in LOADS if name not in NOISE), "noise"]
 OF_A_ROW = (  # each has a row of SPRINGS of its own
+    {"exponent": 1.0, "beta": 0.5, "gamma": 0.5},
     {"exponent": 1.0},
     {"exponent": 2.0},
     {"exponent": 3.0},

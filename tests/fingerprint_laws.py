@@ -72,6 +72,7 @@ LAW_CASES: dict[str, tuple[str, dict[str, float]]] = {
     "elastic_perfectly_plastic": ("elastic_perfectly_plastic", STRENGTH),
     "trilinear": ("trilinear", HARDENING | {"ductility_2": 3.0, "force_ratio_2": 1.5}),
     "quadrilinear": ("quadrilinear", CORNERS | {"hardening_ratio": 0.02}),
+    "bouc_wen_1_elastic_unloading": ("bouc_wen", HARDENING),
     "bouc_wen_1": ("bouc_wen", BOUC_WEN),
     "bouc_wen_2": ("bouc_wen", BOUC_WEN | {"exponent": 2.0}),
     "bouc_wen_power": ("bouc_wen", BOUC_WEN | {"exponent": 1.4}),

@@ -169,9 +169,10 @@ STEPS = pytest.mark.parametrize("step", [0.1, 0.05, 0.025])
 @STEPS
 def test_bouc_wen_pushed_monotonically(step):
     drift = np.array([0.5, 1.0, 2.0])
-    for exponent, expected, constant in ((1.0, 1 - np.exp(-drift), 0.005), (2.0, np.tanh(drift), 0.02)):
+    rows = {"bouc_wen_1_elastic_unloading": (1.0, 1 - np.exp(-drift), 0.005), "bouc_wen_2": (2.0, np.tanh(drift), 0.02)}
+    for name, (exponent, expected, constant) in rows.items():
         row, coefficients = bouc_wen(exponent)
-        assert row == f"bouc_wen_{exponent:.0f}"
+        assert row == name
         z = push(row, coefficients, drift, step)[:, 0, 0]
         np.testing.assert_allclose(z, expected, rtol=0, atol=constant * step**4)
     row, coefficients = bouc_wen(np.array([3.0, 5.0, 10.0]))
@@ -192,6 +193,29 @@ def test_bouc_wen_cycled(step, row):
     np.testing.assert_allclose(z, expected, rtol=0, atol=0.02 * step**4)
     expected = [1.325002747358, 3.205457425557, 5.023958176661, 6.843050647726]
     np.testing.assert_allclose(area, expected, rtol=0, atol=0.7 * step**4)
+
+
+@pytest.mark.parametrize("beta", [0.5, 0.35, 2.0])
+def test_bouc_wen_of_elastic_unloading_is_the_general_law_with_z_over_its_bound(beta):
+    random = np.random.default_rng(2)
+    velocity, drift, z = random.normal(size=(3, 200))
+    z[0] = velocity[1] = 0.0
+    row, coefficients = bouc_wen(1.0, beta=beta, gamma=beta)
+    assert row == "bouc_wen_1_elastic_unloading"
+    force, recoverable, rate = evaluate(row, coefficients, drift, velocity, 2 * beta * z)
+    # What the law says, of 10 N/m beside 0.9 N at z = 1, which 90 N/m would reach at 0.01 m.
+    flow = velocity - beta * np.abs(z) * (np.abs(velocity) * np.sign(z) + velocity)
+    np.testing.assert_allclose(force, 10 * drift + 0.9 * z, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(recoverable, 5 * drift**2 + 0.0045 * z**2, rtol=0, atol=1e-13)
+    # A few roundings of rates of up to 400 |v| (1 + 4 |z|).
+    np.testing.assert_allclose(rate, 2 * beta * flow / YIELD_DRIFT, rtol=0, atol=1e-11)
+
+
+def test_bouc_wen_of_elastic_unloading_unloads_along_a_straight_line():
+    row, coefficients = bouc_wen(1.0, beta=0.8, gamma=0.8)
+    rate = evaluate(row, coefficients, 0.0, [-0.02, 0.02, -0.02], [0.3, -0.7, 1.0])[2]
+    # At the initial slope, one yield drift over the bound 1 / 1.6 of z, to the last bit.
+    np.testing.assert_array_equal(rate, np.array([-0.02, 0.02, -0.02]) * coefficients[2, 0])
 
 
 @STEPS

@@ -1,7 +1,9 @@
 """Bouc-Wen: a hardening spring beside a hysteretic force that z scales.
 
 uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with uy the yield drift. The exponents 1 and 2 have functions of their
-own: powers are slow, and most use these.
+own: powers are slow, and most use these. So has the exponent 1 where beta is gamma, the usual case, in which a storey
+unloads along a straight line: z is kept over its bound 1 / (2 beta) there, so that these parameters are in the other
+coefficients.
 """
 
 from typing import Any
@@ -29,6 +31,11 @@ def bouc_wen_elastic_energy(drift: Any, memory: Any, c: Any):
 # Where it is, z settles at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy at the fastest. Every stage is looked at if z
 # has a say: a step too long throws z beyond its bound, where the rate is higher.
 @wp.func
+def bouc_wen_1_elastic_unloading_relaxation_rate(velocity: Any, memory: Any, c: Any):
+    return wp.abs(velocity) * c[C.RATE]
+
+
+@wp.func
 def bouc_wen_1_relaxation_rate(velocity: Any, memory: Any, c: Any):
     return wp.abs(velocity) * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE]))
 
@@ -48,6 +55,14 @@ def bouc_wen_relaxation_rate(velocity: Any, memory: Any, c: Any):
         * c[C.EXPONENT]
         * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE]))
     )
+
+
+@wp.func
+def bouc_wen_1_elastic_unloading_rate(velocity: Any, memory: Any, c: Any):
+    z = memory[M.Z]
+    slope = type(memory)()
+    slope[M.Z] = c[C.RATE] * (velocity - type(velocity)(0.5) * (velocity * wp.abs(z) + wp.abs(velocity) * z))
+    return slope
 
 
 @wp.func
@@ -78,6 +93,15 @@ def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
 
 
 SPRINGS = {
+    "bouc_wen_1_elastic_unloading": Spring(
+        bouc_wen_force,
+        None,
+        bouc_wen_elastic_energy,
+        coefficients=len(BoucWen.rows["bouc_wen_1_elastic_unloading"]),
+        memory=len(M),
+        relaxes_by_velocity=True,
+        **along_drift(bouc_wen_1_elastic_unloading_rate, bouc_wen_1_elastic_unloading_relaxation_rate),
+    ),
     "bouc_wen_1": Spring(
         bouc_wen_force,
         None,

@@ -12,7 +12,10 @@ from warpdyn.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, Values, 
 
 
 class Coefficient(Layout):
-    """What the device functions read; the exponent only where it is neither 1 nor 2."""
+    """What the device functions read.
+
+    The exponent only where it is neither 1 nor 2, and what beta and gamma make only where they differ.
+    """
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()
@@ -42,6 +45,7 @@ class BoucWen(Law):
 
     opensees = ("BoucWen",)
     rows = {
+        "bouc_wen_1_elastic_unloading": Coefficient.names(Coefficient.BETA_RATE),
         "bouc_wen_1": Coefficient.names(Coefficient.EXPONENT),
         "bouc_wen_2": Coefficient.names(Coefficient.EXPONENT),
         "bouc_wen": Coefficient.names(),
@@ -49,7 +53,12 @@ class BoucWen(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Exponents 1 and 2 have kernels without a power, which is what most of the time would go to."""
+        """Exponents 1 and 2 have kernels without a power, which is what most of the time would go to.
+
+        Storeys with exponent 1 that unload along straight lines, as beta is gamma, have two coefficients less.
+        """
+        if np.all(p["exponent"] == 1) and np.all(p["beta"] == p["gamma"]):
+            return "bouc_wen_1_elastic_unloading"
         for exponent in (1, 2):
             if np.all(p["exponent"] == exponent):
                 return f"bouc_wen_{exponent}"
@@ -59,6 +68,13 @@ class BoucWen(Law):
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
         rate = stiffness / strength
+        if row == "bouc_wen_1_elastic_unloading":
+            bound = 1 / (p["beta"] + p["gamma"])  # of z, which is 1 where z is over it
+            return {
+                "hardening_stiffness": hardening * stiffness,
+                "hysteretic_force": (1 - hardening) * strength * bound,
+                "rate": rate / bound,
+            }
         values = {
             "hardening_stiffness": hardening * stiffness,
             "hysteretic_force": (1 - hardening) * strength,
