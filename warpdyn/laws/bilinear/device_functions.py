@@ -29,9 +29,9 @@ def bilinear_return_mapping(drift: Any, memory: Any, c: Any):
 
 @wp.func
 def bilinear_force(drift: Any, memory: Any, c: Any):
-    return c[C.HARDENING_STIFFNESS] * drift + c[C.YIELDING_STIFFNESS] * (
-        drift - wp.clamp(memory[M.PLASTIC_DRIFT], drift - c[C.YIELD_DRIFT], drift + c[C.YIELD_DRIFT])
-    )
+    # A sign costs nothing, but Warp writes -y as a subtraction from zero.
+    elastic = wp.clamp(drift - memory[M.PLASTIC_DRIFT], type(drift)(-1.0) * c[C.YIELD_DRIFT], c[C.YIELD_DRIFT])
+    return c[C.HARDENING_STIFFNESS] * drift + c[C.YIELDING_STIFFNESS] * elastic
 
 
 @wp.func

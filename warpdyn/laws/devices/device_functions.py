@@ -42,8 +42,9 @@ def friction_damper_return_mapping(drift: Any, memory: Any, c: Any):
 
 @wp.func
 def friction_damper_force(drift: Any, memory: Any, c: Any):
-    return c[Friction.BRACE_STIFFNESS] * (
-        drift - wp.clamp(memory[FrictionMemory.SLIP], drift - c[Friction.SLIP_DRIFT], drift + c[Friction.SLIP_DRIFT])
+    held = drift - memory[FrictionMemory.SLIP]
+    return c[Friction.BRACE_STIFFNESS] * wp.clamp(
+        held, type(drift)(-1.0) * c[Friction.SLIP_DRIFT], c[Friction.SLIP_DRIFT]
     )
 
 
