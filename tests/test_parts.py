@@ -163,7 +163,9 @@ def test_threads_build_one_kernel(monkeypatch):
     # Python 3.11 fails where two threads parse at once.
     built = []
     monkeypatch.setattr(build, "_composed_kernel", functools.cache(build._composed_kernel.__wrapped__))
-    monkeypatch.setattr(build, "kernel_of", lambda *given: built.append(given) or composition.kernel_of(*given))
+    monkeypatch.setattr(
+        build, "kernel_of", lambda *given, **named: built.append(given) or composition.kernel_of(*given, **named)
+    )
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)  # so that all begin before one has ended
     try:

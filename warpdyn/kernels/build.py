@@ -17,6 +17,7 @@ from warpdyn.kernels.skeletons.dense import integrate_dense
 from warpdyn.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.kernels.skeletons.implicit_chain import integrate_implicit_chain
 from warpdyn.kernels.skeletons.propagated import advance_linear
+from warpdyn.laws.spring import Spring
 from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS
 
@@ -38,7 +39,7 @@ def composed(plan: Plan) -> Composed:
 
 @functools.cache
 def _composed_kernel(plan: Plan) -> wp.Kernel:
-    return kernel_of(composed(plan), options(plan), _threads_told(plan))
+    return kernel_of(composed(plan), options(plan), _threads_told(plan), is_lean=_is_lean(plan))
 
 
 # Threads that load kernels side by side build them one after another: each plan has one kernel, and Python 3.11 cannot
@@ -105,8 +106,26 @@ def undivided(plan: Plan) -> Plan:
 
 def _threads_told(plan: Plan) -> int | None:
     """Return the threads of a block that the compiler is told of; None if it had better not know."""
-    is_of_gpu = plan.family == "chain" and (plan.lanes, plan.max_unroll, plan.sections) == (GPU_LANES, GPU_UNROLL, 1)
-    return THREADS_OF_A_BLOCK if is_of_gpu and plan.dofs >= STOREYS_OF_TOLD_THREADS else None
+    return THREADS_OF_A_BLOCK if _is_alone_on_gpu(plan) and plan.dofs >= STOREYS_OF_TOLD_THREADS else None
+
+
+def _is_lean(plan: Plan) -> bool:
+    """Return whether a thread takes one row of a launch, without Warp's loop over further ones.
+
+    Measured on an H200, of storeys with simple laws that is up to 6 % faster, and never more than 2 % slower; Bouc-Wen
+    storeys lose 2 to 3 % by it.
+    """
+    return _is_alone_on_gpu(plan) and _is_simple(spring_row(plan.law))
+
+
+def _is_alone_on_gpu(plan: Plan) -> bool:
+    """Return whether a plan is for a chain on a GPU with one thread a sample."""
+    return plan.family == "chain" and (plan.lanes, plan.max_unroll, plan.sections) == (GPU_LANES, GPU_UNROLL, 1)
+
+
+def _is_simple(spring: Spring) -> bool:
+    """Return whether a law follows the accepted state alone, with no more than one value of memory."""
+    return spring.rate is None and spring.memory <= 1
 
 
 def _sections(plan: Plan) -> int:
@@ -118,7 +137,7 @@ def _sections(plan: Plan) -> int:
     beside = BESIDE_STOREYS[plan.dtype] + words * BESIDE_ENERGIES * ("energy" in plan.recorders)
     spring = spring_row(plan.law)
     room = GPU_REGISTERS
-    if spring.rate is None and spring.memory <= 1 and "energy" not in plan.recorders:
+    if _is_simple(spring) and "energy" not in plan.recorders:
         # In float64 more threads, recorders or a collapse would make it keep some values in memory.
         is_bare = plan.recorders == ("drift",) and not plan.collapses
         if plan.dtype == "float32" or (is_bare and plan.dofs * storey + beside <= REGISTERS_OF_A_SIMPLE_LAW):

@@ -196,13 +196,16 @@ def _text(
     return text, frozenset(name.id for name in names_of(ast.parse(text)))
 
 
-def kernel_of(composed: Composed, options: Mapping[str, Any], threads_of_block: int | None = None) -> wp.Kernel:
+def kernel_of(
+    composed: Composed, options: Mapping[str, Any], threads_of_block: int | None = None, *, is_lean: bool = False
+) -> wp.Kernel:
     """Return the kernel that a text describes, in a module with these options.
 
     Args:
         composed: The text, and what it names.
         options: Options of the module.
         threads_of_block: Threads of a block that a GPU's compiler is told of; None for none.
+        is_lean: Whether a GPU's thread takes one row of a launch, without Warp's loop over further ones.
     """
     digest = hashlib.sha256(composed.text.encode()).hexdigest()[:16]
     name = composed.text.partition("(")[0].removeprefix("def ")
@@ -217,6 +220,7 @@ def kernel_of(composed: Composed, options: Mapping[str, Any], threads_of_block: 
         enable_backward=False,
         module_options=dict(options),
         launch_bounds=threads_of_block,
+        grid_stride=False if is_lean else None,
     )
 
 
