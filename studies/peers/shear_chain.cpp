@@ -56,7 +56,7 @@ static inline void stage(State& accepted, State& trial, State& sum, Row ground, 
       const Row growth = (rate - Real(0.5) * (absolute(rate) * z + rate * absolute(z))) * inverse_yield;
       advance(accepted.hysteretic[i], trial.hysteretic[i], sum.hysteretic[i], growth);
     } else if (BILINEAR) {
-      const Row elastic = drift - dragged(accepted.hysteretic[i], drift);
+      const Row elastic = smaller(larger(drift - accepted.hysteretic[i], Row{} - yield), Row{} + yield);
       force = stiffness[i] * (hardening * drift + (1 - hardening) * elastic) + damping[i] * rate;
     } else {
       force = stiffness[i] * drift + damping[i] * rate;
