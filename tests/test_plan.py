@@ -150,8 +150,8 @@ def test_a_scene_that_names_less_carries_less():
     bouc_wen = carried(scene("bouc_wen", recorders=None))
     elastic = carried(scene("elastic", recorders=None))
     fewer = carried(scene("elastic", recorders=("drift",)))
-    # Displacement, velocity and z of two storeys; a stiffness in place of five coefficients a storey.
-    assert [bouc_wen[name] for name in values[:2]] == [6, 2 * (1 + 5) + 2]
+    # Displacement, velocity and z of two storeys; a stiffness in place of three coefficients a storey.
+    assert [bouc_wen[name] for name in values[:2]] == [6, 2 * (1 + 3) + 2]
     assert [elastic[name] for name in values[:2]] == [4, 2 * (1 + 1) + 2]
     assert fewer[values[3]] < elastic[values[3]] == bouc_wen[values[3]]
     for less, more in ((elastic, bouc_wen), (fewer, elastic)):
