@@ -52,7 +52,7 @@ BUILDING = threading.Lock()
 # more registers than there are, threads share it.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
 # What 8 samples of a chain beyond 8 storeys hold stays in the first cache, and registers of 256 bits do for them; but
-# storeys that yield by two comparisons run up to a third faster in rows of 16 with AVX-512, and as fast with AVX2.
+# storeys that yield by two comparisons run up to a third faster in rows of 16 floats with AVX-512, as fast with AVX2.
 # A law of straight branches has its rules twice in every stage of every storey: beyond 5 storeys it runs half to three
 # quarters as fast rolled, and compiles in 2 seconds, not in 20.
 LONG_CHAIN, CPU_LONG_LANES, CPU_LONG_UNROLL, CHAIN_OF_BRANCHES = 8, 8, 7, 5
@@ -92,7 +92,7 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
             elif spring.leaves_line is not None:
                 unroll = CPU_UNROLL if plan.dofs <= CHAIN_OF_BRANCHES else CHAIN_OF_BRANCHES
             elif plan.dofs > LONG_CHAIN:
-                keeps_lanes = _is_simple(spring) and spring.return_mapping is not None
+                keeps_lanes = _is_simple(spring) and spring.return_mapping is not None and plan.dtype == "float32"
                 lanes, unroll = CPU_LANES if keeps_lanes else CPU_LONG_LANES, CPU_LONG_UNROLL
     return replace(plan, lanes=lanes, max_unroll=unroll if unrolls else 1, sections=sections)
 
