@@ -25,6 +25,11 @@ BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
 LAW_COLOURS = {"elastic": GREEN, "bilinear": PURPLE, "bouc_wen": BLUE}
 LAW_NAMES = {"elastic": "elastic", "bilinear": "bilinear", "bouc_wen": "Bouc-Wen"}
 BY_HAND = ("cpp_vectors", "cuda_registers")
+HAND_NAMES = {"cpu": "C++ by hand", "cuda": "CUDA by hand"}
+SHARES = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20)  # ticks
+FULL = 0.75  # of the highest speed
+USUAL_STOREYS = 20  # beyond them the registers of code by hand spill
+TITLE, SMALL = 11, 9  # font sizes
 PART_COLOURS = (SKY, BLUE, YELLOW, PURPLE, GREEN, ORANGE)
 
 
@@ -50,7 +55,7 @@ def draw(result: xr.Dataset) -> Figure:
             drawer(axis)
     gpu = "" if result.attrs["gpu"] == "none" else f"{result.attrs['gpu']}; "
     figure.suptitle(f"warpdyn and its peers on one machine: {gpu}{result.attrs['processor']}", fontsize=13)
-    figure.supxlabel(result.attrs["source"], fontsize=8)
+    figure.supxlabel(result.attrs["source"], fontsize=SMALL)
     return figure
 
 
@@ -59,45 +64,53 @@ def _device_words(device: str) -> str:
 
 
 def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
-    """Draw DOF-steps/s over storeys: every law, both number types, all recorders; and what is written by hand."""
-    table = table[(table["status"] == "measured") & (table["substeps"] == 1)]
-    own = table[table["peer"] == "warpdyn"]
-    styles = {
-        ("float32", "drift"): {"ls": "-", "marker": "o"},
-        ("float32", "all"): {"ls": "--", "marker": "."},
-        ("float64", "drift"): {"ls": ":", "marker": "s"},
-    }
-    for law, colour in LAW_COLOURS.items():
-        for (dtype, recorders), style in styles.items():
-            rows = own[(own["law"] == law) & (own["dtype"] == dtype) & (own["recorders"] == recorders)]
-            axis.plot(rows["storeys"], rows["dof_steps_per_second"], color=colour, ms=4, **style)
-    hand = table[table["peer"].isin(BY_HAND)]
-    for (law, dtype), rows in hand.groupby(["law", "dtype"]):
-        marker = "o" if dtype == "float32" else "s"
-        place = {"ls": "", "marker": marker, "ms": 9, "mfc": "none", "mec": LAW_COLOURS[law], "mew": 1.5}
-        axis.plot(rows["storeys"], rows["dof_steps_per_second"], **place)
+    """Draw the speed over storeys: as a share of code by hand, or in DOF-steps/s where there is none."""
+    table = table[(table["status"] == "measured") & (table["substeps"] == 1) & (table["recorders"] == "drift")]
+    keys = ["law", "dtype", "storeys"]
+    own = table[table["peer"] == "warpdyn"].set_index(keys)["dof_steps_per_second"]
+    hand = table[table["peer"].isin(BY_HAND)].set_index(keys)["dof_steps_per_second"]
+    is_share = not hand.empty
+    shown = (own / hand).dropna() if is_share else own
+    for (law, dtype), values in shown.groupby(level=["law", "dtype"]):
+        style = {"ls": "-", "marker": "o"} if dtype == "float32" else {"ls": ":", "marker": "s"}
+        values = values.droplevel(["law", "dtype"]).sort_index()
+        axis.plot(values.index, values, color=LAW_COLOURS[law], ms=4, **style)
     for law, colour in LAW_COLOURS.items():
         axis.plot([], [], color=colour, lw=2, label=LAW_NAMES[law])
-    for label, style in zip(("float32", "float32, all recorders", "float64"), styles.values(), strict=True):
-        axis.plot([], [], color="0.3", ms=4, label=label, **style)
-    if len(hand):
-        axis.plot([], [], ls="", marker="o", ms=9, mfc="none", mec="0.3", mew=1.5, label=LABELS[hand["peer"].iloc[0]])
-    storeys = sorted(own["storeys"].unique())
-    axis.set(xscale="log", yscale="log", xlabel="Storeys", ylabel="DOF-steps/s", xticks=storeys)
+    for dtype, style in {"float32": "o-", "float64": "s:"}.items():
+        axis.plot([], [], style, color="0.3", ms=4, label=dtype)
+    storeys = sorted(shown.index.unique("storeys"))
+    axis.set(xscale="log", yscale="log", xlabel="Storeys", xticks=storeys)
     axis.xaxis.set_major_formatter(ScalarFormatter())
     axis.xaxis.set_minor_formatter(NullFormatter())
     least, most = axis.get_ylim()
-    axis.set_ylim(least * (least / most) ** 0.35, most)  # room below for the legend
-    axis.set_title(f"Kernels on {_device_words(device)}, RK4")
-    axis.legend(fontsize=8, ncols=2, loc="lower center")
+    axis.set_ylim(least, most * (most / least) ** 0.2)  # room above for the legend
+    axis.legend(fontsize=9, ncols=2, loc="upper left")
     axis.grid(alpha=0.3, which="both")
+    if not is_share:
+        axis.set_ylabel("DOF-steps/s, RK4")
+        axis.set_title(f"Kernels on {_device_words(device)}: up to {_plain(shown.max())} DOF-steps/s", fontsize=TITLE)
+        return
+    name = HAND_NAMES[device.split(":")[0]]
+    axis.axhline(1, color="black", lw=1)
+    axis.set_ylabel(f"Speed over that of {name}, RK4")
+    axis.set_yticks([share for share in SHARES if 0.8 * shown.min() < share < 1.25 * shown.max()])
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.yaxis.set_minor_formatter(NullFormatter())
+    usual = shown[shown.index.get_level_values("storeys") <= USUAL_STOREYS]
+    low, high, middle = usual.min(), usual.max(), usual.median()
+    axis.set_title(
+        f"Kernels on {_device_words(device)} have {low:.2f} to {high:.2f} of the speed\n"
+        f"of {name} up to {USUAL_STOREYS} storeys, {middle:.2f} in the median",
+        fontsize=TITLE,
+    )
 
 
 def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> None:
     """Draw a bar for each peer at the number of storeys that most of them have, with warpdyn's speed over it."""
     chosen = peers[(peers["law"] == "bouc_wen") & (peers["dtype"] == "float32") & (peers["status"] == "measured")]
-    axis.set_title(f"The same work by others on {_device_words(device)}")
     if chosen.empty:
+        axis.set_title(f"The same work by others on {_device_words(device)}", fontsize=TITLE)
         axis.text(0.5, 0.5, "no peer is installed", ha="center", transform=axis.transAxes)
         return
     storeys = 5 if 5 in set(chosen["storeys"]) else chosen["storeys"].iloc[0]
@@ -111,7 +124,17 @@ def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> N
         rf" {_plain(row.dof_steps_per_second)}, warpdyn {_plain(row.ratio)}$\times$" for row in chosen.itertuples()
     ]
     for place, (length, text) in enumerate(zip(speeds, [*texts, f" {_plain(speed)}"], strict=True)):
-        axis.text(length, place, text, va="center", fontsize=8)
+        axis.text(length, place, text, va="center", fontsize=SMALL)
+    tools = chosen[~chosen["peer"].isin(BY_HAND)]
+    if tools.empty:
+        axis.set_title(f"The same work by hand on {_device_words(device)}", fontsize=TITLE)
+    else:
+        nearest = tools.iloc[-1]
+        axis.set_title(
+            f"On {_device_words(device)} {LABELS.get(nearest.peer, nearest.peer)}, the nearest tool,\n"
+            f"takes {_plain(nearest.ratio)} times as long as warpdyn",
+            fontsize=TITLE,
+        )
     decades = np.log10(max(speeds) / min(speeds)) + 0.5
     axis.set(xscale="log", xlabel=f"DOF-steps/s, {storeys} storeys, Bouc-Wen, float32")
     axis.set_xlim(min(speeds) / 3, max(speeds) * 10 ** (0.9 * decades))  # room for the numbers
@@ -142,32 +165,39 @@ def _samples(axis: Axes, table: pd.DataFrame) -> None:
     storeys = table["storeys"].iloc[0]
     axis.set(yscale="log", xlabel="Samples", ylabel="DOF-steps/s")
     axis.set_xscale("log", base=2)
-    axis.set_title(f"Growing ensembles, {storeys} storeys, Bouc-Wen, float32")
-    axis.legend(fontsize=8)
+    rows = table[table["device"] == table["device"].iloc[-1]]
+    full = rows[rows["dof_steps_per_second"] >= FULL * rows["dof_steps_per_second"].max()]["run_samples"].iloc[0]
+    axis.set_title(
+        f"{'A GPU' if rows['gpus'].iloc[0] else 'The processor'} is busy from {full:,} samples on\n"
+        f"({storeys} storeys, Bouc-Wen, float32)",
+        fontsize=TITLE,
+    )
+    axis.legend(fontsize=SMALL)
     axis.grid(alpha=0.3)
 
 
 def _devices(axis: Axes, result: xr.Dataset) -> None:
     """Draw the speed of several threads, and of several GPUs, over that of one."""
-    largest = 1
+    largest, told, names = 1, [], {"threads": "CPU threads", "gpus": "GPUs"}
     for part, column, colour in (("threads", "threads", ORANGE), ("gpus", "gpus", BLUE)):
         table = measurements(result, part)
         table = table[table["status"] == "measured"]
         if len(table) < (1 if part == "threads" else 2):
             continue
         speed = table["dof_steps_per_second"] / table["dof_steps_per_second"].iloc[0]
-        axis.plot(table[column], speed, "o-", color=colour, label="CPU threads" if part == "threads" else "GPUs")
+        axis.plot(table[column], speed, "o-", color=colour, label=names[part])
         for count, times in zip(table[column], speed, strict=True):
-            axis.annotate(f"{times:.2f}", (count, times), textcoords="offset points", xytext=(4, -11), fontsize=8)
+            axis.annotate(f"{times:.2f}", (count, times), textcoords="offset points", xytext=(4, -11), fontsize=SMALL)
         largest = max(largest, table[column].max())
+        told.append(f"{table[column].iloc[-1]} {names[part]} run {speed.iloc[-1]:.2g} times as fast as one")
     axis.plot([1, largest], [1, largest], color="0.6", lw=0.8, ls=":", label="in proportion")
     axis.set(xlabel="Threads, or GPUs", ylabel="Times as fast as one")
     axis.set_xscale("log", base=2)
     axis.set_yscale("log", base=2)
     for side in (axis.xaxis, axis.yaxis):
         side.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_title("More threads and GPUs")
-    axis.legend(fontsize=8)
+    axis.set_title("\n".join(told), fontsize=TITLE)
+    axis.legend(fontsize=SMALL)
     axis.grid(alpha=0.3)
 
 
@@ -189,11 +219,16 @@ def _jobs(axis: Axes, result: xr.Dataset) -> None:
             f"to the dataset {row['ratio_to_dataset'].item():.2f} times that, "
             f"to netCDF {row['ratio_to_netcdf'].item():.2f}"
         )
-        axis.text(0, places[job] + 0.28, text, fontsize=8, va="bottom")
-    axis.set_yticks(places, names, fontsize=8)
+        axis.text(0, places[job] + 0.28, text, fontsize=SMALL, va="bottom")
+    axis.set_yticks(places, names, fontsize=SMALL)
     axis.set(xlabel="Share of the time [%]", ylim=(-0.9, len(names)))
-    axis.legend(fontsize=7.5, ncols=3, loc="lower center")
-    axis.set_title("The main job, from its scene to a file")
+    axis.legend(fontsize=SMALL - 0.5, ncols=3, loc="lower center")
+    kernels = shares[:, list(result["job_part"].values).index("kernels")]
+    axis.set_title(
+        "The main job, from its scene to a file:\n"
+        f"kernels take {kernels.min():.0f} to {kernels.max():.0f} % of the time",
+        fontsize=TITLE,
+    )
 
 
 def _starts(axis: Axes, result: xr.Dataset) -> None:
@@ -206,9 +241,14 @@ def _starts(axis: Axes, result: xr.Dataset) -> None:
         axis.barh(places, seconds, left=left, color=colour, label=name, height=0.5)
         left = left + seconds
     for place, total in zip(places, left, strict=True):
-        axis.text(total, place, f" {total:.1f} s", va="center", fontsize=8)
+        axis.text(total, place, f" {total:.1f} s", va="center", fontsize=SMALL)
     names = zip(result["start_device"].values, result["start_cache"].values, strict=True)
-    axis.set_yticks(places, [f"{device}\n{cache}" for device, cache in names], fontsize=8)
+    axis.set_yticks(places, [f"{device}\n{cache}" for device, cache in names], fontsize=SMALL)
     axis.set(xlabel="Time [s]", xlim=(0, 1.2 * left.max()), ylim=(-1.1, places.size - 0.4))
-    axis.legend(fontsize=8, ncols=3, loc="lower center")
-    axis.set_title("Start of a process of the main job")
+    axis.legend(fontsize=SMALL, ncols=3, loc="lower center")
+    caches = result["start_cache"].values == "empty cache"
+    axis.set_title(
+        f"A new process has its first result after {left[~caches].max():.1f} s,\n"
+        f"{left[caches].max():.1f} s where its kernel is compiled",
+        fontsize=TITLE,
+    )
