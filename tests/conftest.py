@@ -135,7 +135,7 @@ def unoptimised() -> Iterator[None]:
 def rolled_kernels() -> Iterator[None]:
     """Leave the loops over storeys and stages of a processor's kernels as loops, which compile sooner."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("CPU_UNROLL", "CPU_LONG_UNROLL", "CHAIN_OF_BRANCHES"):
+        for name in ("CPU_UNROLL", "CPU_LONG_UNROLL", "CPU_WIDE_UNROLL", "CHAIN_OF_BRANCHES"):
             patch.setattr(build, name, 1)
         yield
 

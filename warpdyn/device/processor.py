@@ -1,5 +1,8 @@
 """Functions in native code that Warp lacks: maxima in one instruction, aligned rows, values of other threads."""
 
+import functools
+
+import numpy as np
 import warp as wp
 
 FEWEST_LANES = 8  # of a thread that has several
@@ -21,6 +24,13 @@ def cpu_flags(keeps_lanes: bool = True) -> str:
     own = "-march=native" if configured is None else configured
     as_loops = f" -fno-slp-vectorize -mllvm=-unroll-full-max-count={FEWEST_LANES - 1}" if keeps_lanes else ""
     return f"{own} -ffp-contract=fast -mprefer-vector-width=512{as_loops}".strip()
+
+
+@functools.cache
+def has_wide_registers() -> bool:
+    """Return whether this machine's processor has vector registers of 512 bits."""
+    found = np.show_config("dicts")["SIMD Extensions"]["found"]
+    return any(name == "X86_V4" or name.startswith("AVX512") for name in found)
 
 
 def module_options(max_unroll: int, keeps_lanes: bool = True) -> dict[str, object]:
