@@ -202,9 +202,11 @@ DEVICES = [
 
 
 def is_shown(case):
-    """Return whether a case has the explicit or the implicit method that is its row's turn."""
-    alike = [each for each in DEVICES if each[0] == case[0] and source_of(each[3])[0] == source_of(case[3])[0]]
-    return case == in_turn(alike, list(COMBINED).index(case[0]) // 2)
+    """Return whether a case is its row's: of an explicit and an implicit method in turn, those in turn."""
+    place = list(COMBINED).index(case[0])
+    kind = in_turn(("explicit", "implicit"), place)
+    alike = [each for each in DEVICES if each[0] == case[0] and source_of(each[3])[0] == kind]
+    return case == in_turn(alike, place // 2)
 
 
 @pytest.mark.parametrize("case", [thorough_unless(is_shown(case), case, id=name_of(case)) for case in DEVICES])
