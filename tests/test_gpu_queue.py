@@ -183,6 +183,7 @@ def pretended(request, monkeypatch):
         else:
             current_stream().add(lambda: fill(array, value))
 
+    monkeypatch.setattr(build, "GPU_UNROLL", 2)  # kernels compile sooner, and what is shown is how they are queued
     monkeypatch.setattr(devices, "WAIT_FOR_GPU", 0.0)  # each look at these does some of their work
     monkeypatch.setattr(devices, "wp", shim)
     monkeypatch.setattr(arguments, "wp", shim)
