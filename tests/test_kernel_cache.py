@@ -4,6 +4,7 @@ import re
 import shutil
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -22,16 +23,34 @@ def twice(values: wp.array(dtype=float)):
     values[wp.tid()] = 2.0 * values[wp.tid()]
 
 
-@pytest.fixture
-def cache(tmp_path, monkeypatch):
-    """Keep kernels in a folder of this test's."""
+@contextmanager
+def kernels_in(folder):
+    """Keep kernels in a folder."""
     wp.init()
     headers = kernel_cache._folder_of_headers()  # which take seconds to precompile, and are those of all tests
-    monkeypatch.setattr(kernel_cache, "_folder_of_headers", lambda: headers)
-    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
-    twice.module.unload()
-    yield tmp_path
-    twice.module.unload()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kernel_cache, "_folder_of_headers", lambda: headers)
+        patch.setattr(wp.config, "kernel_cache_dir", str(folder))
+        twice.module.unload()
+        yield
+        twice.module.unload()
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """Return a cache with the kernel."""
+    folder = tmp_path_factory.mktemp("compiled")
+    with kernels_in(folder):
+        load_anew()
+    return folder
+
+
+@pytest.fixture
+def cache(compiled, tmp_path):
+    """Keep kernels in a folder of this test's, which has the kernel."""
+    shutil.copytree(compiled, tmp_path, dirs_exist_ok=True)
+    with kernels_in(tmp_path):
+        yield tmp_path
 
 
 def load_anew():
