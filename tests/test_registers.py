@@ -10,6 +10,7 @@ from warpdyn.kernels import build
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.plan import Plan
 
+pytestmark = pytest.mark.as_shipped  # registers are what the optimiser leaves
 DRIFT, EVERY = ("drift",), tuple(sorted(RECORDERS["chain"]))
 CASES = [
     pytest.param(10, "float32", "bouc_wen_1", "rayleigh", EVERY, marks=pytest.mark.thorough),
