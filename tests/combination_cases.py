@@ -78,8 +78,8 @@ KERNEL_DAMPING = [name for name in DAMPING if name != "stiffness_proportional"]
 NOISE = [name for name, row in LOADS.items() if row.noise_states]
 LOAD_KINDS = [*(name for name in LOADS if name not in NOISE), "noise"]
 OF_A_ROW = (  # each has a row of SPRINGS of its own
-    {"exponent": 1.0, "beta": 0.5, "gamma": 0.5},
     {"exponent": 1.0},
+    {"exponent": 1.0, "beta": 0.5, "gamma": 0.5},
     {"exponent": 2.0},
     {"exponent": 3.0},
     {"isotropic_hardening": 0.1},
@@ -291,7 +291,8 @@ def is_default_on_sm90(case):
     if spring in MANY:
         return spring in ROW_OF_LAW.values()
     turn = (FEW.index(spring) - LOAD_KINDS.index(kind)) % len(LOAD_KINDS)
-    return turn == 0 or (turn == 1 and springs_of_laws()[spring][0] != "bouc_wen")  # whose rows differ by powers alone
+    # The rows of Bouc-Wen differ by their rate alone.
+    return turn == 0 or (turn == 1 and springs_of_laws()[spring][0] != "bouc_wen")
 
 
 def recorders_alone(cases):

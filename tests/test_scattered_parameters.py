@@ -5,6 +5,7 @@ import pytest
 from combination_cases import springs_of_laws
 
 import warpdyn as wd
+from warpdyn.integration.model import dynamics_of
 from warpdyn.integration.run import build_run
 from warpdyn.integration.settings import Execution, Integration
 
@@ -47,6 +48,7 @@ def test_every_parameter_is_scattered(case):
         violates = building.parameter_table[name].violations
         taken = np.isfinite(value)
         low, high = (1.0 if violates(factor * value[taken]).any() else factor for factor in (0.999, 1.001))
+        low, high = (1.0 if name == "beta" else low), (1.0 if name == "gamma" else high)  # gamma must not exceed beta
         scatter = {name: wd.RandomFactor(wd.Uniform(low, high if high > low else 1 + 1e-12))}
         if name == "counts_cycles":  # a switch
             scatter = {name: wd.GivenValues(np.broadcast_to(value, (STRUCTURES, STOREYS)))}
@@ -57,3 +59,19 @@ def test_every_parameter_is_scattered(case):
         packed = run.model.dynamics.pack(run.model.dynamics.parameters_of(drawn), vibration.rayleigh)
         assert {array.shape[-1] for array in packed.values()} <= {1, STRUCTURES}
         assert packed["coefficients"].shape[-1] == STRUCTURES
+
+
+def test_scattered_beta_and_gamma_are_not_taken_for_equal():
+    """A scene looks at a few values of each parameter; of two that are scattered alike these are the same."""
+    alike, same = wd.RandomFactor(wd.Lognormal(1.0, 0.05)), wd.GivenValues([0.5] * STRUCTURES)
+    building = wd.ShearBuilding([1e5, 1e5], 8e7, 3.0, law="bouc_wen", yield_force=3e5, hardening_ratio=0.05)
+    rows = {
+        "bouc_wen_1": [
+            {"beta": alike, "gamma": alike},
+            {"beta": wd.GivenValues(np.linspace(0.5, 0.7, STRUCTURES)), "gamma": alike},
+        ],
+        "bouc_wen_1_elastic_unloading": [{"yield_force": alike}, {"beta": same, "gamma": same}],
+    }
+    for row, scatters in rows.items():
+        for scatter in scatters:
+            assert dynamics_of(wd.Scene(building, MOTION, scatter=scatter)).law == row, scatter

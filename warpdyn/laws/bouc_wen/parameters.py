@@ -55,9 +55,11 @@ class BoucWen(Law):
     def spring(cls, p: Values) -> str:
         """Exponents 1 and 2 have kernels without a power, which is what most of the time would go to.
 
-        Storeys with exponent 1 that unload along straight lines, as beta is gamma, have two coefficients less.
+        Storeys with exponent 1 that unload along straight lines, as beta is gamma, have two coefficients less. Both
+        must be one constant: where they are scattered, `p` holds but a few of their values.
         """
-        if np.all(p["exponent"] == 1) and np.all(p["beta"] == p["gamma"]):
+        beta = np.ravel(p["beta"])[0]
+        if all(np.all(p[name] == value) for name, value in {"exponent": 1, "beta": beta, "gamma": beta}.items()):
             return "bouc_wen_1_elastic_unloading"
         for exponent in (1, 2):
             if np.all(p["exponent"] == exponent):
