@@ -26,11 +26,18 @@ def cpu_flags(keeps_lanes: bool = True) -> str:
     return f"{own} -ffp-contract=fast -mprefer-vector-width=512{as_loops}".strip()
 
 
-@functools.cache
 def has_wide_registers() -> bool:
-    """Return whether this machine's processor has vector registers of 512 bits."""
-    found = np.show_config("dicts")["SIMD Extensions"]["found"]
-    return any(name == "X86_V4" or name.startswith("AVX512") for name in found)
+    """Return whether kernels on this machine's processor are compiled for vector registers of 512 bits."""
+    configured = wp.config.cpu_compiler_flags
+    return _has_512_bits() and (configured is None or "-march=native" in configured)
+
+
+@functools.cache
+def _has_512_bits() -> bool:
+    # NumPy leaves out a list that is empty, and names under "baseline" what it was built for.
+    known = np.show_config("dicts").get("SIMD Extensions", {})
+    names = [*known.get("baseline", []), *known.get("found", [])]
+    return any(name == "X86_V4" or name.startswith("AVX512") for name in names)
 
 
 def module_options(max_unroll: int, keeps_lanes: bool = True) -> dict[str, object]:

@@ -17,6 +17,7 @@ from warpdyn.accuracy.pilot import choose_method
 from warpdyn.accuracy.sample_errors import ATTRIBUTES, ERROR, SENSITIVE
 from warpdyn.core.checks import real_number, whole_number
 from warpdyn.core.progress import counted_histories
+from warpdyn.device.processor import has_wide_registers
 from warpdyn.files.netcdf import GrowingFile
 from warpdyn.files.unfinished import Unfinished
 from warpdyn.integration.run import Run, build_run
@@ -207,8 +208,12 @@ def fingerprint_of_run(
 
 
 def machines_of(execution: Execution) -> list[str]:
-    """Return the makers' names of devices, each once."""
-    return sorted({wp.get_device(device).name for device in execution.devices})
+    """Return what devices are, each once: their makers' names, and how wide a processor's vector registers are.
+
+    Kernels of tall buildings have other rows where registers are wider, and may round otherwise.
+    """
+    width = " with registers of 512 bits" if has_wide_registers() else ""
+    return sorted({wp.get_device(name).name + (width if name == "cpu" else "") for name in execution.devices})
 
 
 def columns_kept(run: Run, kept: Kept) -> dict[str, Column]:
