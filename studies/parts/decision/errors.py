@@ -92,13 +92,13 @@ def plans_of(choices: Choices) -> list[Plan]:
 
 
 def timed(run: Callable[[], xr.Dataset]) -> tuple[xr.Dataset, float]:
-    """Run twice, and return the second run with the lesser of both wall times [s]: kernels are compiled by then."""
-    seconds = []
+    """Run twice, and return the run of the lesser wall time, with that time [s]: kernels are compiled by the second."""
+    runs = []
     for _ in range(2):
         began = time.perf_counter()
         result = run()
-        seconds.append(time.perf_counter() - began)
-    return result, min(seconds)
+        runs.append((result, time.perf_counter() - began))
+    return min(runs, key=lambda pair: pair[1])
 
 
 def truth_of(base: wd.Scene, choices: Choices, device: str | None, seed: int) -> np.ndarray:
