@@ -28,7 +28,7 @@ BY_HAND = ("cpp_vectors", "cuda_registers")
 HAND_NAMES = {"cpu": "C++ by hand", "cuda": "CUDA by hand"}
 SHARES = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20)  # ticks
 FULL = 0.75  # of the highest speed
-USUAL_STOREYS = 20  # beyond them the registers of code by hand spill
+USUAL_STOREYS = 20  # beyond them the registers of CUDA by hand spill in float32
 TITLE, SMALL = 11, 9  # font sizes
 PART_COLOURS = (SKY, BLUE, YELLOW, PURPLE, GREEN, ORANGE)
 
@@ -69,8 +69,9 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
     keys = ["law", "dtype", "storeys"]
     own = table[table["peer"] == "warpdyn"].set_index(keys)["dof_steps_per_second"]
     hand = table[table["peer"].isin(BY_HAND)].set_index(keys)["dof_steps_per_second"]
-    is_share = not hand.empty
-    shown = (own / hand).dropna() if is_share else own
+    shares = (own / hand).dropna()
+    is_share = not shares.empty
+    shown = shares if is_share else own
     for (law, dtype), values in shown.groupby(level=["law", "dtype"]):
         style = {"ls": "-", "marker": "o"} if dtype == "float32" else {"ls": ":", "marker": "s"}
         values = values.droplevel(["law", "dtype"]).sort_index()
@@ -97,11 +98,14 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
     axis.set_yticks([share for share in SHARES if 0.8 * shown.min() < share < 1.25 * shown.max()])
     axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.yaxis.set_minor_formatter(NullFormatter())
-    usual = shown[shown.index.get_level_values("storeys") <= USUAL_STOREYS]
-    low, high, middle = usual.min(), usual.max(), usual.median()
+    levels = shown.index.get_level_values
+    usual = shown[(levels("storeys") <= USUAL_STOREYS) & (levels("dtype") == "float32")]
+    if usual.empty:
+        axis.set_title(f"Kernels on {_device_words(device)} beside {name}", fontsize=TITLE)
+        return
     axis.set_title(
-        f"Kernels on {_device_words(device)} have {low:.2f} to {high:.2f} of the speed\n"
-        f"of {name} up to {USUAL_STOREYS} storeys, {middle:.2f} in the median",
+        f"Kernels on {_device_words(device)} have {usual.min():.2f} to {usual.max():.2f} of the speed of\n"
+        f"{name} up to {USUAL_STOREYS} storeys in float32, {usual.median():.2f} in the median",
         fontsize=TITLE,
     )
 
@@ -196,7 +200,7 @@ def _devices(axis: Axes, result: xr.Dataset) -> None:
     axis.set_yscale("log", base=2)
     for side in (axis.xaxis, axis.yaxis):
         side.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_title("\n".join(told), fontsize=TITLE)
+    axis.set_title("\n".join(told) or "More threads and GPUs", fontsize=TITLE)
     axis.legend(fontsize=SMALL)
     axis.grid(alpha=0.3)
 
@@ -246,9 +250,7 @@ def _starts(axis: Axes, result: xr.Dataset) -> None:
     axis.set_yticks(places, [f"{device}\n{cache}" for device, cache in names], fontsize=SMALL)
     axis.set(xlabel="Time [s]", xlim=(0, 1.2 * left.max()), ylim=(-1.1, places.size - 0.4))
     axis.legend(fontsize=SMALL, ncols=3, loc="lower center")
-    caches = result["start_cache"].values == "empty cache"
-    axis.set_title(
-        f"A new process has its first result after {left[~caches].max():.1f} s,\n"
-        f"{left[caches].max():.1f} s where its kernel is compiled",
-        fontsize=TITLE,
-    )
+    compiles = result["start_cache"].values == "empty cache"
+    told = [f"after {left[~compiles].max():.1f} s"] if not compiles.all() else []
+    told += [f"after {left[compiles].max():.1f} s where its kernel is compiled"] if compiles.any() else []
+    axis.set_title("A new process has its first result\n" + ", ".join(told), fontsize=TITLE)
