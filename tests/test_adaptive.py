@@ -24,9 +24,10 @@ LAWS = {
     "elastic": {},
     "bilinear": {"yield_force": YIELD_FORCE, "hardening_ratio": HARDENING},
     **{
-        f"bouc_wen {n:g}": {"yield_force": YIELD_FORCE, "hardening_ratio": HARDENING, "exponent": n}
-        for n in (1.0, 2.0, 3.0)
+        f"bouc_wen {n:g}": {"yield_force": YIELD_FORCE, "hardening_ratio": HARDENING, "exponent": n} for n in (2.0, 3.0)
     },
+    # Beta differs from gamma: the usual case of exponent 1 has device functions of its own.
+    "bouc_wen 1": {"yield_force": YIELD_FORCE, "hardening_ratio": HARDENING, "beta": 0.6, "gamma": 0.4},
 }
 
 
@@ -51,9 +52,8 @@ def exact_displacement(law):
     if law == "bilinear":
         chain = bilinear_chain_response(MASS, STIFFNESS, YIELD_FORCE, HARDENING, MATRICES[1], FORCE, STEP)
     else:
-        chain = bouc_wen_chain_response(
-            MASS, STIFFNESS, YIELD_FORCE, HARDENING, MATRICES[1], FORCE, STEP, exponent=LAWS[law]["exponent"]
-        )
+        own = {name: LAWS[law][name] for name in ("exponent", "beta", "gamma") if name in LAWS[law]}
+        chain = bouc_wen_chain_response(MASS, STIFFNESS, YIELD_FORCE, HARDENING, MATRICES[1], FORCE, STEP, **own)
     return chain.displacement
 
 

@@ -28,7 +28,7 @@ SEQUENCE = wd.Scene(make_shaken_building(), STRIPED, DRAWN)
 LONG = {"structures": 240, "seed": 5, "step": 1e-4, "device": "cpu"}
 
 pytestmark = [
-    pytest.mark.as_shipped,  # as workers have them, which know nothing of the tests' rolled kernels
+    pytest.mark.as_shipped,  # as workers have them, which know nothing of the tests' quick kernels
     pytest.mark.filterwarnings("ignore:a tail of"),
     pytest.mark.meant_as_given(
         *("damping_ratio", "first_period", "first_period_over_height", "no_damping", "storey_height"),
