@@ -92,39 +92,27 @@ def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
     return slope
 
 
+def _row(name: str, rate: wp.Function, relaxation_rate: wp.Function, *, relaxes_by_velocity: bool = False) -> Spring:
+    """Return the row of this name: the rows differ in how z changes."""
+    return Spring(
+        bouc_wen_force,
+        None,
+        bouc_wen_elastic_energy,
+        coefficients=len(BoucWen.rows[name]),
+        memory=len(M),
+        relaxes_by_velocity=relaxes_by_velocity,
+        **along_drift(rate, relaxation_rate),
+    )
+
+
 SPRINGS = {
-    "bouc_wen_1_elastic_unloading": Spring(
-        bouc_wen_force,
-        None,
-        bouc_wen_elastic_energy,
-        coefficients=len(BoucWen.rows["bouc_wen_1_elastic_unloading"]),
-        memory=len(M),
+    "bouc_wen_1_elastic_unloading": _row(
+        "bouc_wen_1_elastic_unloading",
+        bouc_wen_1_elastic_unloading_rate,
+        bouc_wen_1_elastic_unloading_relaxation_rate,
         relaxes_by_velocity=True,
-        **along_drift(bouc_wen_1_elastic_unloading_rate, bouc_wen_1_elastic_unloading_relaxation_rate),
     ),
-    "bouc_wen_1": Spring(
-        bouc_wen_force,
-        None,
-        bouc_wen_elastic_energy,
-        coefficients=len(BoucWen.rows["bouc_wen_1"]),
-        memory=len(M),
-        relaxes_by_velocity=True,
-        **along_drift(bouc_wen_1_rate, bouc_wen_1_relaxation_rate),
-    ),
-    "bouc_wen_2": Spring(
-        bouc_wen_force,
-        None,
-        bouc_wen_elastic_energy,
-        coefficients=len(BoucWen.rows["bouc_wen_2"]),
-        memory=len(M),
-        **along_drift(bouc_wen_2_rate, bouc_wen_2_relaxation_rate),
-    ),
-    "bouc_wen": Spring(
-        bouc_wen_force,
-        None,
-        bouc_wen_elastic_energy,
-        coefficients=len(BoucWen.rows["bouc_wen"]),
-        memory=len(M),
-        **along_drift(bouc_wen_rate, bouc_wen_relaxation_rate),
-    ),
+    "bouc_wen_1": _row("bouc_wen_1", bouc_wen_1_rate, bouc_wen_1_relaxation_rate, relaxes_by_velocity=True),
+    "bouc_wen_2": _row("bouc_wen_2", bouc_wen_2_rate, bouc_wen_2_relaxation_rate),
+    "bouc_wen": _row("bouc_wen", bouc_wen_rate, bouc_wen_relaxation_rate),
 }
