@@ -25,6 +25,7 @@ BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
 LAW_COLOURS = {"elastic": GREEN, "bilinear": PURPLE, "bouc_wen": BLUE}
 LAW_NAMES = {"elastic": "elastic", "bilinear": "bilinear", "bouc_wen": "Bouc-Wen"}
 BY_HAND = ("cpp_vectors", "cuda_registers")
+DTYPE_STYLES = {"float32": "o-", "float64": "s:"}
 HAND_NAMES = {"cpu": "C++ by hand", "cuda": "CUDA by hand"}
 SHARES = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20)  # ticks
 FULL = 0.75  # of the highest speed
@@ -73,12 +74,11 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
     is_share = not shares.empty
     shown = shares if is_share else own
     for (law, dtype), values in shown.groupby(level=["law", "dtype"]):
-        style = {"ls": "-", "marker": "o"} if dtype == "float32" else {"ls": ":", "marker": "s"}
         values = values.droplevel(["law", "dtype"]).sort_index()
-        axis.plot(values.index, values, color=LAW_COLOURS[law], ms=4, **style)
+        axis.plot(values.index, values, DTYPE_STYLES[dtype], color=LAW_COLOURS[law], ms=4)
     for law, colour in LAW_COLOURS.items():
         axis.plot([], [], color=colour, lw=2, label=LAW_NAMES[law])
-    for dtype, style in {"float32": "o-", "float64": "s:"}.items():
+    for dtype, style in DTYPE_STYLES.items():
         axis.plot([], [], style, color="0.3", ms=4, label=dtype)
     storeys = sorted(shown.index.unique("storeys"))
     axis.set(xscale="log", yscale="log", xlabel="Storeys", xticks=storeys)
@@ -86,7 +86,7 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
     axis.xaxis.set_minor_formatter(NullFormatter())
     least, most = axis.get_ylim()
     axis.set_ylim(least, most * (most / least) ** 0.2)  # room above for the legend
-    axis.legend(fontsize=9, ncols=2, loc="upper left")
+    axis.legend(fontsize=SMALL, ncols=2, loc="upper left")
     axis.grid(alpha=0.3, which="both")
     if not is_share:
         axis.set_ylabel("DOF-steps/s, RK4")
