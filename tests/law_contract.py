@@ -105,10 +105,9 @@ def contract_kernel(row: str) -> wp.Kernel:
     )
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=MEMORY, dtype=wp.float64)
-    # Functions stand in a rolled loop, and are optimised little: compiling is most of this test's time.
-    options = {"max_unroll": 1, "optimization_level": 1}
 
-    @wp.kernel(module="unique", enable_backward=False, module_options=options)
+    # Functions stand in a rolled loop: compiling is most of this test's time.
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def follow(
         coefficients: wp.array2d(dtype=wp.float64),
         drift: wp.array2d(dtype=wp.float64),
