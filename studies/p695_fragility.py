@@ -15,7 +15,6 @@ import xarray as xr
 from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
-from warpdyn import plots
 from warpdyn.files import netcdf
 from warpdyn.ground_motions.records import far_field
 
@@ -92,12 +91,12 @@ def main() -> None:
     netcdf.write(result, target)
     written = time.perf_counter()
     figures = {
-        "p695_fragility": plots.fragility_curves(result),
-        "p695_drift_over_height": plots.drift_over_height(result),
-        "p695_drift_against_intensity": plots.drift_against_intensity(result),
-        "p695_ida_curves": plots.ida_curves(result),
-        "p695_residual_drifts": plots.residual_drifts(result),
-        "p695_hysteresis": plots.hysteresis(result),
+        "p695_fragility": wd.plots.fragility_curves(result),
+        "p695_drift_over_height": wd.plots.drift_over_height(result),
+        "p695_drift_against_intensity": wd.plots.drift_against_intensity(result),
+        "p695_ida_curves": wd.plots.ida_curves(result),
+        "p695_residual_drifts": wd.plots.residual_drifts(result),
+        "p695_hysteresis": wd.plots.hysteresis(result),
     }
     save_figures(figures, arguments.out)
     drawn = time.perf_counter()
