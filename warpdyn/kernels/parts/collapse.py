@@ -203,12 +203,24 @@ def see_last():
 
 
 def watch_lanes():
-    for j in range(LANES):
-        if over[j] * stands[j] > dtype(1.0):
-            slot("find_first_to_pass")
-        slot("compare_sections")
-        if past_share[j] * stands[j] > dtype(0.0):
-            slot("collapse_here")
+    if SECTIONS:  # whose threads compare what they found
+        for j in range(LANES):
+            if over[j] * stands[j] > dtype(1.0):
+                slot("find_first_to_pass")
+            slot("compare_sections")
+            if past_share[j] * stands[j] > dtype(0.0):
+                slot("collapse_here")
+    else:
+        # In nearly all steps no lane collapses. To ask whether any does takes a few vector instructions on a processor,
+        # where to ask each takes a branch.
+        some_pass = int(0)
+        for j in range(LANES):
+            some_pass = some_pass | wp.where(over[j] * stands[j] > dtype(1.0), 1, 0)
+        if some_pass > 0:
+            for j in range(LANES):
+                if over[j] * stands[j] > dtype(1.0):
+                    slot("find_first_to_pass")
+                    slot("collapse_here")
 
 
 def collapse_here():

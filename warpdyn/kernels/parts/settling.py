@@ -31,7 +31,6 @@ def names(plan):
 def declare():
     fastest = row()  # rate at which a memory settled in this step
     deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
-    may_grow = indices()  # 1 if a deviation may grow in this step or has grown before, else 0
     deviation_so_far = row()  # the largest deviation so far
     watched_from = row()  # rate times step at which one begins to grow; less than any while one is followed
 
@@ -59,14 +58,12 @@ def end_storey():
 def end_step():
     if EXPLICIT_CHAIN:
         # Below the limit deviations only fade: most steps have nothing to follow.
-        lanes_that_may = int(0)
+        some_may_grow = int(0)
         for j in range(LANES):
             if SECTIONS:
                 fastest[j] = across(fastest[j], THREADS)
-            may_grow[j] = wp.where(fastest[j] * h[j] <= watched_from[j], 0, 1)
-        for j in range(LANES):
-            lanes_that_may += may_grow[j]
-        if lanes_that_may > 0:
+            some_may_grow = some_may_grow | wp.where(fastest[j] * h[j] <= watched_from[j], 0, 1)
+        if some_may_grow > 0:
             for j in range(LANES):
                 grown = deviation_after(deviation[j], fastest[j] * h[j], settling)
                 deviation[j] = grown
