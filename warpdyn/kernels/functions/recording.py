@@ -30,7 +30,6 @@ def keep_force(history: Any, row: int, step: int, every: int, storey: int, force
 
 
 # cos(x) as a polynomial in x^2, exact to the last digit up to a quarter turn; the library's own needs memory beyond.
-COSINE_TERMS = wp.constant(12)
 COSINE = wp.constant(
     wp.types.vector(length=12, dtype=wp.float64)(*((-1.0) ** k / math.factorial(2 * k) for k in range(12)))
 )
@@ -41,9 +40,20 @@ HALF_TURN = wp.constant(wp.float64(math.pi))
 def hann(position: Any):
     """Return the Hann window, 1 - cos(2 pi x) = 2 cos^2(pi (x - 1/2)), at a position from 0 to 1; its mean is 1."""
     angle = type(position)(HALF_TURN) * (position - type(position)(0.5))
-    cosine = type(position)(0.0)
-    for k in range(COSINE_TERMS):
-        cosine = cosine * angle * angle + type(position)(COSINE[COSINE_TERMS - 1 - k])
+    # Term by term: over a loop a processor's compiler would not do a row of samples at once.
+    square = angle * angle
+    cosine = type(position)(COSINE[11])
+    cosine = cosine * square + type(position)(COSINE[10])
+    cosine = cosine * square + type(position)(COSINE[9])
+    cosine = cosine * square + type(position)(COSINE[8])
+    cosine = cosine * square + type(position)(COSINE[7])
+    cosine = cosine * square + type(position)(COSINE[6])
+    cosine = cosine * square + type(position)(COSINE[5])
+    cosine = cosine * square + type(position)(COSINE[4])
+    cosine = cosine * square + type(position)(COSINE[3])
+    cosine = cosine * square + type(position)(COSINE[2])
+    cosine = cosine * square + type(position)(COSINE[1])
+    cosine = cosine * square + type(position)(COSINE[0])
     return type(position)(2.0) * cosine * cosine
 
 
@@ -53,10 +63,9 @@ def weight_in_mean(step: Any, since: int, steps: int):
 
     The window takes out what is left of the free vibration, whatever its phase (Harris 1978, Proc. IEEE 66(1)).
     """
-    weight = type(step)(1.0)
-    if steps > 1:
-        weight = hann((type(step)(since) + type(step)(0.5)) / type(step)(steps)) / type(step)(steps)
-    return weight
+    # A choice of two values, not a branch, so that a processor does it for a row of samples at once.
+    weight = hann((type(step)(since) + type(step)(0.5)) / type(step)(steps)) / type(step)(steps)
+    return wp.where(steps > 1, weight, type(step)(1.0))
 
 
 @wp.func

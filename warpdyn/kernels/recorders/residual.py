@@ -32,10 +32,15 @@ def values_held(plan):
 
 def declare():
     residual_start = int(2147483647)
+    # A processor sums up beside the state; a GPU in memory, as these steps are too few to deserve registers.
+    share_in_mean = row()  # 0 for a lane that does not add to its mean in this step
+    mean_ratio = matrix()
+    steps_of_mean = indices()
 
 
 def read_sample():
-    start = live_intervals[j] * substeps - samples.residual_steps[samples.order[sample[j]]]
+    steps_of_mean[j] = samples.residual_steps[samples.order[sample[j]]]
+    start = live_intervals[j] * substeps - steps_of_mean[j]
     if PROPAGATED:
         start += 1  # a state is seen in the step that leaves it
     residual_start = wp.min(residual_start, start)
@@ -54,20 +59,29 @@ def end_step():
 def add_to_means():
     if index >= residual_start:
         for j in range(LANES):
-            steps = samples.residual_steps[samples.order[sample[j]]]
+            steps = steps_of_mean[j]
             since = index - (live_intervals[j] * substeps - steps)
             if PROPAGATED:
                 since -= 1
-            # A lane that repeats the last sample must not add to its mean again.
-            if since >= 0 and since < steps and block * LANES + j < control.samples:
-                o = samples.order[sample[j]]
-                share = weight_in_mean(step[j], since, steps)
-                for i in range(N):
-                    slot("number_storey")
-                    if not HAS_PADS or g < STOREYS:
-                        if PROPAGATED:
-                            ratio = ratio_of_storey[i, j]
-                        else:
-                            slot("accepted_drift")
-                            ratio = drift * inverse_height[i, j]
-                        add_to_mean(output.residual_drift_ratio, g, o, share * ratio, since)
+            share = weight_in_mean(step[j], since, steps)
+            share = wp.where(since < 0, dtype(0.0), share)
+            share_in_mean[j] = wp.where(since < steps, share, dtype(0.0))
+        for i in range(N):
+            for j in range(LANES):
+                slot("number_storey")
+                if not HAS_PADS or g < STOREYS:
+                    if PROPAGATED:
+                        ratio = ratio_of_storey[i, j]
+                    else:
+                        slot("accepted_drift")
+                        ratio = drift * inverse_height[i, j]
+                    if LANES > 1:
+                        mean_ratio[i, j] += share_in_mean[j] * ratio
+                    elif since >= 0 and since < steps:
+                        o = samples.order[sample[j]]
+                        add_to_mean(output.residual_drift_ratio, g, o, share_in_mean[j] * ratio, since)
+
+
+def finish_storey():
+    if LANES > 1:
+        output.residual_drift_ratio[g, o] = mean_ratio[i, j]
