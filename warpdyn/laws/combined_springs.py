@@ -9,6 +9,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import maximum
 from warpdyn.laws.spring import Spring
 
 
@@ -135,7 +136,7 @@ def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> 
             return of_one(driver, memory, c) + of_other(driver, memory_of(memory), c_of(c))
 
         def largest(driver: Any, memory: Any, c: Any):
-            return wp.max(of_one(driver, memory, c), of_other(driver, memory_of(memory), c_of(c)))
+            return maximum(of_one(driver, memory, c), of_other(driver, memory_of(memory), c_of(c)))
 
         def moved(driver: Any, memory: Any, c: Any):
             return join(of_one(driver, memory, c), of_other(driver, memory_of(memory), c_of(c)))

@@ -8,6 +8,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import maximum
 from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions
 
@@ -57,8 +58,8 @@ def along_drift(rate: wp.Function, relaxation_rate: wp.Function) -> dict[str, wp
         first = memory + half * rate(increment, memory, c)
         second = memory + half * rate(increment, first, c)
         third = memory + rate(increment, second, c)
-        outer = wp.max(relaxation_rate(increment, memory, c), relaxation_rate(increment, third, c))
-        return wp.max(outer, wp.max(relaxation_rate(increment, first, c), relaxation_rate(increment, second, c)))
+        outer = maximum(relaxation_rate(increment, memory, c), relaxation_rate(increment, third, c))
+        return maximum(outer, maximum(relaxation_rate(increment, first, c), relaxation_rate(increment, second, c)))
 
     functions = device_functions(rate.key, memory_after, tangent, relaxation_over_step)
     return functions | {"rate": rate, "relaxation_rate": relaxation_rate}
@@ -72,4 +73,4 @@ def deviation_after(deviation: Any, rate_step: Any, polynomial: Any):
         growth = polynomial[POWERS - 1 - k] - rate_step * growth
     if not wp.isfinite(growth):  # a rate without bounds
         growth = type(rate_step)(LARGEST_GROWTH)
-    return wp.max(wp.max(deviation, type(deviation)(1.0)) * wp.abs(growth), type(deviation)(1.0))
+    return maximum(maximum(deviation, type(deviation)(1.0)) * wp.abs(growth), type(deviation)(1.0))

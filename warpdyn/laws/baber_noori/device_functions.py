@@ -18,6 +18,7 @@ import numpy as np
 import warp as wp
 
 from warpdyn.device.exponentials import exponential, power_of
+from warpdyn.device.extrema import maximum
 from warpdyn.laws.baber_noori.parameters import BaberNoori, Coefficient as C
 from warpdyn.laws.law import Layout
 from warpdyn.laws.rate_law import along_drift
@@ -53,7 +54,7 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         zero, one = type(velocity)(0.0), type(velocity)(1.0)
         z, energy = memory[M.Z], memory[M.ENERGY]
         speed = velocity * c[C.RATE]
-        growth = wp.max(one - c[C.GROWTH_LOSS] * energy, zero)
+        growth = maximum(one - c[C.GROWTH_LOSS] * energy, zero)
         nu = one + c[C.STRENGTH_LOSS] * energy
         eta = one + c[C.STIFFNESS_LOSS] * energy
         power = wp.abs(z)
@@ -84,7 +85,7 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         """What z gives back as it unloads to 0, the integral of z over the drift; by quadrature where it pinches."""
         zero, one, half = type(drift)(0.0), type(drift)(1.0), type(drift)(0.5)
         z, energy = memory[M.Z], memory[M.ENERGY]
-        growth = wp.max(one - c[C.GROWTH_LOSS] * energy, type(drift)(LEAST_A))
+        growth = maximum(one - c[C.GROWTH_LOSS] * energy, type(drift)(LEAST_A))
         area = half * z * z
         if PINCHES:
             bound = growth / (one + c[C.STRENGTH_LOSS] * energy) * c[C.INVERSE_BETA_AND_GAMMA]
@@ -106,10 +107,10 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
     def relaxation_rate(velocity: Any, memory: Any, c: Any):
         """z settles at the rate of its equation's slope, at most; each part of it is taken at its steepest."""
         one = type(velocity)(1.0)
-        energy = wp.max(memory[M.ENERGY], type(velocity)(0.0))
+        energy = maximum(memory[M.ENERGY], type(velocity)(0.0))
         slope = (one + c[C.STRENGTH_LOSS] * energy) * (c[C.BETA] + wp.abs(c[C.GAMMA]))
         if POWERS:
-            size = wp.max(wp.abs(memory[M.Z]), type(velocity)(1e-6))
+            size = maximum(wp.abs(memory[M.Z]), type(velocity)(1e-6))
             slope *= power_of(size, c[C.EXPONENT]) / size * c[C.EXPONENT]
         eta = one + c[C.STIFFNESS_LOSS] * energy
         if PINCHES:

@@ -9,6 +9,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import clamped
 from warpdyn.laws.bilinear.parameters import Coefficient as C
 from warpdyn.laws.law import Layout
 from warpdyn.laws.spring import Spring
@@ -23,14 +24,14 @@ class M(Layout):
 @wp.func
 def bilinear_return_mapping(drift: Any, memory: Any, c: Any):
     plastic = type(memory)()
-    plastic[M.PLASTIC_DRIFT] = wp.clamp(memory[M.PLASTIC_DRIFT], drift - c[C.YIELD_DRIFT], drift + c[C.YIELD_DRIFT])
+    plastic[M.PLASTIC_DRIFT] = clamped(memory[M.PLASTIC_DRIFT], drift - c[C.YIELD_DRIFT], drift + c[C.YIELD_DRIFT])
     return plastic
 
 
 @wp.func
 def bilinear_force(drift: Any, memory: Any, c: Any):
     # A sign costs nothing, but Warp writes -y as a subtraction from zero.
-    elastic = wp.clamp(drift - memory[M.PLASTIC_DRIFT], type(drift)(-1.0) * c[C.YIELD_DRIFT], c[C.YIELD_DRIFT])
+    elastic = clamped(drift - memory[M.PLASTIC_DRIFT], type(drift)(-1.0) * c[C.YIELD_DRIFT], c[C.YIELD_DRIFT])
     return c[C.HARDENING_STIFFNESS] * drift + c[C.YIELDING_STIFFNESS] * elastic
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
+from warpdyn.device.extrema import maximum
 from warpdyn.laws.bouc_wen.parameters import BoucWen, Coefficient as C
 from warpdyn.laws.rate_law import Memory as M, along_drift
 from warpdyn.laws.spring import Spring
@@ -47,7 +48,7 @@ def bouc_wen_2_relaxation_rate(velocity: Any, memory: Any, c: Any):
 
 @wp.func
 def bouc_wen_relaxation_rate(velocity: Any, memory: Any, c: Any):
-    size = wp.max(wp.abs(memory[M.Z]), type(velocity)(1e-6))
+    size = maximum(wp.abs(memory[M.Z]), type(velocity)(1e-6))
     return (
         wp.abs(velocity)
         * power_of(size, c[C.EXPONENT])

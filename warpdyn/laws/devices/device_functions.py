@@ -14,6 +14,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import clamped, maximum
 from warpdyn.laws.devices.parameters import FrictionCoefficient as Friction, StopCoefficient as Stop
 from warpdyn.laws.law import Layout
 from warpdyn.laws.spring import Spring
@@ -34,7 +35,7 @@ class StopMemory(Layout):
 @wp.func
 def friction_damper_return_mapping(drift: Any, memory: Any, c: Any):
     slip = type(memory)()
-    slip[FrictionMemory.SLIP] = wp.clamp(
+    slip[FrictionMemory.SLIP] = clamped(
         memory[FrictionMemory.SLIP], drift - c[Friction.SLIP_DRIFT], drift + c[Friction.SLIP_DRIFT]
     )
     return slip
@@ -43,7 +44,7 @@ def friction_damper_return_mapping(drift: Any, memory: Any, c: Any):
 @wp.func
 def friction_damper_force(drift: Any, memory: Any, c: Any):
     held = drift - memory[FrictionMemory.SLIP]
-    return c[Friction.BRACE_STIFFNESS] * wp.clamp(
+    return c[Friction.BRACE_STIFFNESS] * clamped(
         held, type(drift)(-1.0) * c[Friction.SLIP_DRIFT], c[Friction.SLIP_DRIFT]
     )
 
@@ -72,14 +73,14 @@ def friction_damper_memory_after(drift: Any, increment: Any, memory: Any, c: Any
 def gap_pressed(drift: Any, c: Any):
     """How far the stop is pressed in."""
     clearance = wp.where(drift < type(drift)(0.0), c[Stop.CLEARANCE_BEHIND], c[Stop.CLEARANCE_AHEAD])
-    return wp.max(wp.abs(drift) - clearance, type(drift)(0.0))
+    return maximum(wp.abs(drift) - clearance, type(drift)(0.0))
 
 
 @wp.func
 def gap_return_mapping(drift: Any, memory: Any, c: Any):
     pressed = gap_pressed(drift, c)
     lost = type(memory)()
-    lost[StopMemory.LOST] = wp.clamp(memory[StopMemory.LOST], c[Stop.ENERGY_LOST] * pressed, pressed)
+    lost[StopMemory.LOST] = clamped(memory[StopMemory.LOST], c[Stop.ENERGY_LOST] * pressed, pressed)
     return lost
 
 
@@ -87,7 +88,7 @@ def gap_return_mapping(drift: Any, memory: Any, c: Any):
 def gap_force(drift: Any, memory: Any, c: Any):
     pressed = gap_pressed(drift, c)
     force = c[Stop.UNLOADING_STIFFNESS] * (
-        pressed - wp.clamp(memory[StopMemory.LOST], c[Stop.ENERGY_LOST] * pressed, pressed)
+        pressed - clamped(memory[StopMemory.LOST], c[Stop.ENERGY_LOST] * pressed, pressed)
     )
     return wp.where(drift < type(drift)(0.0), -force, force)
 

@@ -8,16 +8,18 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import maximum
+
 VALUES = 3  # of a storey's damper
 
 
 @wp.func
 def damper_force(velocity: Any, coefficient: Any, exponent_less_1: Any, linear_velocity: Any):
-    return coefficient * velocity * wp.pow(wp.max(wp.abs(velocity), linear_velocity), exponent_less_1)
+    return coefficient * velocity * wp.pow(maximum(wp.abs(velocity), linear_velocity), exponent_less_1)
 
 
 @wp.func
 def damper_tangent(velocity: Any, coefficient: Any, exponent_less_1: Any, linear_velocity: Any):
     speed = wp.abs(velocity)
-    secant = coefficient * wp.pow(wp.max(speed, linear_velocity), exponent_less_1)
+    secant = coefficient * wp.pow(maximum(speed, linear_velocity), exponent_less_1)
     return wp.where(speed > linear_velocity, secant * (type(velocity)(1.0) + exponent_less_1), secant)

@@ -10,6 +10,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
+from warpdyn.device.extrema import clamped, maximum, minimum
 from warpdyn.laws.hysteretic.parameters import Coefficient as C, Hysteretic
 from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions, kept_force
@@ -47,9 +48,9 @@ def hysteretic_backbone(x: Any, c: Any):
     second = x - one
     third = second - c[C.SECOND_LENGTH]
     force = (
-        wp.min(x, one)
-        + c[C.SECOND_SLOPE] * wp.clamp(second, zero, c[C.SECOND_LENGTH])
-        + c[C.THIRD_SLOPE] * wp.clamp(third, zero, c[C.THIRD_LENGTH])
+        minimum(x, one)
+        + c[C.SECOND_SLOPE] * clamped(second, zero, c[C.SECOND_LENGTH])
+        + c[C.THIRD_SLOPE] * clamped(third, zero, c[C.THIRD_LENGTH])
     )
     slope = wp.where(third <= c[C.THIRD_LENGTH], c[C.THIRD_SLOPE], zero)
     slope = wp.where(third <= zero, c[C.SECOND_SLOPE], slope)
@@ -79,13 +80,13 @@ def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behin
         zero,
     )
     released = wp.where(releases, last - before * softer_behind, released)
-    target = wp.clamp(
+    target = clamped(
         wp.where(releases, ahead * (one + damage), ahead), one, type(x)(FARTHEST) * c[C.INVERSE_YIELD_DRIFT]
     )
     strength, slope = hysteretic_backbone(target, c)
     # Behind a backbone that has come to no force there is none before the drift at which it did.
     gone = wp.where(behind <= one + c[C.SECOND_LENGTH], c[C.SECOND_IS_GONE], c[C.THIRD_IS_GONE])
-    start = wp.max(wp.where(behind <= one, released, -gone), released)
+    start = maximum(wp.where(behind <= one, released, -gone), released)
     pinched = c[C.PINCHING_FORCE] * strength
     bend = start + (target - (strength - pinched) * softer_ahead - start) * c[C.PINCHING_DRIFT]
     is_first = here < bend
@@ -93,16 +94,16 @@ def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behin
     rise = wp.where(is_first, pinched, strength - pinched) / wp.where(length > zero, length, one)
     towards = wp.where(is_first, zero, pinched) + (here - wp.where(is_first, start, bend)) * rise
     elastic = before + moved / softer_ahead
-    force = wp.min(elastic, towards)
+    force = minimum(elastic, towards)
     slope = wp.where(elastic < towards, one / softer_ahead, rise)
     # From here on no steeper than unloading, to the line aimed along or to its end.
     stiff = one / softer_ahead
-    slope_from_here = wp.where(elastic < towards, stiff, wp.min(rise, stiff))
-    end = wp.where(is_first, wp.min(bend, target), target)
+    slope_from_here = wp.where(elastic < towards, stiff, minimum(rise, stiff))
+    end = wp.where(is_first, minimum(bend, target), target)
     meets = elastic < towards and stiff > rise
-    end = wp.where(meets, wp.min(here + (towards - elastic) / wp.where(meets, stiff - rise, one), end), end)
+    end = wp.where(meets, minimum(here + (towards - elastic) / wp.where(meets, stiff - rise, one), end), end)
     is_gap = is_first and here <= start
-    end = wp.where(is_gap, wp.min(end, start), end)
+    end = wp.where(is_gap, minimum(end, start), end)
     end = wp.where(releases, here, end)  # what was damaged unloads softer from the next step on, and is aimed at so
     unloaded = before + moved / softer_behind
     is_unloading = here < released
@@ -143,9 +144,9 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         one = type(farthest)(1.0)
         if SOFTENS:
             # No softer than towards the origin; where the backbone is below yield no power is.
-            reach = wp.max(farthest, one)
+            reach = maximum(farthest, one)
             strength, _slope = hysteretic_backbone(reach, c)
-            return wp.min(power_of(reach, c[C.UNLOADING_EXPONENT]), reach / wp.max(strength, one))
+            return minimum(power_of(reach, c[C.UNLOADING_EXPONENT]), reach / maximum(strength, one))
         return one
 
     softer = device_functions(name, softer)["softer"]
@@ -176,8 +177,8 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         after[M.DRIFT] = x
         after[M.FORCE] = memory[M.FORCE] + memory[M.LINE_SLOPE] * (x - memory[M.DRIFT])
         # Only on the backbone is it farther than before.
-        after[M.FARTHEST_AHEAD] = wp.max(memory[M.FARTHEST_AHEAD], x)
-        after[M.FARTHEST_BEHIND] = wp.max(memory[M.FARTHEST_BEHIND], -x)
+        after[M.FARTHEST_AHEAD] = maximum(memory[M.FARTHEST_AHEAD], x)
+        after[M.FARTHEST_BEHIND] = maximum(memory[M.FARTHEST_BEHIND], -x)
         after[M.WORK] = memory[M.WORK] + type(drift)(0.5) * (memory[M.FORCE] + after[M.FORCE]) * (x - memory[M.DRIFT])
         after[M.LOWER_END] = wp.where(memory[M.LOWER_END] == memory[M.DRIFT], x, memory[M.LOWER_END])
         after[M.UPPER_END] = wp.where(memory[M.UPPER_END] == memory[M.DRIFT], x, memory[M.UPPER_END])

@@ -10,6 +10,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import maximum, minimum
 from warpdyn.laws.ibarra_medina_krawinkler.deterioration import energy_rules, on_lines, spring_of
 from warpdyn.laws.ibarra_medina_krawinkler.parameters import Coefficient as C, IbarraMedinaKrawinklerBilinear
 from warpdyn.laws.law import Layout
@@ -93,7 +94,7 @@ def _law(name: str, POWERS: bool) -> Spring:
             seen = wp.where(on_backbone, memory[M.STATE] - type(drift)(4.0), memory[M.STATE])
             lift = memory[M.LIFT]
             strength = wp.where(strength_loss > one, residual, one - strength_loss)
-            slope = wp.max(c[C.HARDENING_SLOPE] - slope_loss, zero)
+            slope = maximum(c[C.HARDENING_SLOPE] - slope_loss, zero)
             capping = c[C.CAPPING_HEIGHT] - capping_loss
             fails = bool(False)
             if BY_RULES:
@@ -106,10 +107,10 @@ def _law(name: str, POWERS: bool) -> Spring:
             if not BY_RULES:
                 # What rounding alone takes past no force crosses it in the next step.
                 nears = not on_backbone and f_before <= zero and seen > zero
-                force = wp.where(nears, wp.min(force, zero), force)
+                force = wp.where(nears, minimum(force, zero), force)
             if BY_RULES:
                 if moving and not on_backbone and f_before <= zero and force >= zero and seen > zero:
-                    spent = wp.max(energy - energy_before, zero)
+                    spent = maximum(energy - energy_before, zero)
                     fails = fails or spent > c[C.STRENGTH_CAPACITY] - energy or spent > c[C.CAPPING_CAPACITY] - energy
                     weakening = one - c[C.DETERIORATION_RATE] * deterioration(
                         spent, c[C.STRENGTH_CAPACITY] - energy, exponent
@@ -121,7 +122,7 @@ def _law(name: str, POWERS: bool) -> Spring:
                     )
                     energy_before = energy
                     intercept = strength - slope * strength
-                    steepness = slope + c[C.FALLING_SLOPE] * wp.max(strength - residual, zero)
+                    steepness = slope + c[C.FALLING_SLOPE] * maximum(strength - residual, zero)
                     cap_drift = wp.where(steepness > zero, (capping - intercept) / steepness, zero)
                     cap_force = intercept + slope * cap_drift
                     lift = zero
@@ -138,7 +139,7 @@ def _law(name: str, POWERS: bool) -> Spring:
                         lift = cap_force - slope * cap_drift - (strength - slope * strength)
                     slope_loss = wp.where(slope_loss > one, slope_loss, c[C.HARDENING_SLOPE] - slope)
                     capping_loss = c[C.CAPPING_HEIGHT] - capping
-            falling = c[C.FALLING_SLOPE] * wp.max(strength - residual, zero)
+            falling = c[C.FALLING_SLOPE] * maximum(strength - residual, zero)
             bound, tangent = on_lines(x, strength - slope * strength + lift, slope, capping, falling, residual)
             is_lost = slope_loss > one
             other_is_lost = other_slope_loss > one
@@ -161,7 +162,7 @@ def _law(name: str, POWERS: bool) -> Spring:
             if is_at_residual or slope_loss > one or other_slope_loss > one:
                 seen = two
             elif on_backbone:
-                seen = wp.max(seen, one)
+                seen = maximum(seen, one)
             after = type(memory)()
             after[M.DRIFT] = u
             after[M.FORCE] = side * force

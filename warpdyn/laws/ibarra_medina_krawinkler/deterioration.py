@@ -12,6 +12,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
+from warpdyn.device.extrema import maximum, minimum
 from warpdyn.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
 from warpdyn.laws.law import Layout
 from warpdyn.laws.row_functions import device_functions, kept_force
@@ -40,7 +41,7 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
     """
 
     def deterioration(spent: Any, left: Any, exponent: Any):
-        share = wp.min(spent / wp.max(left, type(spent)(SMALLEST)), type(spent)(1.0))
+        share = minimum(spent / maximum(left, type(spent)(SMALLEST)), type(spent)(1.0))
         if POWERS:
             share = power_of(share, exponent)
         return share
@@ -49,14 +50,14 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
     share_of = device_functions(name, deterioration)["deterioration"]
 
     def after_turning(force: Any, stiffness: Any, energy: Any, energy_before: Any, exponent: Any, c: Any):
-        elastic = type(force)(0.5) * force * force / wp.max(stiffness, type(force)(SMALLEST))
-        spent = wp.max(energy - energy_before - elastic, type(force)(0.0))
+        elastic = type(force)(0.5) * force * force / maximum(stiffness, type(force)(SMALLEST))
+        spent = maximum(energy - energy_before - elastic, type(force)(0.0))
         left = c[C.UNLOADING_CAPACITY] - (energy - elastic)
         deteriorated = stiffness * (type(force)(1.0) - share_of(spent, left, exponent))
         # An excursion gives back no more than was put in, which a stiffness that is about exhausted would.
-        given = wp.max(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
-        least = wp.min(force * force / given, stiffness)
-        return wp.max(deteriorated, least), spent > left
+        given = maximum(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
+        least = minimum(force * force / given, stiffness)
+        return maximum(deteriorated, least), spent > left
 
     return share_of, device_functions(name, after_turning)["after_turning"]
 
@@ -66,7 +67,7 @@ def on_lines(drift: Any, intercept: Any, slope: Any, capping: Any, falling: Any,
     """Return the force of a backbone at a drift to its own side, and its slope."""
     hardening = intercept + slope * drift
     capped = capping - falling * drift
-    force = wp.max(wp.min(hardening, capped), residual)
+    force = maximum(minimum(hardening, capped), residual)
     tangent = wp.where(hardening < capped, slope, -falling)
     return force, wp.where(force > residual, tangent, type(drift)(0.0))
 
@@ -128,11 +129,11 @@ def spring_of(
         # ends with the force, or at the ultimate drift of the other side.
         force = wp.abs(memory[Common.FORCE])
         side = wp.where(memory[Common.FORCE] < zero, -type(drift)(1.0), type(drift)(1.0))
-        way = wp.min(
-            force / wp.max(stiffness, type(drift)(SMALLEST)), c[C.ULTIMATE_DRIFT] + side * memory[Common.DRIFT]
+        way = minimum(
+            force / maximum(stiffness, type(drift)(SMALLEST)), c[C.ULTIMATE_DRIFT] + side * memory[Common.DRIFT]
         )
-        energy = wp.min(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
-        return wp.where(holds, wp.max(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
+        energy = minimum(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
+        return wp.where(holds, maximum(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
 
     own = device_functions(
         name, force, return_mapping, memory_on_line, tangent_on_line, memory_after, tangent, elastic_energy

@@ -12,6 +12,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import maximum, minimum
 from warpdyn.laws.ibarra_medina_krawinkler.deterioration import SMALLEST, energy_rules, on_lines, spring_of
 from warpdyn.laws.ibarra_medina_krawinkler.parameters import (
     Coefficient as C,
@@ -143,21 +144,21 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                     branch = unloading
                     other_x_last = -x_before
                     other_f_last = -f_before
-                    other_farthest = wp.max(other_farthest, other_x_last)
+                    other_farthest = maximum(other_farthest, other_x_last)
                     stiffness, fails = after_turning(f_before, one - stiffness_loss, energy, energy_before, exponent, c)
                     stiffness_loss = one - stiffness
-            stiffness = wp.max(one - stiffness_loss, type(drift)(SMALLEST))
+            stiffness = maximum(one - stiffness_loss, type(drift)(SMALLEST))
             unloaded = f_before + stiffness * (x - x_before)
             if not BY_RULES:
                 # What rounding alone takes past no force crosses it in the next step.
-                unloaded = wp.where(f_before <= zero, wp.min(unloaded, zero), unloaded)
+                unloaded = wp.where(f_before <= zero, minimum(unloaded, zero), unloaded)
             # Where the line of a branch begins, and where the storey begins to load along it.
             x_from = x_before
             f_from = f_before
             if BY_RULES:
                 starts = moving and branch == unloading and f_before <= zero and unloaded >= zero
                 if starts:
-                    spent = wp.max(energy - energy_before, zero)
+                    spent = maximum(energy - energy_before, zero)
                     fails = (
                         fails
                         or spent > c[C.STRENGTH_CAPACITY] - energy
@@ -229,7 +230,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             if PINCHES:
                 x_to = wp.where(branch == to_pinch, x_pinch, x_to)
                 f_to = wp.where(branch == to_pinch, f_pinch, f_to)
-            tangent = (f_to - f_from) / wp.max(x_to - x_from, type(drift)(SMALLEST))
+            tangent = (f_to - f_from) / maximum(x_to - x_from, type(drift)(SMALLEST))
             force = f_to - tangent * (x_to - x)
             if branch == on_backbone:
                 force, tangent = on_lines(x, intercept, slope, capping, c[C.FALLING_SLOPE], c[C.RESIDUAL_FORCE])

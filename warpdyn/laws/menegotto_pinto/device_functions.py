@@ -12,6 +12,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm
+from warpdyn.device.extrema import maximum, minimum
 from warpdyn.laws.law import Layout
 from warpdyn.laws.menegotto_pinto.parameters import Coefficient as C, MenegottoPinto
 from warpdyn.laws.row_functions import device_functions
@@ -55,7 +56,7 @@ def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
     """Return 1 / R and S of a branch, which is a memory just after its turn."""
     one = type(direction)(1.0)
     farthest = one + wp.where(direction > type(direction)(0.0), branch[M.LARGEST_ABOVE], branch[M.LARGEST_BELOW])
-    left = wp.max(yield_level - direction * branch[M.TURN_TRANSITION], type(direction)(LEAST_SPAN))
+    left = maximum(yield_level - direction * branch[M.TURN_TRANSITION], type(direction)(LEAST_SPAN))
     excursion = wp.abs(farthest - direction * branch[M.TURN_DRIFT] - left)
     return (c[C.CURVATURE_REDUCTION_DUCTILITY] + excursion) / (
         c[C.TRANSITION_CURVATURE] * (c[C.CURVATURE_REDUCTION_DUCTILITY] + (one - c[C.CURVATURE_REDUCTION]) * excursion)
@@ -66,11 +67,11 @@ def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
 def transition(ratio: Any, exponent: Any, inverse_exponent: Any):
     """Return g and its slope at a ratio r: never r^R where r is above 1, which single precision does not hold."""
     one = type(ratio)(1.0)
-    distance = wp.abs(natural_logarithm(wp.max(ratio, type(ratio)(LEAST_RATIO))))
+    distance = wp.abs(natural_logarithm(maximum(ratio, type(ratio)(LEAST_RATIO))))
     power = decay(distance * exponent)
     root = decay(inverse_exponent * logarithm_of_one_and(power))
-    slope = root / (one + power) * wp.where(ratio < one, one, power / wp.max(ratio, one))
-    return wp.min(ratio, one) * root, slope
+    slope = root / (one + power) * wp.where(ratio < one, one, power / maximum(ratio, one))
+    return minimum(ratio, one) * root, slope
 
 
 @wp.func
@@ -78,7 +79,7 @@ def area_under(height: Any, inverse_exponent: Any):
     """Return the integral of r over g from 0 to a height of at most about a half, by the binomial series."""
     one = type(height)(1.0)
     exponent = one / inverse_exponent
-    power = exponential(exponent * natural_logarithm(wp.max(height, type(height)(LEAST_RATIO))))
+    power = exponential(exponent * natural_logarithm(maximum(height, type(height)(LEAST_RATIO))))
     total = type(height)(0.5)
     term = one
     for k in range(TERMS):
@@ -101,10 +102,10 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         branch[M.TURN_TRANSITION] = memory[M.TRANSITION]
         upward = direction > type(direction)(0.0)
         branch[M.LARGEST_ABOVE] = wp.where(
-            upward, memory[M.LARGEST_ABOVE], wp.max(memory[M.LARGEST_ABOVE], memory[M.DRIFT] - one)
+            upward, memory[M.LARGEST_ABOVE], maximum(memory[M.LARGEST_ABOVE], memory[M.DRIFT] - one)
         )
         branch[M.LARGEST_BELOW] = wp.where(
-            upward, wp.max(memory[M.LARGEST_BELOW], -memory[M.DRIFT] - one), memory[M.LARGEST_BELOW]
+            upward, maximum(memory[M.LARGEST_BELOW], -memory[M.DRIFT] - one), memory[M.LARGEST_BELOW]
         )
         if IS_ISOTROPIC:
             width = (branch[M.LARGEST_ABOVE] + branch[M.LARGEST_BELOW] + one + one) * c[C.HALF_INVERSE_DUCTILITY]
@@ -189,7 +190,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         inverse_exponent, left = curvature(direction, after, yield_level(after), c)
         ratio = direction * (after[M.DRIFT] - after[M.TURN_DRIFT]) / left
         height, _slope = transition(ratio, type(drift)(1.0) / inverse_exponent, inverse_exponent)
-        end = wp.max(wp.abs(after[M.TURN_TRANSITION]) / left, height)
+        end = maximum(wp.abs(after[M.TURN_TRANSITION]) / left, height)
         area = area_under(end, inverse_exponent) - area_under(height, inverse_exponent) - (end - height) * ratio
         return (
             type(drift)(0.5) * c[C.HARDENING_STIFFNESS] * drift * drift

@@ -8,6 +8,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import clamped
 from warpdyn.laws.law import Law
 from warpdyn.laws.multilinear.parameters import Coefficient as C, Quadrilinear, Trilinear
 from warpdyn.laws.row_functions import device_functions
@@ -22,14 +23,14 @@ def _multilinear(law: type[Law], corners: int) -> Spring:
     def return_mapping(drift: Any, memory: Any, c: Any):
         plastic = type(memory)()
         for k in range(CORNERS):
-            plastic[k] = wp.clamp(memory[k], drift - c[2 * k + C.YIELD_DRIFT_1], drift + c[2 * k + C.YIELD_DRIFT_1])
+            plastic[k] = clamped(memory[k], drift - c[2 * k + C.YIELD_DRIFT_1], drift + c[2 * k + C.YIELD_DRIFT_1])
         return plastic
 
     def force(drift: Any, memory: Any, c: Any):
         total = c[C.HARDENING_STIFFNESS] * drift
         for k in range(CORNERS):
             total += c[2 * k + C.STIFFNESS_1] * (
-                drift - wp.clamp(memory[k], drift - c[2 * k + C.YIELD_DRIFT_1], drift + c[2 * k + C.YIELD_DRIFT_1])
+                drift - clamped(memory[k], drift - c[2 * k + C.YIELD_DRIFT_1], drift + c[2 * k + C.YIELD_DRIFT_1])
             )
         return total
 

@@ -16,6 +16,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import exponential, natural_logarithm
+from warpdyn.device.extrema import maximum, minimum
 from warpdyn.laws.law import Layout
 from warpdyn.laws.peak_oriented.parameters import Coefficient as C, PeakOriented, Takeda
 from warpdyn.laws.row_functions import device_functions, kept_force
@@ -46,9 +47,9 @@ VALUES = wp.constant(len(M))
 @wp.func
 def backbone(x: Any, c: Any):
     """Return the backbone's force at x >= 0."""
-    return wp.min(
+    return minimum(
         c[C.INITIAL_SLOPE] * x,
-        wp.min(c[C.SECOND_HEIGHT] + c[C.SECOND_SLOPE] * x, c[C.THIRD_HEIGHT] + c[C.THIRD_SLOPE] * x),
+        minimum(c[C.SECOND_HEIGHT] + c[C.SECOND_SLOPE] * x, c[C.THIRD_HEIGHT] + c[C.THIRD_SLOPE] * x),
     )
 
 
@@ -57,7 +58,7 @@ def backbone_slope(x: Any, c: Any):
     second = c[C.SECOND_HEIGHT] + c[C.SECOND_SLOPE] * x
     third = c[C.THIRD_HEIGHT] + c[C.THIRD_SLOPE] * x
     bent = wp.where(second < third, c[C.SECOND_SLOPE], c[C.THIRD_SLOPE])
-    return wp.where(c[C.INITIAL_SLOPE] * x < wp.min(second, third), c[C.INITIAL_SLOPE], bent)
+    return wp.where(c[C.INITIAL_SLOPE] * x < minimum(second, third), c[C.INITIAL_SLOPE], bent)
 
 
 def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
@@ -71,13 +72,13 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             one = type(side)(1.0)
             # A side that has not cracked unloads as it was loaded: by the slope that led there from the other.
             peak = c[C.CRACKING_DRIFT] + wp.where(side > c[C.UNCRACKED], side, other)
-            until_yield = wp.min(peak, one)
+            until_yield = minimum(peak, one)
             slope = (backbone(until_yield, c) + c[C.INITIAL_SLOPE] * c[C.CRACKING_DRIFT]) / (
                 until_yield + c[C.CRACKING_DRIFT]
             )
-            slope *= exponential(-c[C.UNLOADING_EXPONENT] * natural_logarithm(wp.max(peak, one)))
+            slope *= exponential(-c[C.UNLOADING_EXPONENT] * natural_logarithm(maximum(peak, one)))
             # No softer than towards the origin: unloading would end on the other side of it.
-            slope = wp.max(slope, backbone(peak, c) / peak)
+            slope = maximum(slope, backbone(peak, c) / peak)
         return slope
 
     unloading = device_functions(name, unloading)["unloading"]
@@ -110,19 +111,19 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             is_first = ahead <= c[C.UNCRACKED] and c[C.CRACKING_DRIFT] + behind > one
             target = wp.where(is_first, one, target)
         peak = backbone(target, c)
-        aim = peak / wp.max(target - origin, type(drift)(LEAST_WAY))
+        aim = peak / maximum(target - origin, type(drift)(LEAST_WAY))
         line = peak - aim * (target - at)
         line_slope = aim
         if IS_TAKEDA:
             cracking = c[C.INITIAL_SLOPE] * c[C.CRACKING_DRIFT]
-            way = wp.max(one - origin - cracking / slope, type(drift)(LEAST_WAY))
+            way = maximum(one - origin - cracking / slope, type(drift)(LEAST_WAY))
             from_cracking = (one - cracking) / way
             is_above = is_first and one - from_cracking * (one - at) > line
             line = wp.where(is_above, one - from_cracking * (one - at), line)
             line_slope = wp.where(is_above, from_cracking, line_slope)
-        stiff = wp.max(slope, aim)  # no softer, or the force would jump where it meets the backbone
+        stiff = maximum(slope, aim)  # no softer, or the force would jump where it meets the backbone
         start = wp.where(is_loading, last, crossing)
-        straight = wp.max(force, zero) + stiff * (at - start)
+        straight = maximum(force, zero) + stiff * (at - start)
         follows_line = line < straight
         reached = wp.where(follows_line, line, straight)
         tangent = wp.where(follows_line, line_slope, stiff)
@@ -143,10 +144,10 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         apart = line - straight
         nearing = stiff - line_slope
         meets = not follows_line and nearing > zero
-        far = wp.where(meets, wp.min(at + apart / wp.where(meets, nearing, one), target), target)
+        far = wp.where(meets, minimum(at + apart / wp.where(meets, nearing, one), target), target)
         if IS_TAKEDA:
             far = wp.where(
-                is_first, wp.min(far, c[C.CRACKING_DRIFT]), far
+                is_first, minimum(far, c[C.CRACKING_DRIFT]), far
             )  # beyond cracking, drifts along a line count as peaks
         far = wp.where(reached > zero, far, at)  # a line met before its force is 0 is left again
         slope_from_here = wp.where(follows_line, line_slope, stiff)
@@ -155,15 +156,15 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         returns = slope * (reach + direction * memory[M.ORIGIN]) >= backbone(reach, c)
         if IS_TAKEDA:
             returns = returns and not (behind <= c[C.UNCRACKED] and target > one)
-        near = wp.where(is_unloading and returns, wp.max(last, -reach), at)
-        crossing_ahead = wp.min(crossing - type(drift)(LEAST_FORCE) / slope, c[C.CRACKING_DRIFT] + ahead)
+        near = wp.where(is_unloading and returns, maximum(last, -reach), at)
+        crossing_ahead = minimum(crossing - type(drift)(LEAST_FORCE) / slope, c[C.CRACKING_DRIFT] + ahead)
         far = wp.where(is_unloading, crossing_ahead, far)
         far = wp.where(at >= -reach, far, at)  # where no peak has been yet, a line would put one
         slope_from_here = wp.where(is_unloading, slope, slope_from_here)
         is_hard = at >= one
         far = wp.where(is_beyond, wp.where(is_hard, type(drift)(FARTHEST), one), far)
         slope_from_here = wp.where(is_beyond, wp.where(is_hard, c[C.THIRD_SLOPE], c[C.SECOND_SLOPE]), slope_from_here)
-        is_elastic = wp.max(after[M.PEAK_ABOVE], after[M.PEAK_BELOW]) <= zero and at < c[C.CRACKING_DRIFT]
+        is_elastic = maximum(after[M.PEAK_ABOVE], after[M.PEAK_BELOW]) <= zero and at < c[C.CRACKING_DRIFT]
         far = wp.where(is_elastic, c[C.CRACKING_DRIFT], far)
         near = wp.where(is_elastic, -c[C.CRACKING_DRIFT], near)
         slope_from_here = wp.where(is_elastic, c[C.INITIAL_SLOPE], slope_from_here)
@@ -195,10 +196,10 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         after[M.FORCE] = memory[M.FORCE] + memory[M.LINE_SLOPE] * (x - memory[M.DRIFT])
         # Only on the backbone is it a new peak.
         after[M.PEAK_ABOVE] = wp.where(
-            x > memory[M.DRIFT], wp.max(memory[M.PEAK_ABOVE], x - c[C.CRACKING_DRIFT]), memory[M.PEAK_ABOVE]
+            x > memory[M.DRIFT], maximum(memory[M.PEAK_ABOVE], x - c[C.CRACKING_DRIFT]), memory[M.PEAK_ABOVE]
         )
         after[M.PEAK_BELOW] = wp.where(
-            x < memory[M.DRIFT], wp.max(memory[M.PEAK_BELOW], -x - c[C.CRACKING_DRIFT]), memory[M.PEAK_BELOW]
+            x < memory[M.DRIFT], maximum(memory[M.PEAK_BELOW], -x - c[C.CRACKING_DRIFT]), memory[M.PEAK_BELOW]
         )
         after[M.LOWER_END] = wp.where(memory[M.LOWER_END] == memory[M.DRIFT], x, memory[M.LOWER_END])
         after[M.UPPER_END] = wp.where(memory[M.UPPER_END] == memory[M.DRIFT], x, memory[M.UPPER_END])

@@ -7,6 +7,7 @@ from typing import Any
 
 import warp as wp
 
+from warpdyn.device.extrema import clamped, maximum, minimum
 from warpdyn.laws.pinching4.parameters import Coefficient as C
 
 SLACK = wp.constant(wp.float64(1e-6))
@@ -20,8 +21,8 @@ def pinching4_backbone(x: Any, c: Any):
     second = x - one
     third = second - c[C.SECOND_LENGTH]
     fourth = third - c[C.THIRD_LENGTH]
-    force = wp.min(x, one) + c[C.SECOND_SLOPE] * wp.clamp(second, zero, c[C.SECOND_LENGTH])
-    force += c[C.THIRD_SLOPE] * wp.clamp(third, zero, c[C.THIRD_LENGTH]) + c[C.FOURTH_SLOPE] * wp.clamp(
+    force = minimum(x, one) + c[C.SECOND_SLOPE] * clamped(second, zero, c[C.SECOND_LENGTH])
+    force += c[C.THIRD_SLOPE] * clamped(third, zero, c[C.THIRD_LENGTH]) + c[C.FOURTH_SLOPE] * clamped(
         fourth, zero, c[C.FOURTH_LENGTH]
     )
     slope = wp.where(fourth <= c[C.FOURTH_LENGTH], c[C.FOURTH_SLOPE], zero)
@@ -44,7 +45,7 @@ def pinching4_corners(x0: Any, f0: Any, x3: Any, f3: Any, low: Any, stiffness: A
     """
     zero, one, half = type(x0)(0.0), type(x0)(1.0), type(x0)(0.5)
     f2 = f3 * c[C.RELOADING_FORCE]
-    x2 = wp.min(x3 * c[C.RELOADING_DRIFT], x3 - (f3 - f2) / stiffness)  # reloading is never stiffer than unloading
+    x2 = minimum(x3 * c[C.RELOADING_DRIFT], x3 - (f3 - f2) / stiffness)  # reloading is never stiffer than unloading
     f1 = low
     x1 = x0 + (f1 - f0) / stiffness
     is_straight = (x0 >= zero) or (x2 < x0)
@@ -88,8 +89,8 @@ def pinching4_release(x: Any, xa: Any, fa: Any, xb: Any, fb: Any):
     """Energy given back from a drift on along one part of a path, until it comes to no force."""
     zero = type(x)(0.0)
     length, rise = xb - xa, fb - fa
-    start = wp.max(x, xa)
+    start = maximum(x, xa)
     before = fa + (start - xa) * rise / wp.where(length > zero, length, type(x)(1.0))
-    run = wp.max(xb - start, zero)
+    run = maximum(xb - start, zero)
     share = wp.where(fb > zero, -before / wp.where(fb > before, fb - before, type(x)(1.0)), type(x)(1.0))
-    return wp.where(before < zero, -type(x)(0.5) * (before + wp.min(fb, zero)) * run * share, zero)
+    return wp.where(before < zero, -type(x)(0.5) * (before + minimum(fb, zero)) * run * share, zero)

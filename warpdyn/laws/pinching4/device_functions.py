@@ -11,6 +11,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.device.exponentials import power_of
+from warpdyn.device.extrema import maximum, minimum
 from warpdyn.laws.law import Layout
 from warpdyn.laws.pinching4.backbone_and_paths import SLACK, pinching4_backbone, pinching4_corners, pinching4_release
 from warpdyn.laws.pinching4.parameters import Coefficient as C, Pinching4
@@ -69,7 +70,7 @@ def pinching4_loss(first: int, reach: Any, spent: Any, counts: bool, is_exhauste
     """Loss or growth by its coefficients, from the first of them on."""
     lost = c[first + Damage.BY_DRIFT] * power_of(reach, c[first + Damage.DRIFT_EXPONENT])
     more = c[first + Damage.BY_USE] * power_of(spent, c[first + Damage.USE_EXPONENT])
-    lost = wp.min(wp.where(counts, lost + more, lost), c[first])
+    lost = minimum(wp.where(counts, lost + more, lost), c[first])
     return wp.where(is_exhausted, c[first], lost)
 
 
@@ -84,8 +85,8 @@ def _pinching4(damage: str | None) -> Spring:
         zero, one = type(memory[M.DRIFT])(0.0), type(memory[M.DRIFT])(1.0)
         stored = type(memory[M.DRIFT])(0.5) * memory[M.FORCE] * memory[M.FORCE] / (one - memory[M.STIFFNESS_LOSS])
         above, below = one + memory[M.DEMAND_ABOVE], one + memory[M.DEMAND_BELOW]
-        farthest = wp.max(above, below)
-        spent = wp.max(memory[M.ENERGY] - stored, zero) * c[C.INVERSE_ENERGY]
+        farthest = maximum(above, below)
+        spent = maximum(memory[M.ENERGY] - stored, zero) * c[C.INVERSE_ENERGY]
         counts = memory[M.ENERGY] > stored
         if BY_CYCLES:
             spent = memory[M.CYCLES] / (type(memory[M.DRIFT])(4.0) * farthest)
@@ -93,11 +94,11 @@ def _pinching4(damage: str | None) -> Spring:
         is_exhausted = memory[M.ENERGY] * c[C.INVERSE_ENERGY] >= one
         strong, _slope, _end = pinching4_backbone(above, c)
         weak, _steep, _there = pinching4_backbone(below, c)
-        secant = (one - memory[M.STRENGTH_LOSS]) * wp.max(strong / above, weak / below)
+        secant = (one - memory[M.STRENGTH_LOSS]) * maximum(strong / above, weak / below)
         softer = pinching4_loss(
             C.STIFFNESS_DAMAGE_LIMIT, farthest * c[C.INVERSE_LAST_DUCTILITY], spent, counts, is_exhausted, c
         )
-        softer = wp.min(softer, wp.max(one - secant, zero))  # unloading is no softer than the secant
+        softer = minimum(softer, maximum(one - secant, zero))  # unloading is no softer than the secant
         growth = pinching4_loss(
             C.RELOADING_DAMAGE_LIMIT, farthest * c[C.INVERSE_LAST_DUCTILITY], spent, counts, is_exhausted, c
         )
@@ -130,7 +131,7 @@ def _pinching4(damage: str | None) -> Spring:
         left = wp.where(is_up, memory[M.DEMAND_BELOW], memory[M.DEMAND_ABOVE])
         aim = wp.where(turned, ahead, wp.abs(memory[M.HEADING]))
         # A turn from the backbone is a new demand on the side that the storey leaves.
-        demand = wp.max(left, -way * memory[M.DRIFT] - one)
+        demand = maximum(left, -way * memory[M.DRIFT] - one)
         stiffness, strength = one, one
         if DAMAGES:
             softer, growth, weaker = (
@@ -142,7 +143,7 @@ def _pinching4(damage: str | None) -> Spring:
             if turned or stands:
                 softer, growth, weaker = losses(memory, c)
             aim = wp.where(turned, ahead * (one + growth), aim)
-            demand = wp.max(demand, (one + left) * (one + growth) - one)
+            demand = maximum(demand, (one + left) * (one + growth) - one)
         demand = wp.where(turned and not was_on_path, demand, left)
         on_backbone = here > aim or not (turned or was_on_path)
         renews = turned and not (was_on_path and on_backbone)
@@ -175,14 +176,14 @@ def _pinching4(damage: str | None) -> Spring:
         steepest = way * memory[M.FORCE] + (here - way * memory[M.DRIFT])
         lags = force > steepest
         behind = (force - steepest) / wp.where(slope < one, one - slope, one)
-        end = wp.where(lags and slope < one, wp.min(end, here + behind), end)
+        end = wp.where(lags and slope < one, minimum(end, here + behind), end)
         slope = wp.where(lags, one, slope)
-        force = wp.min(force, steepest)
+        force = minimum(force, steepest)
         is_elastic = memory[M.HEADING] == zero and here <= type(x)(ELASTIC)
         if DAMAGES:
             # A part ends where damage begins to wait: just before it, whatever the rounding.
             last = (one - type(x)(SLACK)) / c[C.INVERSE_LAST_DUCTILITY]
-            end = wp.where(here < last, wp.min(end, last), wp.where(stands, end, here))
+            end = wp.where(here < last, minimum(end, last), wp.where(stands, end, here))
         after = type(memory)()
         after[M.DRIFT] = x
         after[M.FORCE] = way * force
@@ -193,7 +194,7 @@ def _pinching4(damage: str | None) -> Spring:
         after[M.DEMAND_BELOW] = wp.where(is_up, demand, memory[M.DEMAND_BELOW])
         # These two stay as they are along a line: rounding must not change them.
         is_new = leaves_line(drift, memory, c)
-        after[M.LINE_SLOPE] = wp.where(is_new, wp.min(slope, one), memory[M.LINE_SLOPE])
+        after[M.LINE_SLOPE] = wp.where(is_new, minimum(slope, one), memory[M.LINE_SLOPE])
         after[M.LINE_END] = wp.where(is_new, wp.where(is_elastic, x, way * end), memory[M.LINE_END])
         if DAMAGES:
             waits = stands and memory[M.HEADING] != zero
@@ -206,7 +207,7 @@ def _pinching4(damage: str | None) -> Spring:
                 x - memory[M.DRIFT]
             )
             if BY_CYCLES:
-                farther = wp.max(one + after[M.DEMAND_ABOVE], one + after[M.DEMAND_BELOW]) / wp.max(
+                farther = maximum(one + after[M.DEMAND_ABOVE], one + after[M.DEMAND_BELOW]) / maximum(
                     one + memory[M.DEMAND_ABOVE], one + memory[M.DEMAND_BELOW]
                 )
                 after[M.CYCLES] = memory[M.CYCLES] * farther + wp.abs(x - memory[M.DRIFT])
