@@ -118,7 +118,7 @@ def see_mode():
 
 def see_modes():
     for j in range(LANES):
-        supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+        supplied[j] = larger(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
 
 
 def save():
@@ -156,7 +156,7 @@ def see_products():
         energy_in[j] += share * power_in[j]
         energy_viscous[j] += share * power_viscous[j]
         energy_elastic[j] += share * power_elastic[j]
-        supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+        supplied[j] = larger(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
 
 
 def begin_walk():
@@ -178,7 +178,7 @@ def add_powers():
             energy_viscous[j] += weight * dashpot * rate
         slot("add_loss_at_state")
         if i == 0:
-            supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
+            supplied[j] = larger(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
     else:
         if TRAPEZOIDAL:
             if stage == 0:
@@ -223,7 +223,7 @@ def end_step():
             put_in = energy_in[j]
             if SECTIONS:
                 put_in = together(put_in, THREADS)
-            supplied[j] = wp.max(supplied[j], wp.abs(initial_energy[j] + put_in))
+            supplied[j] = larger(supplied[j], wp.abs(initial_energy[j] + put_in))
     if PROPAGATED:
         if BASE or FORCES:
             for k in range(WIDTH):
