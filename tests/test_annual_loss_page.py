@@ -18,6 +18,7 @@ RATE = [2.0e-1, 8.0e-2, 3.5e-2, 1.2e-2, 3.0e-3, 5.0e-4, 5.0e-5, 3.0e-6, 1.0e-7]
 RATE.append(RATE[-1] * (INTENSITY[-1] / INTENSITY[-2]) ** (np.log(RATE[-1] / RATE[-2]) / np.log(2)))
 LOSS_RATIOS = [0.02, 0.1, 0.413, 1.0]
 STATES = ["slight", "moderate", "extensive", "complete"]
+pytestmark = pytest.mark.as_shipped  # the page runs for seconds
 
 
 @pytest.fixture(scope="module")

@@ -41,6 +41,7 @@ def scene():
     return wd.Scene(whole.structure, stripes, whole.scatter, whole.correlation, collapse_drift_ratio=0.1)
 
 
+@pytest.mark.as_shipped
 @pytest.mark.filterwarnings("ignore:fragility|damage state")  # too few motions for intervals, which are not asked of it
 def test_errors_and_their_figure(scene, monkeypatch, tmp_path):
     monkeypatch.setattr(errors, "build_scene", lambda: scene)

@@ -99,6 +99,7 @@ def test_elastic_stripe_follows_the_spectrum(result: xr.Dataset) -> None:
     assert np.median(drift) == pytest.approx(expected, rel=0.15)
 
 
+@pytest.mark.as_shipped
 def test_default_step_errs_as_little_as_the_readme_says(monkeypatch: pytest.MonkeyPatch) -> None:
     """Against float64 at half the finest record's step, where the error is some ten times less."""
     monkeypatch.syspath_prepend(ROOT / "studies")
