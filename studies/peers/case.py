@@ -11,6 +11,7 @@ import numpy as np
 
 # The Bouc-Wen law of all storeys: F = k (a d + (1 - a) dy z), dy dz/dt = v - (|v| z + v |z|) / 2.
 HARDENING_RATIO, YIELD_DRIFT = 0.05, 0.01  # 1 and m
+HEIGHT = 3.0  # m, of all storeys
 
 # After a warm-up, runs are repeated until they have taken this long [s]: a GPU's clock needs some 0.2 s to speed up.
 LEAST_RUNS, TIMED_FOR = 2, 0.3
@@ -35,6 +36,7 @@ class Case:
         mass: Floor mass [kg], shape [structure, storey].
         structure: Which structure each sample has, shape [sample].
         scale: Factor on the base acceleration, shape [sample].
+        recorders: "drift", for peak storey drifts alone, or "all", what warpdyn records by default; few peers have it.
     """
 
     law: str
@@ -47,6 +49,7 @@ class Case:
     mass: np.ndarray
     structure: np.ndarray
     scale: np.ndarray
+    recorders: str = "drift"
 
     @property
     def storeys(self) -> int:

@@ -44,6 +44,7 @@ def macros_of(case: Case) -> dict[str, str | int | float]:
         "REAL": REAL[case.dtype],
         "BOUC_WEN": int(case.law == "bouc_wen"),
         "BILINEAR": int(case.law == "bilinear"),
+        "EVERY_RECORDER": int(case.recorders == "all"),
         "HARDENING_RATIO": HARDENING_RATIO,
         "YIELD_DRIFT": YIELD_DRIFT,
     }

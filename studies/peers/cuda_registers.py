@@ -1,8 +1,8 @@
 """Hand-written CUDA (shear_chain.cu): RK4, one sample a thread, its whole history in registers.
 
-It does what warpdyn's kernel does with the recorder of drifts, but for the place of the largest drift ratio
-and the test for a blow-up; and it can do nothing else. Beyond 20 storeys in float32 and 10 in float64 its
-registers spill. Timed by events, all data on the device.
+It does what warpdyn's kernel does with the recorder of drifts, or with those of its defaults, but for the place of
+the largest drift ratio, the residual drifts and the test for a blow-up; and it can do nothing else. Beyond
+20 storeys in float32 and 10 in float64 its registers spill. Timed by events, all data on the device.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from peers.case import TIMED_FOR, Case, Measured
+from peers.case import HEIGHT, TIMED_FOR, Case, Measured
 from peers.compiled import load, macros_of
 
 FLAGS = ("-std=c++17", "-arch=native", "-O3", "-Xcompiler", "-fPIC")
@@ -31,9 +31,16 @@ def _library(case: Case) -> ctypes.CDLL:
 
 def measure(case: Case) -> Measured:
     """Return the time of the kernel and the peak drifts."""
+    seconds, results, note = run(case)
+    return Measured(seconds, results[: case.storeys].T, note)
+
+
+def run(case: Case) -> tuple[float, np.ndarray, str]:
+    """Return the time of the kernel [s], what it has recorded, shape [row, sample], and what it takes of a GPU."""
     *tables, scale, acceleration = case.arrays()
     arrays = [np.ascontiguousarray(table.T) for table in tables] + [scale, acceleration]
-    peaks = np.full((case.storeys, case.samples), np.nan, case.dtype)
+    rows = 3 * case.storeys + 5 if case.recorders == "all" else case.storeys
+    results = np.full((rows, case.samples), np.nan, case.dtype)
     seconds, registers, local = ctypes.c_double(), ctypes.c_int(), ctypes.c_int()
     library = _library(case)
     error = library.shear_chain(
@@ -41,8 +48,9 @@ def measure(case: Case) -> Measured:
         case.steps,
         ctypes.c_double(case.step),
         case.samples,
+        ctypes.c_double(HEIGHT),
         ctypes.c_double(TIMED_FOR),
-        ctypes.c_void_p(peaks.ctypes.data),
+        ctypes.c_void_p(results.ctypes.data),
         ctypes.byref(seconds),
         ctypes.byref(registers),
         ctypes.byref(local),
@@ -50,4 +58,4 @@ def measure(case: Case) -> Measured:
     if error:
         library.error_text.restype = ctypes.c_char_p
         raise RuntimeError(f"CUDA: {library.error_text(error).decode()}")
-    return Measured(seconds.value, peaks.T, f"{registers.value} registers, {local.value} bytes of local memory")
+    return seconds.value, results, f"{registers.value} registers, {local.value} bytes of local memory"

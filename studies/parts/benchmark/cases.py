@@ -7,7 +7,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from peers.case import YIELD_DRIFT, Case
+from peers.case import HEIGHT, YIELD_DRIFT, Case
 from peers.storey_laws import LAWS as STOREY_LAWS
 from scipy.signal import cont2discrete, lfilter
 
@@ -59,6 +59,7 @@ PEERS: list[dict[str, Any]] = [
     {"peer": "diffrax_steps", "device": "cpu", "storeys": (5,), "samples": 128},
     {"peer": "opensees_newmark", "device": "cpu", "storeys": (1, 5, 10, 20), "samples": 8, "substeps": 8},
     {"peer": "cuda_registers", "device": "cuda", "laws": LAWS, "dtypes": BOTH},
+    {"peer": "cuda_registers", "device": "cuda", "laws": LAWS, "recorders": "all"},
     {"peer": "numba_gpu", "device": "cuda", "storeys": (1, 5, 10, 20)},
     {"peer": "jax_scan", "device": "cuda", "storeys": (5,)},
     {"peer": "jax_scan_unrolled", "device": "cuda", "storeys": (5,)},
@@ -97,7 +98,7 @@ def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any
     # At the shorter steps that a peer needs.
     for row in (row for row in PEERS if "substeps" in row and row["device"] in devices):
         for case in _peer_cases(row, row["device"], size):
-            cases.append(case | {"peer": "warpdyn", "recorders": "drift", "run_samples": case["samples"]})
+            cases.append(case | {"peer": "warpdyn", "run_samples": case["samples"]})
     return [{"part": "kernels", "peer": "warpdyn"} | case for case in cases]
 
 
@@ -105,7 +106,7 @@ def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]
     """Return the cases of all peers; of several GPUs they have the first."""
     kinds = {device.split(":")[0]: device for device in reversed(devices)}
     return [
-        {"part": "kernels", "recorders": "drift"} | case | {"method": ""}  # the peer's own
+        {"part": "kernels"} | case | {"method": ""}  # the peer's own
         for row in PEERS
         for case in _peer_cases(row, kinds.get(row["device"], NO_DEVICE), size)
     ]
@@ -141,6 +142,7 @@ def _peer_cases(row: dict[str, Any], device: str, size: dict[str, Any]) -> list[
     cases = []
     for dtype, law, n in product(dtypes, laws, storeys):
         case = _case(device, law, n, dtype, size) | {"peer": row["peer"], "substeps": row.get("substeps", 1)}
+        case |= {"recorders": row.get("recorders", "drift")}
         cases.append(case | {"run_samples": min(case["samples"], row.get("samples", case["samples"]))})
     return cases
 
@@ -227,7 +229,7 @@ def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray
         values["yield_force"] = YIELD_DRIFT * values["stiffness"]
         own = {"yield_force": values["yield_force"][0], **STOREY_LAWS[law].parameters(YIELD_DRIFT)}
     first = {name: values[name][0] for name in names}
-    building = wd.ShearBuilding(**first, height=3.0, law=law, damping="storey", **own)
+    building = wd.ShearBuilding(**first, height=HEIGHT, law=law, damping="storey", **own)
     if chosen is None:
         design = wd.Stripes([ensemble.motion], ensemble.levels, wd.PeakGroundAcceleration())
     else:
@@ -251,6 +253,7 @@ def build_peer_case(ensemble: Ensemble, case: dict[str, Any], chosen: np.ndarray
         mass=ensemble.mass,
         structure=ensemble.structure[chosen],
         scale=ensemble.scale[chosen],
+        recorders=case["recorders"],
     )
 
 

@@ -113,6 +113,7 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
 def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> None:
     """Draw a bar for each peer at the number of storeys that most of them have, with warpdyn's speed over it."""
     chosen = peers[(peers["law"] == "bouc_wen") & (peers["dtype"] == "float32") & (peers["status"] == "measured")]
+    chosen = chosen[chosen["recorders"] == "drift"]
     if chosen.empty:
         axis.set_title(f"The same work by others on {_device_words(device)}", fontsize=TITLE)
         axis.text(0.5, 0.5, "no peer is installed", ha="center", transform=axis.transAxes)

@@ -69,6 +69,7 @@ def _print_peers(table: pd.DataFrame) -> None:
     for row in table[table["seconds"].notna()].itertuples():
         step = "" if row.substeps == 1 else f", steps of 1/{row.substeps}"
         case = f"{row.device} {row.dtype} {row.law} {row.storeys}{step}"
+        case += "" if row.recorders == "drift" else f", {row.recorders}"
         ratios = f"{row.ratio:9.3g} {row.ratio_with_all_recorders:9.3g}"
         numbers = f"{row.dof_steps_per_second:9.2e} {ratios} {row.peak_drift_difference:9.1e}"
         print(f"  {LABELS.get(row.peer, row.peer):<27} {case:<40} {numbers}  {row.status}, {row.note}")
@@ -81,12 +82,12 @@ def _print_shares(table: pd.DataFrame) -> None:
     """Print warpdyn's speed over that of the code by hand for the same device."""
     by_hand = table[table["peer"].isin(BY_HAND) & table["ratio"].notna()]
     storeys = sorted(by_hand["storeys"].unique())
-    print("\nshare of the speed of code by hand, with peak drifts alone, by storeys")
-    print(" " * 43 + "".join(f"{n:>6}" for n in storeys))
-    for (peer, dtype, law), rows in by_hand.groupby(["peer", "dtype", "law"], sort=False):
-        ratio = rows.set_index("storeys")["ratio"]
+    print("\nshare of the speed of code by hand that records the same, by storeys")
+    print(" " * 50 + "".join(f"{n:>6}" for n in storeys))
+    for (peer, dtype, law, recorders), rows in by_hand.groupby(["peer", "dtype", "law", "recorders"], sort=False):
+        ratio = rows.set_index("storeys")["ratio" if recorders == "drift" else "ratio_with_all_recorders"]
         shares = "".join(f"{ratio.get(n, np.nan):6.2f}" for n in storeys)
-        print(f"  {LABELS[peer]:<20} {dtype:<9} {law:<10}{shares}")
+        print(f"  {LABELS[peer]:<20} {dtype:<9} {law:<10} {recorders:<6}{shares}")
 
 
 def _print_laws(table: pd.DataFrame) -> None:
