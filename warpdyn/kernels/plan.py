@@ -81,7 +81,9 @@ def options(plan: Plan) -> dict[str, object]:
     in_registers = plan.family == "chain" and method.kind == "explicit" and not keeps_slopes(method)
     # Laws with many values have loops that must be unrolled, or those over lanes about them stay what they are.
     is_small = max(law.memory, law.coefficients) < FEWEST_LANES and plan.damping != "modal"
-    return module_options(plan.max_unroll, in_registers and is_small and plan.lanes > 1 and plan.max_unroll > 1)
+    # Histories are of a few samples: what they gain by flags alike is the time of the compiler's second header.
+    gains = (plan.lanes > 1 and plan.max_unroll > 1) or plan.recorders == ("history",)
+    return module_options(plan.max_unroll, in_registers and is_small and gains)
 
 
 def row_types(plan: Plan) -> tuple:
