@@ -78,7 +78,7 @@ RUNS = {
     ),
     # Settings are judged before anything is drawn, and are no archetype's fault.
     "step": ({"step": 0.007}, "^step 0.007 s does not divide"),
-    "typo": ({"stpe": 0.01, "portfolio": BAD_DRAW}, "unexpected keyword argument 'stpe'"),
+    "typo": ({"stpe": 0.01, "portfolio": BAD_DRAW}, "no argument 'stpe'.*did you mean 'step'"),
     "dtype": ({"dtype": "float16", "portfolio": BAD_DRAW}, "^unknown dtype 'float16'"),
     "checked share": ({"checked_share": 2, "portfolio": BAD_DRAW}, "^checked_share must be a share"),
     "target error": ({"target_error": -1.0, "portfolio": BAD_DRAW}, "^target_error must be"),

@@ -11,7 +11,7 @@ import xarray as xr
 
 from warpdyn.accuracy.error_estimate import compare
 from warpdyn.accuracy.method_choice import MethodChoice
-from warpdyn.core.checks import check_kind, one_of, whole_number
+from warpdyn.core.checks import one_of, whole_number
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
@@ -22,6 +22,7 @@ from warpdyn.integration.stability_guard import guard, integrate_guarded
 from warpdyn.kernels.plan import values_held
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.methods.table import check_fits, fitting_methods
+from warpdyn.scene.arguments import takes_scene
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
@@ -40,6 +41,7 @@ TIMINGS = 5  # the shortest counts
 QUANTILE = 0.95
 
 
+@takes_scene
 def plan(
     scene: Scene,
     target_error: float = 0.01,
@@ -78,7 +80,6 @@ def plan(
         >>> choice.method, choice.dtype
         ('rk4', 'float32')
     """
-    check_kind("plan", "a Scene", scene, Scene)
     if not scene.structure.is_many:  # which is refused
         warn_of_implausible(scene)
     return choose_method(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_kind, one_of, real_number
+from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
@@ -24,6 +24,7 @@ from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.queues import open_queues, seconds_in_kernels
 from warpdyn.reduction.limits import LIMIT_BANDS, state_names
+from warpdyn.scene.arguments import takes_scene
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
@@ -32,6 +33,7 @@ FIRST_SHARE = 1e-3  # level of the elastic run, over the middle of the intensiti
 BEYOND_ELASTIC = 4.0  # highest level of a cloud, over the largest that the first structure's elastic response needs
 
 
+@takes_scene
 def capacities(
     scene: Scene,
     limits: Mapping[str, float],
@@ -116,7 +118,6 @@ def capacities(
         >>> found["capacity"].median(["structure", "motion"]).round(1).values  # g
         array([0.5, 1.2])
     """
-    check_kind("capacities", "a Scene", scene, Scene)
     design = _design_of(scene)
     names, limit = _checked(limits)
     tolerance = real_number("tolerance", tolerance, above=0)

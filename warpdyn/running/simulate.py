@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_kind, whole_number
+from warpdyn.core.checks import whole_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.files.unfinished import STORE_SUFFIX, Unfinished
@@ -25,6 +25,7 @@ from warpdyn.running.regions.datasets import simulate_in_regions
 from warpdyn.running.regions.job import Where
 from warpdyn.running.run_portfolio import run_portfolio
 from warpdyn.running.run_scene import Kept, SceneRun
+from warpdyn.scene.arguments import takes_scene
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
+@takes_scene
 def simulate(
     scene: Scene,
     *,
@@ -153,7 +155,6 @@ def simulate(
         >>> largest.groupby("im_level").median().astype(float).round(3).values  # at each level
         array([0.001, 0.002, 0.004, 0.007, 0.011, 0.021])
     """
-    check_kind("simulate", "a Scene", scene, Scene)
     integration = Integration.from_arguments(
         method=method,
         dtype=dtype,

@@ -22,6 +22,27 @@ from warpdyn.scene.scatter import SAMPLING, GivenValues, Scatter, central, check
 from warpdyn.structures.structure import Structure
 
 
+def _described(given: object) -> str:
+    """Return what was given in words."""
+    return f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
+
+
+def _instead_of_structure(given: object) -> str:
+    """Return what to give instead, where a structure is at hand."""
+    if isinstance(given, type) and issubclass(given, Structure):
+        return f"; give one, as {given.__name__}(...)"
+    return "; give its `portfolio`" if isinstance(getattr(given, "portfolio", None), Structure) else ""
+
+
+def _instead_of_excitation(given: object) -> str:
+    """Return what to give instead, where an excitation is at hand."""
+    if isinstance(given, type) and issubclass(given, Excitation):
+        return f"; give one, as {given.__name__}(...)"
+    if isinstance(given, list | tuple) and given and all(isinstance(each, GroundMotion) for each in given):
+        return "; give Cloud(motions) to run them as they are, or Stripes(motions, levels, measure)"
+    return ""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """Everything that decides what a run computes, except how it is integrated.
@@ -68,14 +89,16 @@ class Scene:
 
     def __post_init__(self) -> None:
         if not isinstance(self.structure, Structure):
-            kind = type(self.structure).__name__
-            raise TypeError(f"structure must be a ShearBuilding, a LinearSystem or a Portfolio, got {kind}")
+            raise TypeError(
+                "structure must be a ShearBuilding, a LinearSystem or a Portfolio, got "
+                f"{_described(self.structure)}{_instead_of_structure(self.structure)}"
+            )
         excitation = excitation_of(self.excitation)
         if not isinstance(excitation, Excitation):
             raise TypeError(
                 "excitation must be Stripes, Cloud, OneMotionPerStructure, MotionsAtSites, EventSequence, "
                 "GroundMotion, FilteredNoise, HarmonicForce, ForceHistory or FreeVibration, "
-                f"got {type(self.excitation).__name__}"
+                f"got {_described(self.excitation)}{_instead_of_excitation(self.excitation)}"
             )
         object.__setattr__(self, "excitation", excitation)
         if self.structure.is_many and not excitation.is_design:

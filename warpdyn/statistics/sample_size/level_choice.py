@@ -10,11 +10,12 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
-from warpdyn.core.checks import check_kind, whole_number
+from warpdyn.core.checks import whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.incremental.capacities import capacities
 from warpdyn.reduction.limits import DRIFT
+from warpdyn.scene.arguments import takes_scene
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 
@@ -27,6 +28,7 @@ LEAST_DISPERSION = 0.1  # that a few pairs are trusted to tell
 DIGITS = 3  # of levels, so that tables and figures name them as they are
 
 
+@takes_scene
 def levels_for(
     scene: Scene,
     limits: Mapping[str, float],
@@ -73,7 +75,6 @@ def levels_for(
         (6,)
         >>> scene = wd.Scene(building, wd.Stripes(motions, levels, cloud.excitation.measure), scatter)
     """
-    check_kind("levels_for", "a Scene", scene, Scene)
     count, seed = whole_number("count", count, 2), whole_number("seed", seed, 0)
     design = scene.excitation
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:

@@ -7,17 +7,19 @@ from functools import partial
 
 import xarray as xr
 
-from warpdyn.core.checks import check_kind, real_number, whole_number
+from warpdyn.core.checks import real_number, whole_number
 from warpdyn.core.messages import each_warning_once
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.incremental.capacities import capacities
 from warpdyn.reduction.limits import DRIFT
+from warpdyn.scene.arguments import takes_scene
 from warpdyn.scene.scatter import GivenValues
 from warpdyn.scene.scene import Scene
 from warpdyn.statistics.lognormal_fit import check_confidence
 from warpdyn.statistics.sample_size.rounds import Rounds
 
 
+@takes_scene
 def fragility_to(
     scene: Scene,
     limits: Mapping[str, float],
@@ -83,7 +85,6 @@ def fragility_to(
         >>> bool((curves["half_width"] < 0.3).all())
         True
     """
-    check_kind("fragility_to", "a Scene", scene, Scene)
     precision = real_number("precision", precision, above=0)
     if not 1e-3 <= precision < 1:
         raise ValueError(
