@@ -81,11 +81,34 @@ def test_near_misses_of_parameters_are_suggested(name):
         ({"law": "bilinear", "yield_froce": 1.0, "hardening_ratio": 0.1}, "did you mean 'yield_force'"),
         ({"law": "bilinear", "Fy": 1.0, "hardening_ratio": 0.1}, "did you mean 'yield_force'"),
         ({"devices": ("FrictionDamper",)}, "did you mean 'friction_damper'"),
+        ({"law": "viscous_damper"}, r"a device: devices=\('viscous_damper',\)"),
+        ({"law": "ElasticPPGap"}, r"a device: devices=\('one_sided_gap',\)"),
+        ({"devices": ("Steel01",)}, "a storey law: law='bilinear'"),
+        # OpenSees' commands give the first yield point, which ratios of ours are over.
+        ({"law": "Pinching4", "ePf1": 1.0}, "did you mean 'yield_force'"),
+        ({"law": "Pinching4", "ePd1": 1.0}, "did you mean 'yield_force'"),
+        ({"law": "Pinching4", "ePd2": 1.0}, "did you mean 'ductility_2'"),
+        ({"law": "hysteretic", "s1p": 1.0}, "did you mean 'yield_force'"),
+        ({"law": "hysteretic", "e1p": 1.0}, "did you mean 'yield_force'"),
+        ({"law": "trilinear", "s1": 1.0}, "did you mean 'yield_force'"),
+        ({"law": "quadrilinear", "e1": 1.0}, "did you mean 'yield_force'"),
+        ({"law": "quadrilinear", "s3": 1.0}, "did you mean 'force_ratio_3'"),
+        ({"law": "takeda", "s1": 1.0}, "did you mean 'cracking_ratio'"),
+        ({"law": "takeda", "s2": 1.0}, "did you mean 'yield_force'"),
     ],
 )
 def test_near_misses_of_names_are_suggested(given, meant):
     with pytest.raises(ValueError, match=meant):
         wd.ShearBuilding(1.0, 1.0, 1.0, **given)
+
+
+def test_all_missing_parameters_are_named_with_what_needs_them():
+    with pytest.raises(ValueError, match=r"ductility_2 .*force_ratio_3 .*are missing: law 'hysteretic' needs them$"):
+        wd.ShearBuilding(1.0, 1.0, 1.0, law="Hysteretic", yield_force=1.0)
+    with pytest.raises(ValueError, match=r"damping_ratio .* is missing: damping 'rayleigh' needs it$"):
+        wd.ShearBuilding(1.0, 1.0, 1.0, damping="rayleigh")
+    with pytest.raises(ValueError, match=r"mass .* is missing: a building needs it$"):
+        wd.ShearBuilding(None, 1.0, 1.0)
 
 
 def test_laws_of_several_storeys_bring_their_parameters():

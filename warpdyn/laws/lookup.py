@@ -120,8 +120,20 @@ def _name(what: str, given: object, table: Mapping[str, type[StoreyElement]]) ->
         return meant[0]
     if meant:
         raise ValueError(f"OpenSees' {given!r} is one of several here: {', '.join(map(repr, meant))}; name one of them")
-    hint = did_you_mean(given, {**{word: word for word in known}, **{word: word for word in table}})
-    raise ValueError(f"unknown {what} {given!r}{hint}; allowed: {', '.join(map(repr, table))}, or OpenSees' names")
+    hint = _of_the_other_kind(given, table) or did_you_mean(given, [*known, *table])
+    names = ", ".join(map(repr, [*table, *known]))
+    raise ValueError(f"unknown {what} {given!r}{hint}; allowed: {names}")
+
+
+def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) -> str:
+    """Return a hint where a device is given as a storey's law, or a law as a device."""
+    if not isinstance(given, str):
+        return ""
+    other: Mapping[str, type[StoreyElement]] = LAWS if table is DEVICES else DEVICES
+    names = (given,) if given in other else _opensees(other).get(given, ())
+    if not names:
+        return ""
+    return f", a storey law: law={names[0]!r}" if table is DEVICES else f", a device: devices=({names[0]!r},)"
 
 
 def _opensees(table: Mapping[str, type[StoreyElement]]) -> dict[str, tuple[str, ...]]:

@@ -92,10 +92,12 @@ class Parameter:
 
 def names_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
     """Return the parameters' names, ours and OpenSees', each with ours."""
-    theirs = {
-        word: name
-        for name, known in parameters.items()
-        for word in re.findall(r"\w+", known.opensees)
-        if word not in ("and", "over", "times")
-    }
-    return theirs | {name: name for name in parameters}
+    theirs: dict[str, str] = {}
+    beside: dict[str, str] = {}
+    for name, known in parameters.items():
+        # What a ratio is over is the first yield point's, which has a name of ours where the law yields.
+        own, _, under = known.opensees.partition(" over ")
+        theirs |= {word: name for word in re.findall(r"\w+", own) if word not in ("and", "times")}
+        if "yield_force" in parameters:
+            beside |= dict.fromkeys(re.findall(r"\w+", under), "yield_force")
+    return beside | theirs | {name: name for name in parameters}
