@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -149,14 +149,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
                     f"unknown parameter {name!r}{hint}: a building of law {law!r} and damping {damping!r} takes {takes}"
                 )
         arrays = {}
-        for name, parameter in self.parameter_table.items():
-            # Where laws differ, each law supplies its own default.
-            by_law = len(self.storey_laws) > 1 and any(name in LAWS[each].parameters for each in self.storey_laws)
-            value = given.get(name, np.nan if by_law else parameter.default)
-            if value is None:
-                raise ValueError(
-                    f"{name} ({parameter.long_name}) is missing: law {law!r} and damping {damping!r} need it"
-                )
+        for name, value in self._values(given, kind.parameters).items():
             arrays[name] = real_numbers(name, value)
             if arrays[name].ndim > 1:
                 raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
@@ -196,6 +189,32 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         self.own_storeys = np.ones(self.storeys, dtype=bool)  # not isolators or a tuned mass damper
         self.inherent_damping = kind.checked(damping, self.storeys, damping_modes, damped_storeys)
         self.damping_modes, self.damped_storeys = self.inherent_damping.modes, self.inherent_damping.storeys
+
+    def _values(self, given: Mapping[str, ArrayLike], of_damping: Collection[str]) -> dict[str, ArrayLike]:
+        """Return each parameter's given value or its default.
+
+        Raises:
+            ValueError: If some have neither; the message names them all, and what needs them.
+        """
+        several = len(self.storey_laws) > 1
+        values: dict[str, ArrayLike] = {}
+        missing = []
+        for name, parameter in self.parameter_table.items():
+            # Where laws differ, each law supplies its own default.
+            by_law = several and any(name in LAWS[each].parameters for each in self.storey_laws)
+            value = given.get(name, np.nan if by_law else parameter.default)
+            if value is None:
+                missing.append(name)
+            else:
+                values[name] = value
+        if not missing:
+            return values
+        needing = {f"law {self.law!r}": self.storey_law.parameters, f"damping {self.damping!r}": of_damping}
+        who = [owner for owner, parameters in needing.items() if any(name in parameters for name in missing)]
+        told = ", ".join(f"{name} ({self.parameter_table[name].long_name})" for name in missing)
+        verb, them = ("is", "it") if len(missing) == 1 else ("are", "them")
+        needs = "need" if len(who) > 1 else "needs"
+        raise ValueError(f"{told} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}")
 
     def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Return values of a parameter, NaN at storeys whose law does not take it, and which storeys take it."""
