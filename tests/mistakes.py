@@ -234,6 +234,12 @@ def dashpots(coefficient):
 
 SHAKEN = {
     "records in g": (lambda: run(None, scaled(1 / G)), "strongest motion", "m/s2", "given in g, it would be"),
+    "records in m/s2 taken for g": (
+        lambda: run(None, scaled(G)),
+        "peak ground acceleration",
+        "taken for g, it would be",
+    ),
+    "motion of nothing": (lambda: run(None, scaled(0.0)), "strongest motion is 0 m/s2", "in any unit it is zero"),
     "records in gal": (lambda: run(None, scaled(100.0)), "peak ground acceleration", "gal"),
     "records in mm/s2": (lambda: run(None, scaled(1000.0)), "peak ground acceleration", "mm/s2"),
     "records in g of a portfolio": (lambda: run(portfolio(), wd.Cloud([scaled(1 / G)])), "strongest motion", "in g"),

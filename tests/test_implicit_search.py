@@ -134,6 +134,7 @@ def frame(storeys, law="bilinear", damping="rayleigh", ratio=0.03):
     return wd.ShearBuilding(np.full(storeys, 1e3), 4e6, 3.0, law=law, damping=damping, damping_ratio=ratio, **strength)
 
 
+@pytest.mark.meant_as_given("peak_ground_acceleration")
 def test_long_steps_between_yield_and_reversal_converge():
     """Newton's iteration alone would go from one side of a yield point to the other and back for ever."""
     motion = wd.GroundMotion(8 * np.random.default_rng(3).normal(size=100), 0.2)

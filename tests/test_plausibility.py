@@ -36,6 +36,7 @@ from mistakes_of_runs import RUNS
 import warpdyn as wd
 from warpdyn.accuracy import pilot
 from warpdyn.core.plausible_bands import BANDS
+from warpdyn.ground_motions.plausibility import warn_of_implausible_motions
 from warpdyn.kernels import build, queues
 from warpdyn.running import pushover, simulate as door
 
@@ -204,3 +205,33 @@ def test_the_configuration_of_the_tests_hides_no_warning():
     # In any other test, too, what is implausible is an error unless the test is marked.
     with pytest.raises(UserWarning, match="implausible input: storey height at storey 1 is 3200 m"):
         run(building(height=3200.0))
+
+
+@pytest.mark.parametrize(
+    ("factor", "fewest"),
+    [
+        (9.80665, 40),  # given in m/s2 and taken for g: all but the weakest go beyond 2 g
+        (0.01, 44),
+        (1 / 9.80665, 32),  # the strongest are then within what the others span
+    ],
+)
+def test_of_real_records_one_in_another_unit_is_mostly_told_of(factor, fewest) -> None:
+    records = wd.records.far_field()
+
+    def is_told(index: int) -> bool:
+        motions = list(records)
+        wrong = motions[index]
+        motions[index] = wd.GroundMotion(factor * wrong.acceleration, wrong.step, wrong.name)
+        with warnings.catch_warnings(record=True) as given:
+            warnings.simplefilter("always")
+            warn_of_implausible_motions(motions)
+        return any("peak ground acceleration" in str(each.message) for each in given)
+
+    assert sum(map(is_told, range(len(records)))) >= fewest
+
+
+@pytest.mark.parametrize("of", [wd.records.far_field, wd.records.near_field])
+def test_real_records_are_not_told_of(of) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_implausible_motions(of())

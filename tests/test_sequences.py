@@ -133,6 +133,7 @@ def pinching4(strength, stiffness):
 OPENSEES = {"bilinear": STEEL, "pinching4": [pinching4(4e3, 6e5), pinching4(2e3, 4e5)]}
 
 
+@pytest.mark.meant_as_given("peak_ground_acceleration")
 @pytest.mark.parametrize("law", ["bilinear", pytest.param("pinching4", marks=pytest.mark.thorough)])
 def test_each_event_is_as_in_opensees(law):
     # Dampers that leave nothing moving after six seconds. The steps of both leave 1.4e-4 at most.

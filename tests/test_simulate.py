@@ -101,6 +101,7 @@ def test_a_storey_that_glides_does_not_see_whether_others_turn(law, method):
     assert_same_bits(few, many, slice(0, 3))
 
 
+@pytest.mark.meant_as_given("peak_ground_acceleration")
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_a_sample_is_the_same_alone_and_among_others(dtype):
     # Beside motions of other lengths, steps and substeps: lanes of one row go on after its end, with other steps.

@@ -127,6 +127,7 @@ def test_structures_are_added_until_the_precision_is_reached():
     assert (bound["records_needed"] > 24).all()
 
 
+@pytest.mark.meant_as_given("peak_ground_acceleration")
 def test_brackets_that_are_too_wide_for_a_dispersion_are_narrowed():
     # Elastic, with hardly any scatter, under one motion at several scales: capacities are the same to some per cent.
     given = scene(1)

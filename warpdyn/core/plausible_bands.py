@@ -31,6 +31,7 @@ class Band:
         high: Largest usual value.
         mistakes: Likely mistakes, each a clause, and the factor that takes the value to what was then meant; None where
             no factor undoes the mistake.
+        typical: Value that the likeliest mistakes lead to; None for the middle of the band.
     """
 
     words: str
@@ -38,6 +39,7 @@ class Band:
     low: float
     high: float
     mistakes: Mapping[str, float | None]
+    typical: float | None = None
 
     def finding(self, value: float, where: str, high: float) -> str:
         """Return a sentence on a value outside the band: the quantity, the unit it was taken in, likely mistakes."""
@@ -45,10 +47,12 @@ class Band:
         meant = {clause: value * factor for clause, factor in self.mistakes.items() if factor is not None}
         others = [clause for clause, factor in self.mistakes.items() if factor is None]
         fitting = {clause: m for clause, m in meant.items() if self.low <= m <= high}
-        middle = np.sqrt(self.low * high) if self.low > 0 else high
+        middle = self.typical or (np.sqrt(self.low * high) if self.low > 0 else high)
         likely = sorted(fitting, key=lambda clause: abs(np.log(fitting[clause] / middle)))[:MOST_MISTAKES]
         told = [f"{clause}, it would be {fitting[clause]:.3g}{self._unit}" for clause in likely] + others
-        if not told:
+        if value == 0 and meant:
+            told = ["in any unit it is zero"]
+        elif not told:
             told = [f"no usual mistake alone explains it ({', '.join(list(meant)[:MOST_NAMED])})"]
         return f"{self.words}{where} is {value:.6g}{self._unit} (usual: {usual}{self._unit}): {', or '.join(told)}"
 
@@ -65,6 +69,9 @@ FORCE = {"kN": 1e3, "MN": 1e6, "kg": STANDARD_GRAVITY, "tonnes": 1e3 * STANDARD_
 STIFFNESS = {"kN/m or N/mm": 1e3, "kN/mm or MN/m": 1e6}
 MASS = {"tonnes": 1e3, "kN of weight": 1e3 / STANDARD_GRAVITY}
 ACCELERATION = {"g": STANDARD_GRAVITY, "cm/s2 (gal)": 1e-2, "mm/s2": 1e-3, "% g": STANDARD_GRAVITY / 100}
+# Of recorded horizontal components hardly one goes beyond 2 g: 2.7 g at Tsukidate in 2011 (K-NET, MYG004).
+LARGEST_RECORDED = 2 * STANDARD_GRAVITY
+TAKEN_FOR_G = {"given in m/s2 and taken for g": 1 / STANDARD_GRAVITY}
 IN_PERCENT = {"percent": 1e-2}
 
 
@@ -225,7 +232,9 @@ BANDS: Mapping[str, Band] = {
     ),
     "no_damping": Band("damping ratio of the first mode", "1", 1e-4, 0.2, _DAMPED),
     "record_step": Band("record step", "s", 5e-4, 0.05, _given(TIME) | _AS_FREQUENCY),
-    "peak_ground_acceleration": Band("peak ground acceleration", "m/s2", 1e-4 * G, 5 * G, _given(ACCELERATION)),
+    "peak_ground_acceleration": Band(
+        "peak ground acceleration", "m/s2", 1e-4 * G, LARGEST_RECORDED, TAKEN_FOR_G | _given(ACCELERATION), 0.3 * G
+    ),
     "strongest_motion": Band(
         "peak ground acceleration of the strongest motion", "m/s2", 0.1 * G, 5 * G, _given(ACCELERATION)
     ),
@@ -234,7 +243,7 @@ BANDS: Mapping[str, Band] = {
         "1",
         1 / 3,
         1.0,
-        {"given in g among motions in m/s2": G},
+        {"given in g among motions in m/s2, or in m/s2 and read as cm/s2": None},
     ),
     "record_baseline": Band(
         "baseline (a straight line fitted to the record) over the peak",

@@ -35,7 +35,11 @@ def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion],
 
 
 def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
-    """Add a few motions of a set that are far weaker than all others, and among these if they were given in g."""
+    """Add a few motions of a set that are far weaker than all others.
+
+    Either they are among these if they were given in g, or the gap to the next stronger one is wider than that of any
+    other pair of neighbours is likely to be.
+    """
     motions = [motion for motion in motions if motion.peak_ground_acceleration > 0]
     if len(motions) < FEWEST_IN_A_SET:
         return
@@ -44,7 +48,8 @@ def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[Ground
     few = len(motions) // FEWEST_IN_A_SET
     place = int(np.argmin(peaks[:few] / peaks[1 : few + 1]))
     weak, others = peaks[: place + 1], peaks[place + 1 :]
-    if others[0] <= STANDARD_GRAVITY * weak[-1] and STANDARD_GRAVITY * weak[0] <= others[-1]:
+    were_in_g = others[0] <= STANDARD_GRAVITY * weak[-1] and STANDARD_GRAVITY * weak[0] <= others[-1]
+    if were_in_g or others[0] > STANDARD_GRAVITY * weak[-1]:
         findings.add("weakest_motions", weak[-1] / others[0], f" of motion {ordered[place].name!r}{where}")
 
 
