@@ -1,5 +1,7 @@
 """Long tables of results: what plain pandas reads of them."""
 
+import errno
+import re
 import sys
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
+from warpdyn.exchange import text_files
 
 pytestmark = pytest.mark.fast
 
@@ -142,3 +145,14 @@ def test_a_link_stays_and_its_target_is_written(tmp_path):
     assert wd.write_table(make_curves(), link) == link
     assert link.is_symlink()
     assert target.read_text().startswith("damage_state,")
+
+
+def test_a_folder_that_cannot_be_written_is_told_with_the_file_that_was_asked_for(tmp_path, monkeypatch) -> None:
+    def refuse(*paths: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", str(paths[0]))
+
+    monkeypatch.setattr(text_files.os, "replace", refuse)
+    path = tmp_path / "curves.csv"
+    with pytest.raises(PermissionError, match=rf"^cannot write {re.escape(str(path))}: Permission denied$"):
+        wd.write_table(make_curves(), path)
+    assert not list(tmp_path.iterdir())

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from warpdyn.files.unfinished import disk_error
+
 
 def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path:
     """Return a path that may be written, before anything is computed for it.
@@ -40,15 +42,20 @@ def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
     Args:
         path: The file.
         write: Writes the file whose name it is given.
+
+    Raises:
+        OSError: If it cannot be written; the message names it, and not the file beside it.
     """
     target = path.resolve()  # a link stays, and its target is written
     part = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
     try:
         write(str(part))
         os.replace(part, target)
-    except BaseException:
+    except BaseException as error:
         with suppress(OSError):
             part.unlink()
+        if isinstance(error, OSError):
+            raise disk_error(error, path) from error
         raise
     return path
 
