@@ -83,7 +83,7 @@ def families() -> Mapping[str, np.ndarray]:
         row = building_class(name, DESIGN_LEVELS[0])
         storeys = slice(int(row["min_storeys"]), int(row["max_storeys"]) + 1)
         bare = name[:-1] if name[-1] in HEIGHT_CLASSES and name != "MH" else name
-        for each in {name, bare}:
+        for each in dict.fromkeys((name, bare)):
             found.setdefault(each, np.full(MOST_STOREYS + 1, -1))[storeys] = place
     small, large = found["W1"].copy(), found["W2"]
     found[WOOD] = np.where(np.arange(MOST_STOREYS + 1) > MOST_STOREYS_OF_W1, large, small)
