@@ -28,12 +28,12 @@ from peers.storey_laws import LAWS
 
 ops = load_opensees()
 
+# [building]
 MASS, HEIGHT = 2.0e5, 3.2  # kg, m
 STIFFNESS = np.array([3.0e8, 2.8e8, 2.4e8, 1.9e8, 1.3e8])  # N/m
 YIELD_FORCE = np.array([2.4e6, 2.2e6, 1.8e6, 1.4e6, 0.8e6])  # N
 HARDENING_RATIO, DAMPING_RATIO = 0.03, 0.05
 STEP = 0.005  # s
-REPEATS = 5
 
 
 # [opensees]
@@ -93,6 +93,9 @@ def by_warpdyn(motions: list[wd.GroundMotion], structures: int = 1) -> np.ndarra
 
 
 # [end]
+REPEATS = 5
+
+
 def processor_seconds(call: Callable[[], np.ndarray]) -> tuple[float, np.ndarray]:
     """Return the processor time of a call, of all threads, and what it returned."""
     started = time.process_time()
