@@ -150,7 +150,7 @@ def capacities(
             "in the scene: give it a collapse_drift_ratio, or the building a drift capacity"
         )
     first = FIRST_SHARE * float(np.median(design.intensities))
-    if highest is not None and np.isposinf(highest):
+    if isinstance(highest, float) and highest == np.inf:
         highest = None
     elif highest is not None:
         highest = real_number("highest", highest, above=first)

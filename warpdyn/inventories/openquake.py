@@ -12,6 +12,7 @@ import pandas as pd
 
 from warpdyn.core.checks import one_of
 from warpdyn.core.near_misses import did_you_mean
+from warpdyn.files.text import existing_file
 from warpdyn.inventories.table import checked_inventory, named_rows
 from warpdyn.inventories.text_tables import read_csv
 
@@ -62,7 +63,7 @@ def read_openquake(
     """
     if isinstance(costs, str):
         raise TypeError(f"read_openquake: costs must be a sequence of names, such as ({costs!r},), got {costs!r}")
-    path = Path(path)
+    path = existing_file("read_openquake", path)
     kinds: dict[str, str] = {}
     fields: dict[str, str] = {}
     area_kind = "aggregated"

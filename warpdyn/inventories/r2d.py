@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from warpdyn.core.checks import one_of
+from warpdyn.files.text import existing_file
 from warpdyn.inventories.table import FACTORS, checked_inventory
 from warpdyn.inventories.text_tables import read_csv
 
@@ -47,6 +48,7 @@ def read_r2d(
 
     Raises:
         ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if there is no such file.
+        TypeError, IsADirectoryError: If the path is none, or a folder has that name.
 
     Example:
         >>> inventory = wd.inventories.read_r2d("buildings.csv")
@@ -54,7 +56,7 @@ def read_r2d(
         [92.9, 185.8]
     """
     one_of("area_unit", area_unit, tuple(FACTORS))
-    return _inventory(str(path), read_csv(path), area_unit, columns or {})
+    return _inventory(str(path), read_csv(existing_file("read_r2d", path)), area_unit, columns or {})
 
 
 def read_geojson(
@@ -75,7 +77,7 @@ def read_geojson(
         The inventory, as `from_table` returns it, without the polygons.
 
     Raises:
-        ValueError, FileNotFoundError: As of `read_r2d`; or if the file is no such JSON, or places are not in degrees.
+        ValueError, TypeError, OSError: As of `read_r2d`; or if the file is no such JSON, or places are not in degrees.
 
     Example:
         >>> inventory = wd.inventories.read_geojson("AnchorageBuildings.geojson")
@@ -83,7 +85,7 @@ def read_geojson(
         ['W1']
     """
     one_of("area_unit", area_unit, tuple(FACTORS))
-    with open(path, encoding="utf-8-sig") as file:
+    with open(existing_file("read_geojson", path), encoding="utf-8-sig") as file:
         try:
             told = json.load(file)
         except (json.JSONDecodeError, UnicodeDecodeError) as error:

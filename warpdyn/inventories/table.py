@@ -63,7 +63,10 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
         table = table.to_dataframe().reset_index()
     if not isinstance(table, pd.DataFrame):
         raise TypeError(f"from_table() takes a pandas DataFrame or an xarray Dataset, got {type(table).__name__}")
-    return checked_inventory("from_table", table, columns or {})
+    columns = {} if columns is None else columns
+    if not isinstance(columns, Mapping) or not all(isinstance(name, str) for name in columns.values()):
+        raise TypeError(f"from_table: columns must be names of columns by their meaning, got {columns!r}")
+    return checked_inventory("from_table", table, columns)
 
 
 def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:

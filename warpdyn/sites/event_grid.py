@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from warpdyn.files.text import existing_file
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.units import unit_factor
 from warpdyn.inventories.text_tables import read_csv
@@ -42,6 +43,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
         ValueError: If a column is missing, points have no file or no motions (the message counts and names them), their
             numbers of rows differ, a factor is not finite and above 0, or a motion's file is not as it should be.
         FileNotFoundError: If there is no such EventGrid.csv.
+        TypeError: If the path is none.
 
     Example:
         >>> grid = wd.sites.read_event_grid("records/EventGrid.csv", unit="g")
@@ -49,7 +51,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
         >>> design.samples_per_structure
         25
     """
-    file, names, places, rows = _read_stations(path)
+    file, names, places, rows = _read_stations("read_event_grid", path)
     if rows[0] and MOTIONS not in rows[0][0]:
         raise ValueError(
             f"{file}: {names[0]} has no column {MOTIONS!r}, as files of intensities have none: take read_intensity_grid"
@@ -104,14 +106,14 @@ def read_intensity_grid(path: str | os.PathLike, unit: str = "g") -> xr.Dataset:
         without a unit.
 
     Raises:
-        ValueError, FileNotFoundError: As of `read_event_grid`.
+        ValueError, TypeError, FileNotFoundError: As of `read_event_grid`.
 
     Example:
         >>> field = wd.sites.read_intensity_grid("intensities/EventGrid.csv")["SA(1.0)"]
         >>> field.dims, field.attrs["units"]
         (('earthquake', 'point'), 'g')
     """
-    file, names, (longitude, latitude), rows = _read_stations(path)
+    file, names, (longitude, latitude), rows = _read_stations("read_intensity_grid", path)
     columns = [str(name) for name in rows[0][0]]
     if MOTIONS in columns:
         raise ValueError(f"{file}: {names[0]} has the column {MOTIONS!r}: take read_event_grid, which reads motions")
@@ -132,11 +134,12 @@ def read_intensity_grid(path: str | os.PathLike, unit: str = "g") -> xr.Dataset:
 
 
 def _read_stations(
+    function: str,
     path: str | os.PathLike,
 ) -> tuple[Path, list[str], tuple[np.ndarray, np.ndarray], list[list[dict[str, str]]]]:
     """Return the grid's file, the names and places of its points, and the rows of each point's file."""
-    file = Path(path)
-    file = file / "EventGrid.csv" if file.is_dir() else file
+    is_folder = isinstance(path, str | os.PathLike) and Path(path).is_dir()
+    file = existing_file(function, Path(path) / "EventGrid.csv" if is_folder else path)
     table = read_csv(file)
     for name in GRID_COLUMNS:
         if name not in table:

@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.messages import warn_caller
+from warpdyn.files.text import existing_file
 from warpdyn.inventories.text_tables import read_csv
 from warpdyn.sites.intensity_fields import field_dataset
 
@@ -40,6 +41,7 @@ def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike
         ValueError: If a column is missing, a site of the fields is not among the sites, a site or a value stands twice,
             or a value is below 0 or not finite.
         FileNotFoundError: If there is no such file.
+        TypeError, IsADirectoryError: If the path is none, or a folder has that name.
 
     Example:
         >>> shaking = wd.sites.read_ground_motion_field("gmf-data_1.csv", "sitemesh_1.csv")
@@ -47,7 +49,7 @@ def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike
         array([[0.3, 0.4],
                [0.2, 0. ]])
     """
-    values, mesh = read_csv(fields, comment="#"), read_csv(sites, comment="#")
+    values, mesh = (read_csv(existing_file("read_ground_motion_field", path), comment="#") for path in (fields, sites))
     event = _column(fields, values, EVENTS)
     site = _column(fields, values, [name for name in SITES if name in mesh] or SITES)
     for name in (site, "lon", "lat"):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from warpdyn.files.text import existing_file
 from warpdyn.sites.intensity_fields import field_dataset
 
 # Units of ShakeMap, as its versions write them (ShakeMap manual, "Products and formats": grid.xml), and ours.
@@ -47,6 +48,7 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
         ValueError: If a file is no such XML, has a field of an unknown unit among the intensities, or holds another
             number of values than its grid; or grids differ. The message names the file.
         FileNotFoundError: If there is no such file.
+        TypeError, IsADirectoryError: If the path is none, or a folder has that name.
 
     Example:
         >>> shaking = wd.sites.read_shakemap("grid.xml")
@@ -55,7 +57,7 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
     """
     if not paths:
         raise ValueError("read_shakemap() takes at least one file")
-    found = [_read_grid(Path(path)) for path in paths]
+    found = [_read_grid(existing_file("read_shakemap", path)) for path in paths]
     (longitude, latitude, first, attributes), names = (
         found[0],
         [each[3]["event_id"] or str(i) for i, each in enumerate(found)],

@@ -51,6 +51,7 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     Raises:
         ValueError: If the variable is missing or ambiguous, its dimensions differ from that, its unit is missing or
             unknown, the times are missing, uneven or not in seconds, or a value is not finite.
+        TypeError: If it is neither a Dataset nor a DataArray.
 
     Example:
         >>> import xarray as xr
@@ -66,6 +67,8 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
         if variable is not None and variable not in data.data_vars:
             raise ValueError(f"no variable {variable!r}; those with the dimension 'time' are {candidates}")
         data = data[variable or candidates[0]]
+    if not isinstance(data, xr.DataArray):
+        raise TypeError(f"from_dataset() takes an xarray Dataset or DataArray, got {type(data).__name__}")
     label = str(data.name or "motion")
     others = [dimension for dimension in data.dims if dimension != "time"]
     if "time" not in data.dims or len(others) > 1:

@@ -113,7 +113,7 @@ def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, head
     first = whole_number("header_lines", header_lines, 0) if header_lines is not None else 0
     while first < len(lines) and (_is_skipped(lines[first]) or (header_lines is None and _is_header(lines[first]))):
         first += 1
-    if first == len(lines):
+    if first >= len(lines):
         raise ValueError(f"{path}: a record needs at least 2 samples, found 0")
     above = next((line for line in lines[first - 1 :: -1] if line.strip()), "") if first else ""
     mark = delimiter or next((mark for mark in (";" if decimal_comma else ";,") if mark in lines[first]), None)
