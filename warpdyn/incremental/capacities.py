@@ -111,7 +111,7 @@ def capacities(
     Raises:
         ValueError: If an argument is out of its range, limits do not increase, the demand is not recorded, or more than
             1 % of the pairs failed.
-        TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
+        TypeError: If the scene is none, its excitation is no Cloud or Stripes, or `keep_curves` is no choice.
 
     Example:
         >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.015}, structures=2)
@@ -159,6 +159,8 @@ def capacities(
     own = design.structures_per_motion or run.structures
     findings = StabilityFindings(own * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
+    if not isinstance(keep_curves, bool):
+        raise TypeError(f"keep_curves must be True or False, got {keep_curves!r}")
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
     starts = range(0, own, size)

@@ -89,6 +89,10 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
         if name not in table.columns:
             raise ValueError(_no_column(what, str(name), table))
     source = {name: name for name in COLUMNS if name in table.columns} | dict(columns)
+    for meaning, name in columns.items():
+        others = [other for other, its in source.items() if its == name and other != meaning]
+        if others:
+            raise ValueError(f"{what}: the column {name!r} cannot be both {others[0]!r} and {meaning!r}")
     for name in NEEDED:
         if name not in source:
             raise ValueError(_no_column(what, name, table))

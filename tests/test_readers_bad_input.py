@@ -1,4 +1,4 @@
-"""Readers of inventories, sites and records say in one way that a path is none, is missing, or is a folder."""
+"""Readers of inventories, sites and records refuse in one way what is no file, and columns that cannot be meant."""
 
 import pytest
 import xarray as xr
@@ -41,6 +41,12 @@ def test_a_record_of_a_header_alone_has_no_samples(tmp_path):
 def test_what_is_no_dataset_is_told(given):
     with pytest.raises(TypeError, match="takes an xarray Dataset or DataArray, got"):
         wd.records.from_dataset(given)
+
+
+def test_a_column_has_one_meaning():
+    table = xr.Dataset({name: ("building", [10.0]) for name in ("id", "longitude", "latitude")})
+    with pytest.raises(ValueError, match="'longitude' cannot be both 'longitude' and 'latitude'"):
+        wd.inventories.from_table(table, {"latitude": "longitude"})
 
 
 @pytest.mark.parametrize("columns", [["id"], "id", 5, {"id": ["a"]}])
