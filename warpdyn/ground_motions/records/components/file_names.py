@@ -25,7 +25,7 @@ _TOKEN = re.compile(r"[^\s\-_.,;()\[\]{}+#=~]+")
 # What programs add behind the component: "ELC180_acc", "HNE.D.20161030.064018.C.ACC", "ELC180-hor1".
 _PROCESSING = re.compile(
     r"ACC\w{0,10}|RAWACC|A|AT2?|VT2|DT2|C|COR\w*|UNCOR\w*|UNC|RAW|PROC\w*|FILT\w*|BP|BPF|SCALED?|FINAL|ORIG\w*|TH|TS|TXT|"
-    r"DAT|CSV|G|GAL|CMS2|MS2|SEC|DT\w*|COPY|NEW|HOR\d?|BASELINE|BLC|DETREND\w*|RESAMPLED?|\d+|--",
+    r"DAT|CSV|COMP|COMPONENT|DIR|G|GAL|CMS2|MS2|SEC|DT\w*|COPY|NEW|HOR\d?|BASELINE|BLC|DETREND\w*|RESAMPLED?|\d+|--",
     re.IGNORECASE,
 )
 # Tools repeat the kind of component behind PEER's names: "ELC180-hor1", "PULDWN-up".
@@ -35,7 +35,7 @@ _NAMES_NET_STATION = re.compile(
 )
 _GLUED_AZIMUTH = re.compile(r"(?P<code>.*[A-Za-z].*?|[A-Za-z])(?P<label>\d{3})$")
 _GLUED_WORD = re.compile(
-    r"(?P<code>.+?)(?P<label>(?:EW|WE|NS|UD)[12]?|UP|DN|DWN|DOWN|VER|VERT|VRT|LONG|TRAN|[EHB][HNL][ENZ12])$",
+    r"(?P<code>.+?)(?P<label>(?:EW|WE|NS|UD)[12]?|UP|DN|DWN|DOWN|VER|VERT|VRT|LONG|TRAN|[NS]\d{2}[EW]|[EHB][HNL][ENZ12])$",
     re.IGNORECASE,
 )
 _GLUED_LETTER = re.compile(r"(?P<code>.+)(?P<label>[NSEWVZULTXY]|[LTV][1-9])$", re.IGNORECASE)
@@ -132,7 +132,7 @@ def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) 
 
 
 def numbered_record(name: str) -> str:
-    """Return a file's name without suffix and without the number or letter that counts components: "0111b" is "0111"."""
+    """Return a file's name without suffix and without what counts its components: "0111" of "0111b.smc"."""
     stem = _stem(name)
     return "" if orientation(stem).family else re.sub(r"[-_. ]?(?:0?[1-9]|[a-c])$", "", stem, flags=re.IGNORECASE)
 
@@ -159,8 +159,9 @@ def _candidates(stem: str) -> Iterator[_Candidate]:
                     stem[tokens[last].end() :],
                 )
                 distinctive = _of_whole(label, before, last - i)
-                if distinctive == _POSSIBLE and label == stem:
-                    distinctive = _ONLY_IN_SETS  # "x.csv"
+                is_volume = re.fullmatch(r"V[1-4]", label, re.IGNORECASE) and not before.endswith("-")
+                if (distinctive == _POSSIBLE and label == stem) or is_volume:
+                    distinctive = _ONLY_IN_SETS  # "x.csv", and "90_V2" of volume 2
                 if distinctive is not None:
                     yield _Candidate(orientation(label), before, after, distinctive, _is_added(after))
         before, after = stem[: token.start()], stem[token.end() :]
@@ -189,13 +190,13 @@ def _of_whole(label: str, before: str, separators: int) -> int | None:
         return None
     letters = re.sub(r"[^A-Z]", "", found.label)
     if separators:
-        is_axis = found.family == "compass axes" or found.label in ("UD", "UPDOWN") or len(letters) >= 8
+        is_axis = found.family in ("compass axes", "numbered") or found.label in ("UD", "UPDOWN") or len(letters) >= 8
         return _SURE if is_axis else None
     if found.family == "azimuth":
         digits = re.sub(r"\D", "", label)
-        if letters:
-            return _SURE
-        return None if not label.isdigit() else _USUAL if len(digits) == 3 else _ONLY_IN_SETS
+        if letters or not label.isdigit():
+            return _SURE  # "N26W" and "90deg"
+        return _USUAL if len(digits) == 3 else _ONLY_IN_SETS
     if found.family == "seed":
         return _SURE if _NAMES_NET_STATION.search(before) else _USUAL
     if len(letters) == 1 or found.label in ("SN", "SP", "H"):
@@ -210,12 +211,15 @@ def _glued(token: str, stem: str) -> Iterator[tuple[str, int]]:
         digits = len(token) - len(token.rstrip("0123456789"))
         if digits <= 6:
             yield found["label"], _USUAL if digits == 3 or _PEER_NUMBER.match(stem) else _POSSIBLE
-    elif re.fullmatch(r"\d{4,}", token) and int(token[-3:]) <= 360 and not _YEAR_OR_DATE.match(token):
-        yield token[-3:], _POSSIBLE if _PEER_NUMBER.match(stem) else _ONLY_IN_SETS
+    elif re.fullmatch(r"\d{4,}", token) and int(token[-3:]) <= 360:
+        if _PEER_NUMBER.match(stem):
+            yield token[-3:], _USUAL
+        elif not _YEAR_OR_DATE.match(token):
+            yield token[-3:], _ONLY_IN_SETS
     if found := _GLUED_WORD.match(token):
         behind_digit = found["code"][-1].isdigit()
         # "DWN" ends no name of a place, as "VER" and "UP" do.
-        is_known = found["label"] == "DWN" or bool(_PEER_NUMBER.match(stem))
+        is_known = found["label"] == "DWN" or found["label"][1].isdigit() or bool(_PEER_NUMBER.match(stem))
         yield found["label"], _USUAL if behind_digit else _POSSIBLE if is_known else _ONLY_IN_SETS
     if found := _GLUED_LETTER.match(token):
         behind_digit = found["code"][-1].isdigit() and found["label"].isupper() and len(found["code"]) > 2

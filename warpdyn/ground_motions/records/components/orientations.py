@@ -31,8 +31,8 @@ class Orientation:
 # Words of the orientation, in the languages of agencies that publish records. Accents are removed before the look-up.
 _VERTICAL = frozenset(
     """
-    U UP UPDN UPDOWN UPWARD UPWARDS UD DU DN DWN DOWN DOWNWARD V VT VR VRT VER VERT VERTIC VERTICAL VERTICALE VERTIKAL
-    VERTI Z DUSEY DIKEY SUSJOS 上下 上下動 上下方向 垂直 竖向 竖直 垂向 鉛直
+    U UP UPDN UPDO UPDOWN UPWARD UPWARDS UD DU DN DOW DWN DOWN DOWNWARD V VT VR VRT VER VERT
+    Z DUSEY DIKEY SUSJOS 上下 上下動 上下方向 垂直 竖向 竖直 垂向 鉛直
     """.split()  # noqa: SIM905  a list of quoted words is three times as long
 )
 _COMPASS = {
@@ -44,7 +44,7 @@ _COMPASS = {
 _AZIMUTHS = {word: azimuth for azimuth, words in _COMPASS.items() for word in words.split()}
 # Two opposite directions name an axis. "O" is west in Romance languages and east in German: as half of a pair only.
 _AXES_OF_COMPASS = {"NS": 0.0, "SN": 0.0, "EW": 90.0, "WE": 90.0, "EO": 90.0, "OE": 90.0, "OW": 90.0, "WO": 90.0}
-_AXES_OF_COMPASS |= {"南北": 0.0, "北南": 0.0, "东西": 90.0, "東西": 90.0, "KG": 0.0, "DB": 90.0}
+_AXES_OF_COMPASS |= {"南北": 0.0, "北南": 0.0, "东西": 90.0, "東西": 90.0}
 _AXES = frozenset(
     """
     L LN LG LNG LON LONG LONGI LONGIT LONGITUDINAL LONGITUDINALE T TR TN TRN TRA TRAN TRANS TRANSV TRANSVERSE
@@ -57,10 +57,10 @@ _NUMBERED = re.compile(r"(?:H|HOR|HORIZ|HORIZONTAL|水平)(?P<axis>[123])$")
 # Band, instrument and orientation of the SEED manual, appendix A; R and T are rotated to the source.
 _SEED = re.compile(r"(?P<sensor>[BCDEFGHLMSV][HLNGPM])(?P<axis>[ZNE123RTXYUVW])(?P<location>\d\d)?$")
 _BEARING = re.compile(r"(?P<from>[NS])(?P<angle>\d{1,2}(?:\.\d+)?)(?P<to>[EW])$")
-_ANGLE = re.compile(r"\+?(?P<angle>\d{1,3}(?:\.\d*)?)$")
+_ANGLE = re.compile(r"(?:\+|(?:H|HOR|A)(?=\d{3}$))?(?P<angle>\d{1,3}(?:\.\d*)?)$")
 _WORDS_AROUND = re.compile(
     r"\b(?:COMPONENTS?|COMPONENTE|COMP|CMP|BILESEN\w*|DIRECTION|DIR|ORIENTATION|AZIMUTH|AZIM|AZ|DEGREES?|DEGS?|CHANNEL|AXIS|"
-    r"ACCELERATION|ACCEL|ACC|TO)\b|[°º]|成分|方向|分量",
+    r"ACCELERATION|ACCEL|ACC|TO)\b|(?<=\d)DEG(?:REE)?S?\b|[°º]|成分|方向|分量",
 )
 
 
@@ -86,7 +86,7 @@ def orientation(label: str) -> Orientation:
         return _of_channel(seed, compact)
     numbered = re.match(r"(?P<word>\D+)(?P<sensor>\d{1,2})$", compact)
     if numbered and not re.search(r"\s\d+$", stripped):  # "UP 9" has a number of something else
-        found = _of_word(numbered["word"])
+        found = _of_word(numbered["word"] if not _NUMBERED.match(compact) else "")
         if found.kind != "unknown":
             return Orientation(compact, found.kind, found.azimuth, numbered["sensor"], found.family)
     words = stripped.split()
@@ -130,7 +130,7 @@ def _of_bearing(bearing: re.Match[str], label: str) -> Orientation:
 
 
 def _of_word(word: str) -> Orientation:
-    if word in _VERTICAL:
+    if word in _VERTICAL or re.match(r"VERTI(?:C(?:AL(?:E|ES)?)?|K(?:AL)?)?$", word):
         return Orientation(word, "vertical", family="vertical")
     if word in _AXES_OF_COMPASS:
         # "SN" is also strike-normal, so that it has no azimuth.
