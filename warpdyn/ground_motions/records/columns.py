@@ -62,14 +62,17 @@ def read_text(
         header_lines: How many lines to skip before the first number; lines of words alone by default.
 
     Returns:
-        The motion [m/s2].
+        The motion [m/s2]. Its component is that of the column's name ("NS", "acc_EW (gal)"), else of the header, else
+        of the file's name; `record` and `component` are empty if none of them contains it.
 
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
         ValueError: If the unit is unknown, the file is empty, a value is not a finite number, it is not clear which
             column is the acceleration, a record runs on from line to line, lines have different numbers of columns,
             commas may be decimal ones, there are fewer than two samples, the last value is cut, or the step is missing,
-            not above 0 or not that of the times.
+            not above 0 or not that of the times; if the header or the name of the column states another unit, step or
+            number of samples, or velocities or displacements; or if the values are times, or the first one is the step
+            or the number of samples.
         TypeError: If `path` names no file.
 
     Example:

@@ -24,7 +24,7 @@ _WORDS = {
     "time": r"T|TIMES?|TIEMPO|ZEIT|TEMPO|TEMPS|ZAMAN|时间|時間",
     "frequency": r"FREQ|FREQUENC\w*|FREKANS",
     "period": r"PERIODS?",
-    "spectrum": r"PSA|SPECTR\w*",
+    "spectrum": r"PSA|PSV",
     "counts": r"COUNTS?|CTS",
 }
 _QUANTITIES = {name: re.compile(rf"(?:{pattern})$") for name, pattern in _WORDS.items()}
