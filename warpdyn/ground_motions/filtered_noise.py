@@ -111,6 +111,9 @@ class KanaiTajimi:
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a value is masked.
         """
         ratio = (unmasked("circular_frequency", circular_frequency) / self.ground_frequency) ** 2
         viscous = 4 * self.ground_damping_ratio**2 * ratio
@@ -171,6 +174,9 @@ class CloughPenzien:
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a value is masked.
         """
         ratio = (unmasked("circular_frequency", circular_frequency) / self.filter_frequency) ** 2
         passed = ratio**2 / ((1 - ratio) ** 2 + 4 * self.filter_damping_ratio**2 * ratio)
@@ -224,6 +230,9 @@ class JenningsEnvelope:
 
         Args:
             time: Times from the beginning of the motion [s], any shape.
+
+        Raises:
+            ValueError: If a value is masked.
         """
         rising = (unmasked("time", time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
         after = np.maximum(time - self.rise - self.strong, 0.0)

@@ -30,6 +30,9 @@ class SpatialCorrelation(ABC):
 
         Args:
             distance: Distances between two places [m], any shape.
+
+        Raises:
+            ValueError: If a value is masked.
         """
         return np.exp(-3 * unmasked("distance", distance, np.float64) / self.correlation_range)
 

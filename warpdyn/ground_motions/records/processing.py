@@ -109,7 +109,7 @@ def trim(
         TypeError: If `motion` is no GroundMotion.
 
     Example:
-        >>> strong = wd.records.trim(wd.records.band_pass(motions[0], 0.2, 20.0), taper=2.0)
+        >>> strong = wd.records.trim(wd.records.band_pass(motions[0], 0.2, 20.0), end=0.99)
         >>> velocity = np.cumsum(strong.acceleration) * strong.step
         >>> bool(abs(velocity[-1]) < 1e-3 * abs(velocity).max())
         True

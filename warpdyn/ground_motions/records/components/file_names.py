@@ -104,9 +104,9 @@ def records_and_components(
     endings = [{each.ending for each in candidates} for candidates in found]
     common = set.intersection(*endings) if len(endings) > 1 else set()
     answers = []
-    for stem, candidates, header, place in zip_longest(stems, found, headers, places, fillvalue=""):
+    for i, (stem, header, place) in enumerate(zip_longest(stems, headers, places, fillvalue="")):
         told = orientation(header)
-        best, is_sure = _best(stem, candidates, directions, told, common)
+        best, is_sure = _best(stem, found[i], directions, told, common)
         label = _settled(told, best.orientation if best else orientation(""), is_sure, place)
         number = _PEER_NUMBER.match(stem)
         record = number[0].upper() if number else best.record if best and label else ""
