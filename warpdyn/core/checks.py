@@ -113,7 +113,7 @@ def refuse_masked(what: str, values: object) -> None:
         )
 
 
-def unmasked(what: str, values: ArrayLike, dtype: DTypeLike = None) -> np.ndarray:
+def unmasked(what: str, values: ArrayLike, dtype: DTypeLike | None = None) -> np.ndarray:
     """Return values as a plain array, as `np.asarray` does; raise a ValueError if some are masked."""
     refuse_masked(what, values)
     return np.asarray(values, dtype=dtype)
