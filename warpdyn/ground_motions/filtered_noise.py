@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from warpdyn.core.checks import real_number, whole_number
+from warpdyn.core.checks import real_number, unmasked, whole_number
 from warpdyn.core.random_numbers import Purpose, normals
 from warpdyn.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.ground_motions.motions import GroundMotion
@@ -111,8 +111,11 @@ class KanaiTajimi:
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a value is masked.
         """
-        ratio = (np.asarray(circular_frequency) / self.ground_frequency) ** 2
+        ratio = (unmasked("circular_frequency", circular_frequency) / self.ground_frequency) ** 2
         viscous = 4 * self.ground_damping_ratio**2 * ratio
         return self.intensity * (1 + viscous) / ((1 - ratio) ** 2 + viscous)
 
@@ -171,8 +174,11 @@ class CloughPenzien:
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a value is masked.
         """
-        ratio = (np.asarray(circular_frequency) / self.filter_frequency) ** 2
+        ratio = (unmasked("circular_frequency", circular_frequency) / self.filter_frequency) ** 2
         passed = ratio**2 / ((1 - ratio) ** 2 + 4 * self.filter_damping_ratio**2 * ratio)
         return self.ground.spectral_density(circular_frequency) * passed
 
@@ -224,8 +230,11 @@ class JenningsEnvelope:
 
         Args:
             time: Times from the beginning of the motion [s], any shape.
+
+        Raises:
+            ValueError: If a value is masked.
         """
-        rising = (np.asarray(time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
+        rising = (unmasked("time", time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
         after = np.maximum(time - self.rise - self.strong, 0.0)
         return np.where(np.asarray(time) < self.rise, rising, np.exp(-self.decay * after))
 

@@ -34,8 +34,8 @@ class GroundMotion:
         component: Which component it is, such as "090", "N" or "UP".
 
     Raises:
-        ValueError: If the acceleration is not a finite 1-D array of at least two values, or the step is not
-            finite and positive.
+        ValueError: If the acceleration is not a finite 1-D array of at least two values, or some are masked, or the
+            step is not finite and positive.
 
     Example:
         >>> time = np.arange(0, 10, 0.01)

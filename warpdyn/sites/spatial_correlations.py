@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.checks import one_of, real_number, unmasked
 
 
 class SpatialCorrelation(ABC):
@@ -30,8 +30,11 @@ class SpatialCorrelation(ABC):
 
         Args:
             distance: Distances between two places [m], any shape.
+
+        Raises:
+            ValueError: If a value is masked.
         """
-        return np.exp(-3 * np.asarray(distance, dtype=np.float64) / self.correlation_range)
+        return np.exp(-3 * unmasked("distance", distance, np.float64) / self.correlation_range)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from warpdyn.core.checks import unmasked
 from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.records.quantities import statement_of_name
 from warpdyn.ground_motions.records.units import ALLOWED_UNITS, checked_step, step_of_times, unit_factor
 
 
@@ -22,14 +24,15 @@ def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "mo
         The motion [m/s2].
 
     Raises:
-        ValueError: If the unit is unknown, the step is not positive, or the values are not a row of finite numbers.
+        ValueError: If the unit is unknown, the step is not positive, or the values are not a row of finite numbers or
+            some are masked.
 
     Example:
         >>> motion = wd.records.from_array(0.3 * np.sin(np.arange(0, 10, 0.01)), 0.01, unit="g", name="sine")
         >>> round(motion.peak_ground_acceleration, 2)  # m/s2
         2.94
     """
-    values = np.asarray(acceleration)
+    values = unmasked(f"motion {name!r}: acceleration", acceleration)
     if values.dtype.kind not in "iuf":
         raise ValueError(f"motion {name!r}: acceleration must be numbers, got dtype {values.dtype}")
     factor = unit_factor(unit, f"motion {name!r}")
@@ -50,7 +53,8 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
 
     Raises:
         ValueError: If the variable is missing or ambiguous, its dimensions differ from that, its unit is missing or
-            unknown, the times are missing, uneven or not in seconds, or a value is not finite.
+            unknown, its name says velocity or displacement, the times are missing, uneven or not in seconds, or a value
+            is not finite or is masked.
         TypeError: If it is neither a Dataset nor a DataArray.
 
     Example:
@@ -73,6 +77,10 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     others = [dimension for dimension in data.dims if dimension != "time"]
     if "time" not in data.dims or len(others) > 1:
         raise ValueError(f"{label}: must have the dimension 'time' and at most one more, has {data.dims}")
+    for said in (label, data.attrs.get("long_name", ""), data.attrs.get("standard_name", "")):
+        quantity = statement_of_name(str(said)).quantity
+        if quantity in ("velocity", "displacement", "spectrum"):
+            raise ValueError(f"{label}: {str(said)!r} says {quantity}, not acceleration: give the accelerations")
     if "units" not in data.attrs:
         raise ValueError(f"{label}: has no attribute 'units'; it must be one of {ALLOWED_UNITS}")
     time = data["time"] if "time" in data.coords else None  # xarray would answer with positions, as if they were times
