@@ -133,12 +133,12 @@ def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np
 def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation, building: ShearBuilding) -> None:
     """Add an initial state or forces that are implausible for a building."""
     height, mass = building.parameters["height"], building.parameters["mass"]
-    if isinstance(excitation, FreeVibration):
+    if isinstance(excitation, FreeVibration | HarmonicForce | ForceHistory):
         displacement, velocity = excitation.initial_state(building.dofs)
         findings.add("initial_drift_ratio", np.abs(np.diff(displacement, prepend=0.0)) / height, along="storey")
         leads_to = np.abs(velocity).max() * building.fundamental_period / (2 * np.pi)
         findings.add("initial_velocity", leads_to / height.sum())
-    elif isinstance(excitation, HarmonicForce | ForceHistory):
+    if isinstance(excitation, HarmonicForce | ForceHistory):
         at_each = np.abs(excitation.amplitude if isinstance(excitation, HarmonicForce) else excitation.values)
         at_each = np.atleast_2d(at_each).max(axis=0)
         if at_each.any():
