@@ -60,8 +60,8 @@ ERRORS_HEAD = """\
 # deviation of error_95 when the records are drawn again with replacement. Written by studies/default_methods.py.
 """
 COSTS_HEAD = """\
-# Time of the integration by a method that takes `steps` steps in each default step of RK4, divided by that of RK4 at its
-# default step, for buildings of five storeys of one law with Rayleigh damping. Empty where it has not been measured.
+# Time of the integration by a method that takes `steps` steps in each default step of RK4, divided by that of RK4 at
+# its default step, for buildings of five storeys of one law with Rayleigh damping. Empty where it was not measured.
 # Written by studies/default_methods.py --costs, once on each device.
 """
 # Methods and steps of the exhaustive search; those that share RK4's or Verlet's order and cost more are left out.

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.methods import defaults
 from warpdyn.integration.settings import Integration, measured_dampings
+from warpdyn.methods import defaults
 from warpdyn.methods.defaults import (
     FALLBACK,
     MOST_COST,

@@ -129,9 +129,10 @@ class StabilityFindings:
         if self.failed[NOT_CONVERGED]:
             messages.append(
                 f"{self.failed[NOT_CONVERGED]} of {self.samples} samples are flagged not_converged: method "
-                f"{self.method!r} found no equilibrium at the end of a step; their demands are NaN. The force of some "
-                "storey laws jumps, as when the energy capacity of an Ibarra-Medina-Krawinkler storey is exhausted: then "
-                f'the step has no solution, and a shorter step does not help. Use an explicit method: method="{FALLBACK}"'
+                f"{self.method!r} found no equilibrium at the end of a step; their demands are NaN. If the force of a "
+                "storey law jumps, as when the energy capacity of an Ibarra-Medina-Krawinkler storey is exhausted, the "
+                "step has no solution, and a shorter step does not help. Use an explicit method: "
+                f'method="{FALLBACK}"'
             )
         if self.too_long:
             messages.append(

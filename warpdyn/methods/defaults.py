@@ -1,7 +1,7 @@
 """The method that `simulate` uses if the caller names neither method nor step, from measured errors and costs.
 
-The errors are measured for each storey law and kind of damping (data/default_methods.csv), the costs for each storey law
-and device (data/default_method_costs.csv). Both tables are written by studies/default_methods.py.
+The errors are measured for each storey law and kind of damping (data/default_methods.csv), the costs for each storey
+law and device (data/default_method_costs.csv). Both tables are written by studies/default_methods.py.
 """
 
 from __future__ import annotations

@@ -98,15 +98,17 @@ def _with_parameter(name: str) -> Method | None:
         return None
     choice = CHOICES[form[1]]
     if form[2] != choice.parameter:
-        raise ValueError(f"method {form[1]!r} has the parameter {choice.parameter}, not {form[2]!r}: {_example(form[1])}")
+        raise ValueError(
+            f"method {form[1]!r} has the parameter {choice.parameter}, not {form[2]!r}: {_example(form[1])}"
+        )
     try:
         value = float(form[3])
     except ValueError:
         value = math.nan
     if not choice.low - 1e-12 <= value <= choice.high + 1e-12:
         raise ValueError(
-            f"{choice.parameter} of method {form[1]!r} must be a number from {choice.low:.4g} to {choice.high:.4g}, got "
-            f"{form[3]}: {_example(form[1])}"
+            f"{choice.parameter} of method {form[1]!r} must be a number from {choice.low:.4g} to {choice.high:.4g}, "
+            f"got {form[3]}: {_example(form[1])}"
         )
     return choice.method(name, value)
 

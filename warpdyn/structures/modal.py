@@ -9,7 +9,6 @@ from scipy.linalg import eigh
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.description import Text
 
-
 ROUNDINGS = 16  # of a squared frequency that is 0, over the highest and the number of modes
 
 
@@ -65,8 +64,8 @@ def modal_properties(
     if may_move_freely and (eigenvalue[0] < 0 or not eigenvalue.any()):
         what = "negative" if eigenvalue[0] < 0 else "all 0"
         raise ValueError(
-            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): parts "
-            "may move freely, but a system needs a period and no negative stiffness"
+            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): "
+            "parts may move freely, but a system needs a period and no negative stiffness"
         )
     if not may_move_freely and eigenvalue[0] <= 0:
         raise ValueError(

@@ -27,9 +27,7 @@ def declare():
 
 
 def read_sample():
-    final_index[j] = wp.where(
-        loads.intervals[motion[j]] < live_intervals[j], loads.intervals[motion[j]] * substeps, -1
-    )
+    final_index[j] = wp.where(loads.intervals[motion[j]] < live_intervals[j], loads.intervals[motion[j]] * substeps, -1)
 
 
 def read_storey():
