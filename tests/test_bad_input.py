@@ -131,7 +131,10 @@ STRUCTURES = {
     ),
     "singular mass": (lambda: system(mass=[2.0, 0.0]), "mass is singular", "every degree of freedom needs mass"),
     "negative mass matrix": (lambda: system(mass=[2.0, -1.0]), "mass is singular or not positive definite"),
-    "free stiffness": (lambda: system(stiffness=[[100, -100], [-100, 100]]), "stiffness must be positive definite"),
+    "negative stiffness": (
+        lambda: system(stiffness=[[-100, 100], [100, -100]]),
+        "eigenvalues of the stiffness are negative",
+    ),
     "influence of one": (lambda: system(influence=[1.0]), "influence must be 2 finite values"),
 }
 SCENES = {

@@ -117,56 +117,54 @@ def _example(name: str) -> str:
     return f'method="{name}({CHOICES[name].parameter}={CHOICES[name].usual:g})"'
 
 
-METHODS = Methods(
-    (method.name, method)
-    for method in (
-        ExplicitMethod("heun", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1)),
-        ExplicitMethod("midpoint", 2, ((0, 0), (0.5, 0)), (0, 1), (0, 0.5)),
-        ExplicitMethod("kutta3", 3, ((0, 0, 0), (0.5, 0, 0), (-1, 2, 0)), (1 / 6, 2 / 3, 1 / 6), (0, 0.5, 1)),
-        ExplicitMethod("ssprk3", 3, ((0, 0, 0), (1, 0, 0), (0.25, 0.25, 0)), (1 / 6, 1 / 6, 2 / 3), (0, 1, 0.5)),
-        ExplicitMethod("rk4", 4, _RK4_A, _RK4_B, _RK4_C),  # Kutta 1901
-        ExplicitMethod(
-            "three_eighths",
-            4,
-            ((0, 0, 0, 0), (1 / 3, 0, 0, 0), (-1 / 3, 1, 0, 0), (1, -1, 1, 0)),
-            (1 / 8, 3 / 8, 3 / 8, 1 / 8),
-            (0, 1 / 3, 2 / 3, 1),
-        ),
-        ExplicitMethod(
-            "dormand_prince5",
-            5,
-            tuple(row[:6] for row in _DORMAND_PRINCE_A[:6]),
-            _DORMAND_PRINCE_A[6][:6],
-            _DORMAND_PRINCE_C[:6],
-        ),
-        ExplicitMethod(
-            "dormand_prince54",
-            5,
-            _DORMAND_PRINCE_A,
-            _DORMAND_PRINCE_A[6],
-            _DORMAND_PRINCE_C,
-            error=_DORMAND_PRINCE_ERROR,
-        ),
-        # Nystroem 1925, for forces that depend on the velocity too; with Newmark's beta = 0 as its simplest relatives.
-        ExplicitMethod(
-            "nystroem4",
-            4,
-            _RK4_A,
-            _RK4_B,
-            _RK4_C,
-            ((0, 0, 0, 0), (1 / 8, 0, 0, 0), (1 / 8, 0, 0, 0), (0, 0, 1 / 2, 0)),
-            (1 / 6, 1 / 6, 1 / 6, 0),
-        ),
-        ExplicitMethod("velocity_verlet", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1), ((0, 0), (0.5, 0)), (0.5, 0)),
-        # The velocity in the damping force is the last step's difference of displacements: order 1 where there is any.
-        ExplicitMethod("central_difference_lagged", 1, ((0,),), (1,), (0,), ((0,),), (1,), starts_halfway=True),
-        ImplicitMethod("central_difference", 2, beta=0),
-        ImplicitMethod("newmark_average", 2, beta=1 / 4),
-        ImplicitMethod("newmark_linear", 2, beta=1 / 6),
-        *(choice.method(name, choice.usual) for name, choice in CHOICES.items()),
-        ExactMethod("exact"),
-    )
+_ROWS: tuple[Method, ...] = (
+    ExplicitMethod("heun", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1)),
+    ExplicitMethod("midpoint", 2, ((0, 0), (0.5, 0)), (0, 1), (0, 0.5)),
+    ExplicitMethod("kutta3", 3, ((0, 0, 0), (0.5, 0, 0), (-1, 2, 0)), (1 / 6, 2 / 3, 1 / 6), (0, 0.5, 1)),
+    ExplicitMethod("ssprk3", 3, ((0, 0, 0), (1, 0, 0), (0.25, 0.25, 0)), (1 / 6, 1 / 6, 2 / 3), (0, 1, 0.5)),
+    ExplicitMethod("rk4", 4, _RK4_A, _RK4_B, _RK4_C),  # Kutta 1901
+    ExplicitMethod(
+        "three_eighths",
+        4,
+        ((0, 0, 0, 0), (1 / 3, 0, 0, 0), (-1 / 3, 1, 0, 0), (1, -1, 1, 0)),
+        (1 / 8, 3 / 8, 3 / 8, 1 / 8),
+        (0, 1 / 3, 2 / 3, 1),
+    ),
+    ExplicitMethod(
+        "dormand_prince5",
+        5,
+        tuple(row[:6] for row in _DORMAND_PRINCE_A[:6]),
+        _DORMAND_PRINCE_A[6][:6],
+        _DORMAND_PRINCE_C[:6],
+    ),
+    ExplicitMethod(
+        "dormand_prince54",
+        5,
+        _DORMAND_PRINCE_A,
+        _DORMAND_PRINCE_A[6],
+        _DORMAND_PRINCE_C,
+        error=_DORMAND_PRINCE_ERROR,
+    ),
+    # Nystroem 1925, for forces that depend on the velocity too; with Newmark's beta = 0 as its simplest relatives.
+    ExplicitMethod(
+        "nystroem4",
+        4,
+        _RK4_A,
+        _RK4_B,
+        _RK4_C,
+        ((0, 0, 0, 0), (1 / 8, 0, 0, 0), (1 / 8, 0, 0, 0), (0, 0, 1 / 2, 0)),
+        (1 / 6, 1 / 6, 1 / 6, 0),
+    ),
+    ExplicitMethod("velocity_verlet", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1), ((0, 0), (0.5, 0)), (0.5, 0)),
+    # The velocity in the damping force is the last step's difference of displacements: order 1 where there is any.
+    ExplicitMethod("central_difference_lagged", 1, ((0,),), (1,), (0,), ((0,),), (1,), starts_halfway=True),
+    ImplicitMethod("central_difference", 2, beta=0),
+    ImplicitMethod("newmark_average", 2, beta=1 / 4),
+    ImplicitMethod("newmark_linear", 2, beta=1 / 6),
+    *(choice.method(name, choice.usual) for name, choice in CHOICES.items()),
+    ExactMethod("exact"),
 )
+METHODS = Methods((method.name, method) for method in _ROWS)
 
 
 def fitting_methods(law: str, damping: str = "none") -> tuple[str, ...]:
