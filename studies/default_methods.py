@@ -1,13 +1,16 @@
-"""Errors and costs of methods beside RK4 at its default step, by storey law: the table of default methods.
+"""Errors and costs of methods beside RK4 at its default step: the tables from which `simulate` chooses its method.
 
     python studies/default_methods.py --device cpu
-    python studies/default_methods.py --device cuda:0
+    python studies/default_methods.py --device cpu --costs
+    python studies/default_methods.py --device cuda:0 --costs
     python studies/default_methods.py --device cpu --scenes 200
 
-Buildings of five storeys and of two first periods stand for each law, under eight far-field records at one, two and
-four times the level at which they yield. Writes data/default_methods.csv, of whose costs it fills the column of its
-device: run it once on each. With `--scenes` it draws random scenes instead and prints, of each, the cost of the default
-method over the least cost of any of SEARCHED within the error that the default gives.
+Without `--costs` it writes data/default_methods.csv: the errors, for each storey law and kind of damping, in eight
+buildings of five storeys (two shapes of the stiffness over the height, four first periods) under the 44 far-field
+records at one, two and four times the level at which they yield. With `--costs` it writes the column of its device in
+data/default_method_costs.csv, for each law: run it once on each device. With `--scenes` it draws random scenes instead
+and prints, of each, the cost of the default method over the least cost of any of SEARCHED within the error that the
+default gives.
 """
 
 from __future__ import annotations
@@ -19,29 +22,101 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from parts.default_methods.ensembles import Case, build_scene, records, seconds_of
+from parts.default_methods.ensembles import PARABOLIC, TAPERED, Case, build_scene, records, seconds_of
 from peers.storey_laws import LAWS
 
 from warpdyn.kernels.queues import checked_devices
-from warpdyn.methods.defaults import DEVICES, FALLBACK, TABLE, default_method, measured_methods
+from warpdyn.methods.defaults import COSTS, DEVICES, ERRORS, FALLBACK, default_method, measured_costs
 from warpdyn.methods.table import fitting_methods
 
 ROOT = Path(__file__).parents[1]
 CANDIDATES = (("velocity_verlet", 2),)  # method, and steps in each of RK4's
-STOREYS, PERIODS, LEVELS = 5, (0.3, 1.0), (1.0, 2.0, 4.0)
-RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # of the far-field set, recorded every 5, 10 and 20 ms
-STRUCTURES = {"cpu": 22, "cuda": 1365}  # 528 samples, or 32,760
+STOREYS, LEVELS = 5, (1.0, 2.0, 4.0)
+SHAPES, PERIODS = (TAPERED, PARABOLIC), (0.3, 0.6, 1.0, 2.0)
+DAMPINGS = (
+    "none",
+    "mass_proportional",
+    "stiffness_proportional",
+    "rayleigh",
+    "rayleigh_tangent",
+    "modal",
+    "storey",
+)
+STRUCTURES = 1  # with 44 records and 3 levels, 132 samples of each building
+FINER = 8  # steps of the reference in each default step: its error is 1/64 of RK4's, or less, by order 2 at least
+RESAMPLES = 200
+# Of the costs.
+TIMED_PERIODS = (0.3, 1.0)
+TIMED_RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # of the far-field set, recorded every 5, 10 and 20 ms
+TIMED_STRUCTURES = {"cpu": 22, "cuda": 1365}  # 528 samples, or 32,760
 TIMED_RUNS = 5
-HEAD = """\
-# Errors and times of methods over those of RK4 at its default step, of shear buildings of five storeys of one law each,
-# where the method takes so many steps in each of RK4's. median_error and error_95: error of the peak storey drifts
-# against RK4 in float64 at a sixteenth of the step, median of the samples and what 95 % of them stay below, over RK4's.
-# cost_cpu and cost_cuda: time of the integration over RK4's; empty where it has not been measured.
-# Written by studies/default_methods.py, once on each device.
+ERRORS_HEAD = """\
+# Errors of peak storey drifts by a method that takes `steps` steps in each default step of RK4, divided by those of RK4
+# at its default step. Buildings of five storeys of one law and one kind of damping: 5 % of critical in the first mode
+# (Rayleigh damping: in the first two), "storey" in dampers of the three lowest storeys. Errors are those against RK4 in
+# float64 at an eighth of the step. Eight buildings (two shapes of the stiffness, periods of 0.3, 0.6, 1 and 2 s) of
+# 132 samples each. median_error and error_95: ratio of the medians and of the 95 % quantiles, in the building where it
+# is largest. least_95: the ratio of the 95 % quantiles in the building where it is least. deviation_95: standard
+# deviation of error_95 when the records are drawn again with replacement. Written by studies/default_methods.py.
+"""
+COSTS_HEAD = """\
+# Time of the integration by a method that takes `steps` steps in each default step of RK4, divided by that of RK4 at
+# its default step, for buildings of five storeys of one law with Rayleigh damping. Empty where it was not measured.
+# Written by studies/default_methods.py --costs, once on each device.
 """
 # Methods and steps of the exhaustive search; those that share RK4's or Verlet's order and cost more are left out.
 SEARCHED = ("rk4", "ssprk3", "kutta3", "velocity_verlet", "central_difference", "exact")
 SEARCHED_STEPS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
+BASE = (FALLBACK, 1)
+
+
+def quantile(errors: np.ndarray, share: float) -> np.ndarray:
+    """Return a quantile over the last axis, as one of the values: infinite errors count as errors."""
+    return np.quantile(errors, share, axis=-1, method="higher")
+
+
+def measure_errors(law: str, damping: str) -> list[dict[str, object]]:
+    """Return the rows of errors of a law and a kind of damping."""
+    candidates = [BASE, *CANDIDATES]
+    found: dict[tuple[str, int], list[np.ndarray]] = {key: [] for key in candidates}
+    for shape in SHAPES:
+        for period in PERIODS:
+            scene = build_scene(law, STOREYS, period, list(records()), LEVELS, shape=shape, damping=damping)
+            case = Case(scene, STRUCTURES, "cpu", finer=FINER)
+            for key in candidates:
+                # Samples are ordered by structure, then level or record: the records go to the first axis.
+                run = case.run(*key)
+                errors = case.errors(run)
+                order = np.argsort(run.assignment.motion, kind="stable")
+                found[key].append(errors[order].reshape(len(records()), -1))
+    rows: list[dict[str, object]] = []
+    random = np.random.default_rng(0)
+    drawn = random.integers(0, len(records()), (RESAMPLES, len(records())))
+    base = np.array(found[BASE])  # [building, record, sample]
+    for key in CANDIDATES:
+        own = np.array(found[key])
+
+        def ratios(share: float, which: np.ndarray, own: np.ndarray = own) -> np.ndarray:
+            """Return each building's ratio of a quantile, with some of the records."""
+            above, below = (quantile(errors[:, which].reshape(len(errors), -1), share) for errors in (own, base))
+            return above / below
+
+        everything = np.arange(len(records()))
+        of_95 = ratios(0.95, everything)
+        deviation = np.std([ratios(0.95, which).max() for which in drawn])
+        rows.append(
+            {
+                "law": law,
+                "damping": damping,
+                "method": key[0],
+                "steps": key[1],
+                "median_error": f"{ratios(0.5, everything).max():.2f}",
+                "error_95": f"{of_95.max():.2f}",
+                "least_95": f"{of_95.min():.2f}",
+                "deviation_95": f"{deviation:.2f}",
+            }
+        )
+    return rows
 
 
 def least_seconds(runs: Iterable) -> np.ndarray:
@@ -50,49 +125,55 @@ def least_seconds(runs: Iterable) -> np.ndarray:
     return np.min([[seconds_of(run) for run in runs] for _ in range(TIMED_RUNS)], axis=0)
 
 
-def measure(law: str, device: str) -> list[dict[str, object]]:
-    """Return a law's rows, with the cost on one device."""
-    candidates = [(FALLBACK, 1), *CANDIDATES]
-    errors: dict[tuple[str, int], list[np.ndarray]] = {key: [] for key in candidates}
-    ratios = []
-    for period in PERIODS:
-        scene = build_scene(law, STOREYS, period, [records()[i] for i in RECORDS], LEVELS)
-        case = Case(scene, STRUCTURES[device], "cpu" if device == "cpu" else "cuda:0")
-        runs = {key: case.run(*key) for key in candidates}
-        for key, run in runs.items():
-            errors[key].append(case.errors(run))
-        seconds = least_seconds(runs.values())
+def measure_costs(law: str, device: str) -> list[dict[str, object]]:
+    """Return a law's rows of costs, with the cost on one device."""
+    candidates, ratios = [BASE, *CANDIDATES], []
+    for period in TIMED_PERIODS:
+        scene = build_scene(law, STOREYS, period, [records()[i] for i in TIMED_RECORDS], LEVELS)
+        case = Case(scene, TIMED_STRUCTURES[device], "cpu" if device == "cpu" else "cuda:0")
+        seconds = least_seconds([case.run(*key) for key in candidates])
         ratios.append(seconds / seconds[0])
     costs = np.exp(np.mean(np.log(ratios), axis=0))
-    middle, most = (
-        {key: float(np.quantile(np.concatenate(found), share, method="higher")) for key, found in errors.items()}
-        for share in (0.5, 0.95)
-    )
-    base = (FALLBACK, 1)
     return [
-        {
-            "law": law,
-            "method": key[0],
-            "steps": key[1],
-            "median_error": f"{middle[key] / middle[base]:.2f}",
-            "error_95": f"{most[key] / most[base]:.2f}",
-            f"cost_{device}": f"{costs[candidates.index(key)]:.2f}",
-        }
+        {"law": law, "method": key[0], "steps": key[1], device: f"{costs[candidates.index(key)]:.2f}"}
         for key in CANDIDATES
     ]
 
 
-def write_table(rows: list[dict[str, object]], device: str) -> None:
-    """Write the table, with the costs on other devices as they stand in it; errors are those of the last run."""
-    known = {(row.law, row.method, row.steps): row.costs for row in measured_methods()}
+def write_table(name: str, head: str, columns: Iterable[str], rows: list[dict[str, object]]) -> None:
+    """Write a table to the folder `data`."""
     text = io.StringIO()
-    names = ["law", "method", "steps", "median_error", "error_95", *(f"cost_{name}" for name in DEVICES)]
-    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer = csv.DictWriter(text, list(columns), lineterminator="\n")
     writer.writeheader()
-    for row in rows:
-        before = known.get((row["law"], row["method"], row["steps"]), {})  # type: ignore[arg-type]
-        writer.writerow({f"cost_{name}": cost for name, cost in before.items() if name != device} | row)
-    (ROOT / "data" / TABLE).write_text(HEAD + text.getvalue(), encoding="utf-8")
+    writer.writerows(rows)
+    (ROOT / "data" / name).write_text(head + text.getvalue(), encoding="utf-8")
+
+
+def write_errors(laws: list[str], dampings: list[str]) -> None:
+    """Measure the errors of laws with kinds of damping and write their table; the other rows stay."""
+    path = ROOT / "data" / ERRORS
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    before = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    rows = {(row["law"], row["damping"], row["method"]): row for row in before}
+    for law in laws:
+        for damping in dampings:
+            for row in measure_errors(law, damping):
+                print(*row.values(), flush=True)
+                rows[law, damping, row["method"]] = row  # type: ignore[assignment,index]
+        order = sorted(rows, key=lambda key: (list(LAWS).index(key[0]), DAMPINGS.index(key[1])))
+        kept = [rows[key] for key in order]
+        write_table(ERRORS, ERRORS_HEAD, kept[0], kept)  # type: ignore[arg-type]
+
+
+def write_costs(device: str) -> None:
+    """Measure the costs on a device and write their table; the columns of other devices stay."""
+    rows = []
+    for law in LAWS:
+        for row in measure_costs(law, device):
+            print(*row.values(), flush=True)
+            before = measured_costs().get((row["law"], row["method"], row["steps"]), {})  # type: ignore[arg-type]
+            rows.append({name: cost for name, cost in before.items() if name != device} | row)
+    write_table(COSTS, COSTS_HEAD, ["law", "method", "steps", *DEVICES], rows)
 
 
 def search(number: int, device: str) -> tuple[str, float, float]:
@@ -105,12 +186,12 @@ def search(number: int, device: str) -> tuple[str, float, float]:
     levels = tuple(np.sort(np.exp(random.uniform(np.log(0.5), np.log(6.0), 2))))
     recorders = ("drift",) if storeys > 1 or random.random() < 0.5 else ("acceleration", "drift", "residual")
     scene = build_scene(law, storeys, period, motions, levels, recorders)
-    case = Case(scene, STRUCTURES[device], "cpu" if device == "cpu" else "cuda:0")
-    default = default_method(law, scene.structure.damping, is_gpu=device != "cpu")
+    case = Case(scene, TIMED_STRUCTURES[device], "cpu" if device == "cpu" else "cuda:0")
+    default = default_method(law, (scene.structure.damping,), is_gpu=device != "cpu")
     chosen = case.run(default.method, default.steps)
 
     def error_of(run: object) -> float:
-        return float(np.quantile(case.errors(run), 0.95, method="higher"))  # type: ignore[arg-type]
+        return float(quantile(case.errors(run), 0.95))  # type: ignore[arg-type]
 
     given, today = error_of(chosen), error_of(case.run(FALLBACK, 1))
     names = [name for name in SEARCHED if name in fitting_methods(law, scene.structure.damping)]
@@ -124,17 +205,17 @@ def main() -> None:
     """Run the study."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
-    parser.add_argument(
-        "--scenes", type=int, default=0, help="number of random scenes; 0 writes the table [%(default)s]"
-    )
+    parser.add_argument("--costs", action="store_true", help="measure the costs on the device instead of the errors")
+    parser.add_argument("--dampings", default=",".join(DAMPINGS), help="kinds of damping, with commas [all]")
+    parser.add_argument("--laws", default=",".join(LAWS), help="laws whose errors are measured, with commas [all]")
+    parser.add_argument("--scenes", type=int, default=0, help="number of random scenes to search [%(default)s]")
     arguments = parser.parse_args()
     device = "cpu" if checked_devices(arguments.device)[0] == "cpu" else "cuda"
+    if arguments.costs:
+        write_costs(device)
+        return
     if not arguments.scenes:
-        rows = []
-        for law in LAWS:
-            rows += measure(law, device)
-            print(*rows[-1].values(), flush=True)
-        write_table(rows, device)
+        write_errors(arguments.laws.split(","), arguments.dampings.split(","))
         return
     found = []
     for number in range(arguments.scenes):

@@ -1,5 +1,7 @@
 """The search for each step's end by implicit methods: tangents, yielding, failure, and what it costs in accuracy."""
 
+import warnings
+
 import numpy as np
 import pytest
 import warp as wp
@@ -166,6 +168,41 @@ def test_not_converged_is_flagged():
     run = wd.simulate(scene, **options)
     assert run.status.item() == 0
     assert run.integration_step.item() < 1.0
+
+
+@pytest.mark.meant_as_given("peak_ground_acceleration", "yield_drift_ratio")
+@pytest.mark.parametrize("step", [0.005, 0.001])
+def test_a_step_without_a_solution_is_flagged_and_an_explicit_method_recommended(step):
+    # When the energy capacity of the storey is exhausted, its force jumps to zero: no acceleration at the end of the
+    # step fits the force there, however short the step is.
+    drift, lasting = 0.015, 8 * 0.015
+    deteriorating = {
+        "plastic_drift_to_capping": 4 * drift,
+        "post_capping_drift": 15 * drift,
+        "capping_force_ratio": 1.15,
+        "residual_force_ratio": 0.2,
+        **{f"{mode}_deterioration_drift": lasting for mode in ("strength", "post_capping", "unloading")},
+    }
+    storey = wd.ShearBuilding(
+        2e5, 3e7, 3.0, law="ibarra_medina_krawinkler_bilinear", yield_force=3e7 * drift, damping="rayleigh",
+        damping_ratio=0.05, **deteriorating,
+    )  # fmt: skip
+    motions = [*wd.records.far_field()[:12]]
+    stripes = wd.Stripes(motions, [0.8, 1.6], wd.SpectralAcceleration(storey.fundamental_period))
+    scene = wd.Scene(storey, stripes, recorders=("drift",), tail=0.0)
+    options = {"step": step, "dtype": "float64", "device": "cpu", "on_unstable": "flag"}
+    with pytest.warns(UserWarning, match="flagged not_converged") as caught:
+        run = wd.simulate(scene, method="newmark_average", **options)
+    failed = (run.status == 4).values
+    assert failed.any()
+    [words] = [str(each.message) for each in caught if "not_converged" in str(each.message)]
+    for part in ("energy capacity", "no solution", "a shorter step does not help", 'method="rk4"'):
+        assert part in words
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        followed = wd.simulate(scene, method="rk4", **options)  # what the message says
+    assert (followed.status < 2).all()
+    assert np.isfinite(followed.peak_storey_drift.values[failed]).all()
 
 
 @pytest.mark.parametrize("share", [0.8, 1.02])

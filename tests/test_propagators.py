@@ -63,8 +63,9 @@ def test_exact_under_sampled_loads(damping, kind):
     for step in (0.05, 0.025):
         (u, v), force = exact_with_tail(matrix, kind, step)
         inner = -(u @ MATRIX + v @ matrix) / MASS
+        released = inner[len(force) - 1].copy()  # after the last force, which acts at its instant
         if kind == "force":
-            inner[: len(force) - 1] += (force / MASS)[:-1]
+            inner[: len(force)] += force / MASS
         run, (moved, speed, felt) = simulate(chain(damping), sampled_load(kind, np.eye(3)), step, **tail)
         close(moved, u, 1e-12)
         close(speed, v, 1e-12)
@@ -76,7 +77,8 @@ def test_exact_under_sampled_loads(damping, kind):
         at = np.unravel_index(np.abs(drift).argmax(), drift.shape)
         assert run.storey_of_peak_drift.item() == at[1] + 1
         assert run.time_of_peak_drift.item() == pytest.approx(at[0] * step, abs=1e-12)
-        close(run.peak_floor_acceleration.values[0], np.abs(inner).max(axis=0), 1e-12)
+        seen = np.vstack([inner, released])
+        close(run.peak_floor_acceleration.values[0], np.abs(seen).max(axis=0), 1e-12)
         close(run.peak_base_shear.item(), np.abs(drift[:, 0]).max() * STIFFNESS[0], 1e-12)
         steps = round((min(3 * PERIOD, TAIL) if tail else 3 * PERIOD) / step)
         window = 1 - np.cos(2 * np.pi * (np.arange(steps) + 0.5) / steps)
@@ -88,7 +90,7 @@ def test_exact_under_sampled_loads(damping, kind):
         close(felt, np.diff(inner, axis=1, prepend=0), 1e-12)
         close(run.peak_displacement.values[0], np.abs(drift).max(axis=0), 1e-12)
         close(run.time_of_peak_displacement.values[0], np.abs(drift).argmax(axis=0) * step, 1e-12)
-        close(run.peak_acceleration.values[0], np.abs(np.diff(inner, axis=1, prepend=0)).max(axis=0), 1e-12)
+        close(run.peak_acceleration.values[0], np.abs(np.diff(seen, axis=1, prepend=0)).max(axis=0), 1e-12)
 
 
 @pytest.mark.parametrize(

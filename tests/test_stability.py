@@ -8,6 +8,8 @@ import pytest
 from matrices import chain_matrix
 from scipy.linalg import eigh
 
+import warpdyn as wd
+from warpdyn.integration.model import dynamics_of
 from warpdyn.methods.kinds import ExplicitMethod
 from warpdyn.methods.stability_limits import (
     stability_limit,
@@ -257,3 +259,24 @@ def test_bad_input_is_named():
     ):
         with pytest.raises(ValueError, match=message):
             state_eigenvalues(mass, damping, stiffness)
+
+
+@pytest.mark.fast
+@pytest.mark.meant_as_given("damper_damping_ratio", "first_period")
+def test_stable_step_of_power_law_dampers_follows_from_their_steepest_slope():
+    # Below `linear_velocity` the force of a damper of exponent alpha is linear in the velocity, with the slope
+    # c v^(alpha - 1) = 7.5e7 N s/m: 25 times the coefficient c. RK4's limit on the negative real axis is 2.785293563.
+    coefficient, exponent, velocity, mass, stiffness = 3e6, 0.3, 0.01, 7.5e4, 3e8
+    storey = wd.ShearBuilding(
+        mass, stiffness, 3.0, damping="none", devices=("viscous_damper",), damper_coefficient=coefficient,
+        velocity_exponent=exponent, linear_velocity=velocity,
+    )  # fmt: skip
+    slope = coefficient * velocity ** (exponent - 1)
+    # The storey decays at up to slope / mass, and a little more slowly for its stiffness: by 0.4 %.
+    due = 2.785293563405282 / (slope / mass)
+    assert due == pytest.approx(2.8e-3, rel=0.02)
+    found = dynamics_of(wd.Scene(storey, wd.FreeVibration(1.0, velocity=0.1))).vibration_of({}, METHODS["rk4"])
+    assert (1 - CONSERVATISM) * due < found.stable_step[0] <= due
+    scene = wd.Scene(storey, wd.FreeVibration(1.0, velocity=0.1))
+    with pytest.raises(ValueError, match="beyond the stability limit of 1 of 1 samples"):
+        wd.simulate(scene, step=1 / 355, method="rk4", on_unstable="raise", device="cpu")

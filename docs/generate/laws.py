@@ -212,10 +212,10 @@ def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:
         for row in own
     ]
     head = ("method", "median error", "95 % stay below", "time")
-    found = default_method(name)
+    found = default_method(name, ("rayleigh",))
     default = (
-        f"Where a scene names no method, `simulate` takes `{found.method}` on a CPU: {found.reason} "
-        "(`data/default_methods.csv`, by `studies/default_methods.py`)."
+        f"If a scene names no method, `simulate` uses `{found.method}` on a CPU with Rayleigh damping of 5 % or more: "
+        f"{found.reason} (`data/default_methods.csv`, by `studies/default_methods.py`). With less damping, `rk4`."
     )
     return ["## Speed and error by method", words, table(head, lines), default]
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdyn.core.description import html_table
 
@@ -229,9 +230,15 @@ class Excitation:
             "first": np.concatenate([[0], np.cumsum(lengths)[:-1]]),
         }
 
+    @property
+    def start(self) -> tuple[ArrayLike, ArrayLike]:
+        """Displacement [m] and velocity [m/s] at the start, one value a degree of freedom or one for all."""
+        return 0.0, 0.0
+
     def initial_state(self, dofs: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the displacement [m] and the velocity [m/s] that it starts from, shape [dof]."""
-        return np.zeros(dofs), np.zeros(dofs)
+        displacement, velocity = self.start
+        return np.broadcast_to(displacement, dofs), np.broadcast_to(velocity, dofs)
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
         """Return the load of modes of unit modal mass, for a unit of what the kernel evaluates.
@@ -248,7 +255,8 @@ class Excitation:
 
     def modal_start(self, momentum: np.ndarray) -> np.ndarray:
         """Return the modes' initial displacement and velocity, shape [2, structure, mode]; arguments as above."""
-        return np.zeros((2, len(momentum), momentum.shape[2]))
+        displacement, velocity = self.initial_state(momentum.shape[1])
+        return np.array([displacement @ momentum, velocity @ momentum])
 
 
 class SingleLoad(Excitation):

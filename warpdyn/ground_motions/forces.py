@@ -42,17 +42,19 @@ def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class HarmonicForce(FormulaLoad):
-    """Nodal forces F0 sin(w t + phase) on a structure at rest.
+    """Nodal forces F0 sin(w t + phase) on a structure.
 
     Args:
         amplitude: F0 [N], shape [dof]; zero where no force acts.
         circular_frequency: w [rad/s]; 0 for a constant force F0 sin(phase).
         duration: Length of the run [s].
         phase: Phase [rad].
+        initial_displacement: Displacement at the start [m], shape [dof], or one value for all; as `displacement` of
+            FreeVibration.
+        initial_velocity: Velocity at the start [m/s], shape [dof], or one value for all.
 
     Raises:
-        ValueError: If an amplitude or the phase is not finite, the circular frequency is below 0 or the duration not
-            above 0.
+        ValueError: If a value is not finite, the circular frequency is below 0 or the duration not above 0.
 
     Example:
         >>> shaker = wd.HarmonicForce([0.0, 2e3], circular_frequency=20.0, duration=5.0)
@@ -64,11 +66,14 @@ class HarmonicForce(FormulaLoad):
     circular_frequency: float
     duration: float
     phase: float = 0.0
+    initial_displacement: ArrayLike = 0.0
+    initial_velocity: ArrayLike = 0.0
 
     kernel_load = "harmonic_force"
     is_force = True
 
     def __post_init__(self) -> None:
+        _check_start(self)
         object.__setattr__(self, "amplitude", _checked_row("amplitude", self.amplitude))
         object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
         frequency = real_number("circular_frequency [rad/s]", self.circular_frequency, least=0)
@@ -81,8 +86,14 @@ class HarmonicForce(FormulaLoad):
         return self.circular_frequency
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError unless there is an amplitude for each degree of freedom."""
+        """Raise a ValueError unless there is an amplitude for each degree of freedom, and the initial state fits."""
         _check_width("HarmonicForce.amplitude", self.amplitude, structure, serves_all=False)
+        _check_start_fits(self, structure)
+
+    @property
+    def start(self) -> tuple[ArrayLike, ArrayLike]:
+        """Displacement [m] and velocity [m/s] at the start."""
+        return self.initial_displacement, self.initial_velocity
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
         """Return amplitude, circular frequency and phase."""
@@ -99,14 +110,20 @@ class HarmonicForce(FormulaLoad):
 
 @dataclass(frozen=True, eq=False)
 class ForceHistory(SingleLoad):
-    """Nodal forces sampled in time on a structure at rest, linear between samples and zero after the last.
+    """Nodal forces sampled in time on a structure, linear between samples and zero after the last.
+
+    The last sample acts at its instant: recorded accelerations see it, whether it is zero or not.
 
     Args:
         force: Nodal forces [N], shape [time, dof].
         step: Sampling step [s].
+        initial_displacement: Displacement at the first sample [m], shape [dof], or one value for all; as `displacement`
+            of FreeVibration.
+        initial_velocity: Velocity at the first sample [m/s], shape [dof], or one value for all.
 
     Raises:
-        ValueError: If the forces are not finite numbers at two times or more, or the step is not finite and above 0.
+        ValueError: If the forces are not finite numbers at two times or more, the step is not finite and above 0, or an
+            initial value is not finite.
 
     Example:
         >>> push = wd.ForceHistory([[0.0, 0.0], [1e4, 2e4], [0.0, 0.0]], step=0.1)
@@ -116,6 +133,8 @@ class ForceHistory(SingleLoad):
 
     force: ArrayLike
     step: float
+    initial_displacement: ArrayLike = 0.0
+    initial_velocity: ArrayLike = 0.0
 
     def __repr__(self) -> str:
         times, dofs = self.values.shape
@@ -126,6 +145,7 @@ class ForceHistory(SingleLoad):
     is_force = True
 
     def __post_init__(self) -> None:
+        _check_start(self)
         force = finite_numbers("force", self.force)
         if force.ndim != 2 or force.shape[0] < 2:
             raise ValueError(f"force must have shape [time, dof] with at least 2 times, got shape {force.shape}")
@@ -147,10 +167,16 @@ class ForceHistory(SingleLoad):
         return replace(self, force=resampled_columns(self.values, self.step, step), step=step)
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError unless there is a column for each degree of freedom."""
+        """Raise a ValueError unless there is a column for each degree of freedom, and the initial state fits."""
         columns = self.values.shape[1]
         if columns != structure.dofs:
             raise ValueError(f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom")
+        _check_start_fits(self, structure)
+
+    @property
+    def start(self) -> tuple[ArrayLike, ArrayLike]:
+        """Displacement [m] and velocity [m/s] at the first sample."""
+        return self.initial_displacement, self.initial_velocity
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
         """Return the modes' share of a unit force on each degree of freedom."""
@@ -161,10 +187,13 @@ class ForceHistory(SingleLoad):
 class FreeVibration(FormulaLoad):
     """No load: the structure moves on from an initial state.
 
+    Storeys that yield are pulled slowly from rest to their initial drifts, each without turning back, and released
+    there: their forces are those of the first loading. Energies count from the release.
+
     Args:
         duration: Length of the run [s].
-        displacement: Initial displacement [m], shape [dof]; zero by default.
-        velocity: Initial velocity [m/s], shape [dof]; zero by default.
+        displacement: Initial displacement [m], shape [dof], or one value for all; zero by default.
+        velocity: Initial velocity [m/s], shape [dof], or one value for all; zero by default.
 
     Raises:
         ValueError: If the duration is not finite and above 0, or a displacement or velocity is not finite.
@@ -187,26 +216,30 @@ class FreeVibration(FormulaLoad):
         object.__setattr__(self, "velocity", _checked_row("velocity", self.velocity))
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError unless the state is one of the structure, in which it may be at rest."""
-        for name in ("displacement", "velocity"):
-            _check_width(f"FreeVibration.{name}", getattr(self, name), structure, serves_all=True)
-        if np.any(self.displacement) and not structure.forgets:
-            raise ValueError(
-                f"FreeVibration.displacement needs an elastic structure: the force of a {structure.law!r} "
-                "storey at a displacement depends on how it came there; start from a velocity"
-            )
+        """Raise a ValueError unless the initial state has one value for each degree of freedom, or one for all."""
+        _check_start_fits(self, structure)
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
-        """Return nothing: there is but the initial state."""
+        """Return nothing: the initial state is all that there is."""
         return {}
 
-    def initial_state(self, dofs: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the state, one value a degree of freedom."""
-        return np.broadcast_to(self.displacement, dofs), np.broadcast_to(self.velocity, dofs)
+    @property
+    def start(self) -> tuple[ArrayLike, ArrayLike]:
+        """Displacement [m] and velocity [m/s] at the start."""
+        return self.displacement, self.velocity
 
-    def modal_start(self, momentum: np.ndarray) -> np.ndarray:
-        """Return the modes' share of the state."""
-        return np.array([part @ momentum for part in self.initial_state(momentum.shape[1])])
+
+def _check_start(load: HarmonicForce | ForceHistory) -> None:
+    """Replace the initial state of a load by checked rows."""
+    for name in ("initial_displacement", "initial_velocity"):
+        object.__setattr__(load, name, _checked_row(name, getattr(load, name)))
+
+
+def _check_start_fits(load: HarmonicForce | ForceHistory | FreeVibration, structure: Structure) -> None:
+    """Raise a ValueError unless the initial state has one value for each degree of freedom, or one for all."""
+    prefix = "" if isinstance(load, FreeVibration) else "initial_"
+    for name, values in zip(("displacement", "velocity"), load.start, strict=True):
+        _check_width(f"{type(load).__name__}.{prefix}{name}", values, structure, serves_all=True)
 
 
 def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_all: bool) -> None:

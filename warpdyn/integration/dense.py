@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.linalg import eigh
 
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
@@ -14,8 +13,10 @@ from warpdyn.methods.stability_limits import stable_step_of_eigenvalues
 from warpdyn.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.methods.table import Method
 from warpdyn.structures.linear_system import LinearSystem
+from warpdyn.structures.modal import undamped_modes
 
 DIAGONAL_TOLERANCE = 1e-12  # rounding beside a diagonal, over its largest entry
+ROUNDED_FREE = 1e-6  # eigenvalues of free motions over the largest: the root of some roundings
 
 
 class DenseDynamics(Dynamics):
@@ -32,7 +33,7 @@ class DenseDynamics(Dynamics):
     def __init__(self, structure: LinearSystem, representative: Mapping[str, np.ndarray]) -> None:
         super().__init__(structure, representative)
         matrices = structure.parameters
-        shape = eigh(matrices["stiffness"], matrices["mass"])[1]
+        shape = undamped_modes(matrices["stiffness"], matrices["mass"])[1]
         damping = np.abs(shape.T @ matrices["damping"] @ shape)
         coupling = damping - np.diag(np.diag(damping))
         self.couples_modes = not coupling.max() <= DIAGONAL_TOLERANCE * damping.max()
@@ -44,7 +45,11 @@ class DenseDynamics(Dynamics):
         )
         eigenvalues = state_eigenvalues(mass_matrix, damping_matrix, stiffness_matrix)
         modes = self.structure.modal()["circular_frequency"].values
-        lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[[0, -1]])
+        if modes[0] == 0:
+            # A free motion has the eigenvalue 0 twice, which rounding moves by the root of its size.
+            size = np.abs(eigenvalues)
+            eigenvalues = np.where(size <= ROUNDED_FREE * size.max(axis=1, keepdims=True), 0.0, eigenvalues)
+        lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[modes > 0][[0, -1]])
         rate = highest_damping_rate(mass_matrix, damping_matrix)
         stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
         return 2 * np.pi / lowest, slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
@@ -52,7 +57,7 @@ class DenseDynamics(Dynamics):
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
         """Return the modes of scaled linear systems: one set of shapes, with the factor of the mass as modal mass."""
         nominal, mass = self.structure.parameters, parameters["mass"]
-        squared, shape = eigh(nominal["stiffness"], nominal["mass"])
+        squared, shape = undamped_modes(nominal["stiffness"], nominal["mass"])
         damping = shape.T @ nominal["damping"] @ shape
         if not is_coupled:
             damping = np.diag(damping)

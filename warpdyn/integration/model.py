@@ -58,6 +58,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         physics=() if is_exact else dynamics.physics,
         collapses=scene.collapse_limit is not None or dynamics.has_drift_capacity,
         has_drift_capacity=dynamics.has_drift_capacity,
+        starts_displaced=not scene.structure.forgets and bool(np.any(scene.excitation.start[0])),
     )
     return fitted(plan, is_gpu)
 
@@ -83,7 +84,7 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
     integration = Integration.from_arguments(method=method, dtype=dtype, target_error=None)
     dynamics, damping = dynamics_of(scene), scene.structure.damping
     is_gpu = checked_devices(device)[0] != "cpu"
-    integration = integration.settled(dynamics.fitting_law, damping, is_gpu=is_gpu)
+    integration = integration.settled(dynamics.fitting_law, scene.structure, is_gpu=is_gpu)
     check_fits(integration.method, dynamics.fitting_law, damping)
     plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
     return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text

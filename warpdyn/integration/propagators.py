@@ -111,10 +111,12 @@ def _coupled(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the increments of coupled modes, by series and doubling as for oscillators, with matrices."""
     omega, number = np.sqrt(stiffness), stiffness.shape[1]
-    # In the state (omega q, q') the matrix is skew-symmetric except for damping, so that its powers do not grow.
+    # In the state (omega q, q') the matrix is skew-symmetric except for damping, so that its powers do not grow. Free
+    # motions have any scale that is not 0.
+    omega = np.where(omega > 0, omega, omega.max(axis=1, keepdims=True))
     z = np.zeros((len(omega), 2 * number, 2 * number))
     z[:, :number, number:] = omega[:, :, None] * np.eye(number)
-    z[:, number:, :number] = -z[:, :number, number:]
+    z[:, number:, :number] = -(stiffness / omega)[:, :, None] * np.eye(number)
     z[:, number:, number:] = -damping
     z, turn = np.ldexp(z * h, -halvings), 1j * np.ldexp((frequency or 0.0) * h, -halvings)
     push = np.concatenate([np.zeros_like(loads), loads], axis=1)

@@ -9,8 +9,10 @@ from typing import Any, Self
 from warpdyn.core.checks import one_of, real_number, whole_number
 from warpdyn.core.thread_pool import cores
 from warpdyn.kernels.queues import checked_devices
-from warpdyn.methods.defaults import default_method
+from warpdyn.methods.defaults import MEASURED_DAMPING_RATIO, default_method
 from warpdyn.methods.table import METHODS
+from warpdyn.structures.shear_building import ShearBuilding
+from warpdyn.structures.structure import Structure
 
 ON_UNSTABLE = ("substep", "raise", "flag")
 DTYPES = ("float32", "float64")
@@ -85,17 +87,17 @@ class Integration:
         found = cls(target_error=target_error, left_open=left_open, **settled)
         return replace(found, divides_steps=found.on_unstable == "substep" and not found.is_stepped)
 
-    def settled(self, law: str, damping: str, *, is_gpu: bool) -> Self:
+    def settled(self, law: str, structure: Structure, *, is_gpu: bool) -> Self:
         """Return the settings with the default method of a structure, where neither method nor step is given.
 
         Args:
-            law: Law of the structure.
-            damping: Its damping.
+            law: Law of the structure that the method must fit.
+            structure: The nominal structure.
             is_gpu: Whether it is run on a GPU.
         """
         if "method" not in self.left_open or self.target_error is not None:
             return self
-        default = default_method(law, damping, is_gpu=is_gpu)
+        default = default_method(law, measured_dampings(structure), is_gpu=is_gpu)
         chosen: dict[str, Any] = {"method": default.method, "refinement": default.steps, "reason": default.reason}
         return replace(self, left_open=(), **chosen)
 
@@ -135,6 +137,23 @@ class Execution:
     def on_first(self) -> Self:
         """Return the same with the first device alone."""
         return replace(self, device=self.devices[0])
+
+
+def measured_dampings(structure: Structure) -> tuple[str, ...]:
+    """Return the kinds of damping of the table of default methods that a structure has.
+
+    A building counts as undamped, the least accurate case, if its damping ratio is below that of the measured buildings
+    or if its Rayleigh damping has this ratio in other modes than the first two: its higher modes have less damping.
+    """
+    if not isinstance(structure, ShearBuilding):
+        return (structure.damping,)
+    kind, inherent = structure.damping, structure.inherent_damping
+    ratio = structure.parameters.get("damping_ratio")
+    is_less = ratio is not None and float(ratio.min()) < MEASURED_DAMPING_RATIO
+    other_modes = inherent.modes is not None and inherent.modes != (1, min(2, structure.storeys))
+    if is_less or other_modes or inherent.storeys is not None:
+        kind = "none"
+    return (kind, "storey") if "viscous_damper" in structure.devices and kind != "storey" else (kind,)
 
 
 def check_target_error(target_error: float) -> None:

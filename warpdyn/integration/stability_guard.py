@@ -12,6 +12,7 @@ from warpdyn.core.output_variables import DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
 from warpdyn.ground_motions.excitation import MOST_STEPS
 from warpdyn.integration.dynamics import Vibration
 from warpdyn.integration.ensemble import Ensemble
+from warpdyn.methods.defaults import FALLBACK
 
 # Samples that fail because of their storey law are run again with twice the steps, at most so many times, and each time
 # as long as that takes no more than so many times the steps of the samples until then, or so many steps of storeys
@@ -114,7 +115,6 @@ class StabilityFindings:
         reasons = {
             DIVERGED: "diverged: their state is not finite, or a storey drifts by a thousand times its height",
             UNSTABLE_STEP: "are flagged unstable_step: the step is too long for the memory of their storey law",
-            NOT_CONVERGED: "are flagged not_converged: the method's equations of a step could not be solved",
         }
         leaping = (
             "are flagged unstable_step: a storey passed its drift capacity by a move of more than half of it in one "
@@ -126,6 +126,14 @@ class StabilityFindings:
             for count, reason in counts
             if count
         ]
+        if self.failed[NOT_CONVERGED]:
+            messages.append(
+                f"{self.failed[NOT_CONVERGED]} of {self.samples} samples are flagged not_converged: method "
+                f"{self.method!r} found no equilibrium at the end of a step; their demands are NaN. If the force of a "
+                "storey law jumps, as when the energy capacity of an Ibarra-Medina-Krawinkler storey is exhausted, the "
+                "step has no solution, and a shorter step does not help. Use an explicit method: "
+                f'method="{FALLBACK}"'
+            )
         if self.too_long:
             messages.append(
                 f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "

@@ -90,6 +90,9 @@ Every walk through the storeys, from the top down:
     add_to_net, add_load   of dampers to the ground and loads, to `net`: the force on the floor
     add_to_acceleration    of dampers to the ground in proportion to mass, to `ai`
     see_forces             the accepted state: `restoring`, the law's force, and `ai` of the floor, absolute
+    before_force_ends      of a force history, in see_forces: sets `before_end`, the acceleration with the history's
+                           last force, at the instant of its last sample; else `ai`
+    begin_floor, add_mode_to_floor   of modes: before the accelerations of a floor are summed up, and mode m of lane j
     see_drift              the accepted state: `drift`
     see_state              all storeys have been seen
     add_base               takes the base's acceleration off `ai`; add_base_to_net off `net`

@@ -29,6 +29,7 @@ from warpdyn.structures.linear_system import LinearSystem
 from warpdyn.structures.shear_building import ShearBuilding
 from warpdyn.structures.structure import Structure
 
+FREE = 1e-12  # squared frequency of a free motion, which rounding leaves, over the highest
 MOST_GIVEN = 1024  # given structures that are looked at; of more, as many evenly spread
 LONGEST_FORCE_STEP = 1.0  # s: forces are not recorded, but given at a few points
 # Bands of levels by the name of the measure, where it is no acceleration.
@@ -119,7 +120,8 @@ def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np
     mass, damping, stiffness = matrices["mass"], matrices["damping"], matrices["stiffness"]
     factor = np.linalg.inv(np.linalg.cholesky(mass))
     squared, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
-    omega, shape = float(np.sqrt(squared[0])), factor.T @ shapes[:, 0]
+    first = int((squared > FREE * squared[-1]).argmax())  # of the modes that are no free motions
+    omega, shape = float(np.sqrt(squared[first])), factor.T @ shapes[:, first]
     period = 2 * np.pi / omega
     findings.add("first_period", period)
     ratio = float(shape @ damping @ shape) / (2 * omega)
@@ -133,12 +135,12 @@ def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np
 def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation, building: ShearBuilding) -> None:
     """Add an initial state or forces that are implausible for a building."""
     height, mass = building.parameters["height"], building.parameters["mass"]
-    if isinstance(excitation, FreeVibration):
+    if isinstance(excitation, FreeVibration | HarmonicForce | ForceHistory):
         displacement, velocity = excitation.initial_state(building.dofs)
         findings.add("initial_drift_ratio", np.abs(np.diff(displacement, prepend=0.0)) / height, along="storey")
         leads_to = np.abs(velocity).max() * building.fundamental_period / (2 * np.pi)
         findings.add("initial_velocity", leads_to / height.sum())
-    elif isinstance(excitation, HarmonicForce | ForceHistory):
+    if isinstance(excitation, HarmonicForce | ForceHistory):
         at_each = np.abs(excitation.amplitude if isinstance(excitation, HarmonicForce) else excitation.values)
         at_each = np.atleast_2d(at_each).max(axis=0)
         if at_each.any():

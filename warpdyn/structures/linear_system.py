@@ -19,18 +19,21 @@ MAXIMUM_DOFS = 32
 
 
 class LinearSystem(Structure):
-    """A linear system of full matrices: M u'' + C u' + K u = F.
+    """A linear system of full matrices, of at most 32 degrees of freedom: M u'' + C u' + K u = F.
+
+    Parts of the system may move freely. Their periods are infinite, and default steps follow from the other modes.
 
     Args:
         mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
         damping: Viscous damping matrix [N s/m], shape [dof, dof].
-        stiffness: Stiffness matrix [N/m], shape [dof, dof].
+        stiffness: Stiffness matrix [N/m], shape [dof, dof]; it may be singular.
         influence: Displacement of each degree of freedom under a unit base displacement [1], shape [dof]; ones by
             default.
 
     Raises:
-        ValueError: If shapes differ, a value is not finite, a matrix is not symmetric, or the mass matrix is not
-            positive definite.
+        ValueError: If there are more than 32 degrees of freedom, shapes differ, a value is not finite, a matrix is not
+            symmetric, the mass matrix is not positive definite, the damping or stiffness matrix has a negative
+            eigenvalue, or the stiffness is 0.
 
     Example:
         >>> mass, stiffness = [2.0, 1.0], np.array([[300.0, -100.0], [-100.0, 100.0]])  # kg, N/m
@@ -94,15 +97,18 @@ class LinearSystem(Structure):
         self.influence = np.ones(dofs) if influence is None else finite_numbers("influence", influence)
         if self.influence.shape != (dofs,):
             raise ValueError(f"influence must be {dofs} finite values, one a degree of freedom")
-        self.modal()  # says what is wrong with a stiffness that is not positive definite
+        self.modal()  # raises an error if the stiffness has a negative eigenvalue
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped system.
 
+        The period of a free motion is infinite.
+
         Raises:
-            ValueError: If the stiffness matrix is not positive definite, so that a part can move freely.
+            ValueError: If the stiffness matrix has a negative eigenvalue or is 0.
         """
-        return modal_properties(self.parameters["mass"], self.parameters["stiffness"], self.influence)
+        mass, stiffness = self.parameters["mass"], self.parameters["stiffness"]
+        return modal_properties(mass, stiffness, self.influence, may_move_freely=True)
 
     @property
     def dofs(self) -> int:
@@ -132,7 +138,7 @@ class LinearSystem(Structure):
 
     @property
     def fundamental_period(self) -> float:
-        """First period of the undamped system [s]."""
+        """First period of the undamped system [s]; infinite if a part can move freely."""
         return float(self.modal()["period"][0])
 
     def told(self) -> list[tuple[object, ...]]:

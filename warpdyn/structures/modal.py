@@ -9,8 +9,27 @@ from scipy.linalg import eigh
 from warpdyn.core.checks import check_dataset, unmasked
 from warpdyn.core.description import Text
 
+ROUNDINGS = 16  # of a squared frequency that is 0, over the highest and the number of modes
 
-def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None) -> xr.Dataset:
+
+def undamped_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return squared circular frequencies [rad2/s2], 0 of free motions but for rounding, and shapes of unit modal mass.
+
+    Args:
+        stiffness: Stiffness matrix [N/m], symmetric, shape [dof, dof].
+        mass: Mass matrix [kg], symmetric and positive definite, shape [dof, dof].
+
+    Returns:
+        Shapes [mode] and [dof, mode].
+    """
+    squared, shape = eigh(stiffness, mass)
+    rounding = len(squared) * ROUNDINGS * np.finfo(float).eps * np.abs(squared).max()
+    return np.where(np.abs(squared) <= rounding, 0.0, squared), shape
+
+
+def modal_properties(
+    mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None, *, may_move_freely: bool = False
+) -> xr.Dataset:
     """Return periods, shapes and participation of the undamped modes, from the lowest frequency up.
 
     Shapes are scaled so that their largest component is +1; participation factors belong to that scaling.
@@ -20,6 +39,7 @@ def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndar
         mass: Masses [kg], shape [dof], or mass matrix, symmetric and positive definite, shape [dof, dof].
         stiffness: Stiffness matrix [N/m], symmetric and positive definite, shape [dof, dof].
         influence: Displacement of each DOF per unit base displacement, shape [dof]; ones if left out.
+        may_move_freely: Whether the stiffness may be singular, so that some periods are infinite (but not all).
 
     Returns:
         Dataset over `mode` and `dof`.
@@ -40,8 +60,14 @@ def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndar
     influence = np.ones(len(matrix)) if influence is None else unmasked("influence", influence, np.float64)
     if influence.shape != (len(matrix),) or not np.isfinite(influence).all() or not influence.any():
         raise ValueError(f"influence must be finite, not all 0, and of shape [{len(matrix)}], got {influence}")
-    eigenvalue, shape = eigh(stiffness, matrix)
-    if eigenvalue[0] <= len(matrix) * np.finfo(float).eps * eigenvalue[-1]:
+    eigenvalue, shape = undamped_modes(stiffness, matrix)
+    if may_move_freely and (eigenvalue[0] < 0 or not eigenvalue.any()):
+        what = "negative" if eigenvalue[0] < 0 else "all 0"
+        raise ValueError(
+            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): "
+            "parts may move freely, but a system needs a period and no negative stiffness"
+        )
+    if not may_move_freely and eigenvalue[0] <= 0:
         raise ValueError(
             f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]:.6g} rad2/s2 "
             f"beside a greatest of {eigenvalue[-1]:.6g} (a part of the structure can move freely)"
@@ -52,8 +78,10 @@ def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndar
     excitation = shape @ matrix @ influence
     effective_mass = excitation**2 / modal_mass
     omega = np.sqrt(eigenvalue)
+    with np.errstate(divide="ignore"):
+        period = 2 * np.pi / omega
     columns = {
-        "period": (2 * np.pi / omega, "natural period", "s"),
+        "period": (period, "natural period", "s"),
         "circular_frequency": (omega, "natural circular frequency", "rad s-1"),
         "participation_factor": (excitation / modal_mass, "modal participation factor", "1"),
         "effective_mass": (effective_mass, "effective modal mass", "kg"),

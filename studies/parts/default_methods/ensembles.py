@@ -22,6 +22,9 @@ from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
 
 YIELD_DRIFT, FLOOR_MASS, HEIGHT, TAIL = 0.015, 2.0e5, 3.0, 1.0  # m, kg, m, s
 FINER = 16  # steps of the reference, in float64, in each default step
+TAPERED = "tapered"  # stiffness falls straight from the first storey to two thirds of it in the last one
+PARABOLIC = "parabolic"  # stiffness falls as the shear under equal forces on all floors does, to a fifth
+DAMPING_RATIO = 0.05
 SCATTER = {
     "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.2)),
     "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1)),
@@ -41,6 +44,8 @@ def build_scene(
     motions: list[wd.GroundMotion],
     levels: tuple[float, ...],
     recorders: tuple[str, ...] | None = ("drift",),
+    shape: str = TAPERED,
+    damping: str = "rayleigh",
 ) -> wd.Scene:
     """Return buildings of a law under records.
 
@@ -51,12 +56,21 @@ def build_scene(
         motions: The records.
         levels: Spectral accelerations at the first period, over that at which the building yields.
         recorders: As of `Scene`.
+        shape: How the stiffness falls over the height, TAPERED or PARABOLIC.
+        damping: As of `ShearBuilding`, with a ratio of DAMPING_RATIO in the first mode; dampers ("storey") stand in the
+            lower half of the storeys.
     """
-    relative, mass = np.linspace(1.5, 1.0, storeys), np.full(storeys, FLOOR_MASS)
+    below, mass = np.arange(storeys) / max(storeys - 1, 1), np.full(storeys, FLOOR_MASS)
+    relative = 1.5 - 0.5 * below if shape == TAPERED else 1.0 - 0.8 * below**2
     first = circular_frequencies(mass[None], relative[None])[0, 0]
     stiffness = relative * (2 * np.pi / period / first) ** 2
     own = {} if law == "elastic" else {"yield_force": stiffness * YIELD_DRIFT, **LAWS[law].parameters(YIELD_DRIFT)}
-    building = wd.ShearBuilding(mass, stiffness, HEIGHT, law=law, damping="rayleigh", damping_ratio=0.05, **own)
+    if damping == "storey":
+        dampers = np.arange(storeys) < (storeys + 1) // 2
+        own["damping_coefficient"] = 2 * DAMPING_RATIO * period / (2 * np.pi) * stiffness * dampers
+    elif damping != "none":
+        own["damping_ratio"] = DAMPING_RATIO
+    building = wd.ShearBuilding(mass, stiffness, HEIGHT, law=law, damping=damping, **own)
     yielding = 1.25 * stiffness[0] * YIELD_DRIFT / mass.sum() / STANDARD_GRAVITY  # g, some of it in higher modes
     measure = wd.SpectralAcceleration(building.fundamental_period)
     design = wd.Stripes(list(motions), [yielding * level for level in levels], measure)
@@ -72,6 +86,7 @@ class Case:
         structures: Number of structures.
         device: Device that it runs on.
         seed: Seed of every random draw.
+        finer: Steps of the reference in each default step.
         known: Drawn structures, as `prepare` keeps them.
     """
 
@@ -79,12 +94,13 @@ class Case:
     structures: int
     device: str
     seed: int = 1
+    finer: int = FINER
     known: dict = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         self.substeps = self._prepared("rk4", "float32")[0].schedule.substeps.copy()
         method = "exact" if self.scene.structure.law == "elastic" else "rk4"
-        run = self.run(method, FINER, "float64")
+        run = self.run(method, self.finer, "float64")
         self.reference = integrate_guarded(run, np.arange(run.sample.size))
 
     def _prepared(self, method: str, dtype: str) -> tuple:

@@ -36,7 +36,10 @@ def add_to_acceleration():
 
 
 def add_loss():
-    power_viscous[j] += momentum_of_floor * (mass_damping[j] * vi)
+    if LAGS:  # the force is that of the velocity half a step before
+        power_viscous[j] += momentum_of_floor * (mass_damping[j] * vs[i, j])
+    else:
+        power_viscous[j] += momentum_of_floor * (mass_damping[j] * vi)
 
 
 def add_loss_at_state():

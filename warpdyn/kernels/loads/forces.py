@@ -19,6 +19,57 @@ def declare():
     one_force = row()  # on one degree of freedom
     one_change = row()
     force_end = matrix()  # at the end of this step, once the state there is looked for
+    # A history that ends with a force other than zero drops to zero at its last sample. What is recorded at that
+    # instant has both: the last force (of full matrices and modes: the acceleration by it), and no force.
+    final_force = matrix()
+    final_index = indices()  # -1 where nothing follows the history
+    final_felt = row()  # the acceleration by the last force, of the modes seen so far
+
+
+def read_sample():
+    final_index[j] = wp.where(loads.intervals[motion[j]] < live_intervals[j], loads.intervals[motion[j]] * substeps, -1)
+
+
+def read_storey():
+    at_final = (loads.first[motion[j]] + loads.intervals[motion[j]]) * STOREYS + g
+    final_force[i, j] = loads.values[at_final] * scale[j]
+
+
+def read_entry():
+    at_final = (loads.first[motion[j]] + loads.intervals[motion[j]]) * N + k
+    final_force[i, j] += structures.flexibility_of_mass[i, k] * loads.values[at_final] * scale[j] / of_mass
+
+
+def start():
+    if PROPAGATED:
+        for k in range(N):
+            for j in range(LANES):
+                one_force[j] = loads.values[(loads.first[motion[j]] + loads.intervals[motion[j]]) * N + k] * scale[j]
+            for i in range(N):  # mode i
+                for j in range(LANES):
+                    final_force[i, j] += structures.modal_load[k * N + i, pair[j]] * one_force[j]
+
+
+def begin_floor():
+    final_felt[j] = dtype(0.0)
+
+
+def add_mode_to_floor():
+    final_felt[j] += of_mode * final_force[m, j]
+
+
+def before_force_ends():
+    before_end = ai
+    is_final = index == final_index[j]
+    if ADAPTIVITY:
+        is_final = is_final and done[j] == dtype(0.0)
+    if is_final:
+        if PROPAGATED:
+            before_end += final_felt[j]
+        elif DENSE:
+            before_end += final_force[i, j]
+        else:
+            before_end += final_force[i, j] * inverse_mass[i, j]
 
 
 def settle_lane():
@@ -89,6 +140,11 @@ def add_load():
 
 def add_supply():
     power_in[j] += force * vi
+    if TRAPEZOIDAL and not LAGS:
+        # A history that ends with a force other than zero had it until the end of the last step. (Velocities that are
+        # half a step behind have not felt it there.)
+        if stage == 0 and index == final_index[j]:
+            energy_in[j] += dtype(0.5) * h_last[j] * final_force[i, j] * vi
 
 
 def add_supply_of_entry():

@@ -45,6 +45,9 @@ def begin_walk():
 
 def see_forces():
     size = wp.abs(ai)
+    if HAS_BEFORE_FORCE_ENDS:
+        slot("before_force_ends")
+        size = larger(size, wp.abs(before_end))
     if HAS_ADD_LOAD:
         size = size * seen[j]
     if COLLAPSE:

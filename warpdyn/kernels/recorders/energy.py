@@ -44,8 +44,10 @@ def declare():
     safe_in = row()  # what a rejected part of a step must not leave behind
     safe_viscous = row()
     safe_absorbed = matrix()
-    last_drift = matrix()  # of an implicit step's start
+    last_drift = matrix()  # at the state before, of implicit methods and of velocities half a step behind
     last_force = matrix()
+    last_dashpot = matrix()
+    last_velocity = matrix()  # at the same instant as the displacement, where velocities are half a step behind
     # Of full matrices: what is stored in the stiffness, followed by its power.
     energy_elastic = row()
     power_elastic = row()
@@ -180,7 +182,20 @@ def add_powers():
         if i == 0:
             supplied[j] = larger(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
     else:
-        if TRAPEZOIDAL:
+        if LAGS:
+            # The velocity is that of half a step before: half the step's change leads to the displacement's instant.
+            # Work is force times the change of the drift, so that an elastic storey gives back all that it took.
+            vi += dtype(0.5) * h_last[j] * ai
+            change = dtype(0.5) * (drift - last_drift[i, j])
+            absorbed[i, j] += (last_force[i, j] + restoring) * change
+            last_force[i, j] = restoring
+            if HAS_ADD_TO_DASHPOT:
+                energy_viscous[j] += (last_dashpot[i, j] + dashpot) * change
+                last_dashpot[i, j] = dashpot
+            last_drift[i, j] = drift
+            if h_last[j] + h[j] > dtype(0.0):
+                last_velocity[i, j] = vi
+        elif TRAPEZOIDAL:
             if stage == 0:
                 absorbed[i, j] += dtype(0.5) * (h_last[j] + h[j]) * restoring * rate
         else:
@@ -188,7 +203,7 @@ def add_powers():
         momentum_of_floor = mass[i, j] * vi
         momentum[j] += momentum_of_floor
         slot("add_supply")
-        if HAS_ADD_TO_DASHPOT:
+        if HAS_ADD_TO_DASHPOT and not LAGS:
             power_viscous[j] += dashpot * rate
         slot("add_loss")
 
@@ -258,7 +273,8 @@ def finish_drift():
     if IMPLICIT_CHAIN:
         unaccounted -= absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
     else:
-        kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+        speed = last_velocity[i, j] if LAGS else v[i, j]
+        kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * speed * speed
 
 
 def after_finish():

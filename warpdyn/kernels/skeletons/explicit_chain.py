@@ -27,8 +27,10 @@ def names(plan: Plan) -> dict[str, object]:
         # A law's memory stands in the stage's state where it has a rate, or where a step is tried before it is taken.
         "TAKES_MEMORY": law.rate is not None or (is_mapping and is_adaptive),
         # The last stage of a method that ends there sees a velocity that is not the motion's: its energies are sums by
-        # the trapezoidal rule over accepted states, which close as its displacements do.
-        "TRAPEZOIDAL": method.ends_in_stage and not is_adaptive,
+        # the trapezoidal rule over accepted states, which close as its displacements do. The same holds for velocities
+        # that are half a step behind the displacements.
+        "TRAPEZOIDAL": (method.ends_in_stage and not is_adaptive) or method.halfway,
+        "LAGS": method.halfway,
         # A last stage that stands where the step ends follows the law there once and for all.
         "MAPS_IN_STAGE": is_mapping and method.ends_in_stage and not (is_adaptive or law.rate is not None),
         # Nothing is above the top storey, which costs nothing to say where the loop over storeys is unrolled.

@@ -176,12 +176,14 @@ def advance_linear(
                             position[j] = dtype(0.0)
                             velocity[j] = dtype(0.0)
                             felt[j] = dtype(0.0)
+                            slot("begin_floor")
                     for m in range(N):
                         for j in range(LANES):
                             k = i * N + m
                             of_mode = shape[k, j] if IS_COPIED else structures.mode_shape[k, shaped[j]]
                             moved[j] += of_mode * x[m, j]
                             felt[j] += of_mode * acceleration[m, j]
+                            slot("add_mode_to_floor")
                             velocity[j] += of_mode * x[N + m, j]
                     for j in range(LANES):
                         drift = moved[j]
