@@ -179,8 +179,9 @@ class StabilityFindings:
             )
         if self.in_float64:
             messages.append(
-                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that float32 cannot tell "
-                "when a storey turns back: they were run again in float64. dtype='float64' runs all of them once"
+                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that the rounding of "
+                "float32 reverses the drift of storeys, which damages them: they were run again in float64. "
+                "dtype='float64' runs all of them once"
             )
         if self.unsure:
             messages.append(
