@@ -70,8 +70,8 @@ def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
         count = int(np.count_nonzero(run["unreliable"].values == 1))
         if count:
             told.append(
-                f"{count:,} samples are unreliable: at half the step and with the motion times 1.001, a peak drift "
-                "changes by more than 2%. Use shares and medians of many samples, not single ones."
+                f"{count:,} samples are unreliable: at half the step, with the motion as it is or times 1.001, a peak "
+                "drift changes by more than 2%. Use shares and medians of many samples, not single ones."
             )
     if "sensitive" in run:
         count = int(np.count_nonzero(run["sensitive"].values == 1))
