@@ -31,7 +31,7 @@ from matrices import modal_damping_matrix
 from method_sources import by_source, shown, source_of
 
 import warpdyn as wd
-from warpdyn.integration.model import COUNTING_TURNS, dynamics_of
+from warpdyn.integration.model import dynamics_of
 from warpdyn.kernels import build
 from warpdyn.kernels.loads import LOADS
 from warpdyn.kernels.output_table import RECORDERS
@@ -365,8 +365,14 @@ def plans_of(case, is_gpu=False):
     plan = build.fitted(plan, is_gpu)
     if is_rolled(case) and not is_gpu:
         plan = replace(plan, max_unroll=1)
-    # What float32 cannot tell of these laws is judged by drifts, which are recorded beside what is asked for.
-    judging = {"drift"} if dtype == "float32" and COUNTING_TURNS in plan.law else set()
+    # Samples of these laws are judged by their peak drifts, which are recorded beside what is asked for.
+    is_judged = (
+        family == "chain"
+        and dynamics_of(
+            wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs))
+        ).is_sensitive
+    )
+    judging = {"drift"} if is_judged else set()
     alone = replace(plan, recorders=tuple(sorted({ALONE[case], *judging})))
     return {"all": plan, "histories": build.history_plan(plan), "alone": alone}
 

@@ -1,21 +1,29 @@
-"""Random scenes of every law, device, damping and method, as run by default: which are off, and what says so.
+"""Random scenes of every law, device and damping, run by default: how many samples are wrong, and what flags them.
 
-python tests/random_scenes.py                 10,000 scenes, ten minutes, most of them compiling
-python tests/random_scenes.py 600             as many as take 600 s
+python tests/random_scenes.py                          all 10,000 scenes with their default methods
+python tests/random_scenes.py --processes 16           the same on 16 processors
+python tests/random_scenes.py --cases 0:8              the scenes of the first eight cases
+python tests/random_scenes.py --methods all            with three methods in turn instead of the default method
 
-A scene is one random building of up to three storeys, of a first period from 0.03 to 5 s, under one random motion;
-buildings of all periods share a run, so that its step follows the middle of them. The truth is RK4 in float64 at two
-fine steps; where these are 1 % apart, the scene has no answer. Scenes more than 5 % off it with status ok are listed,
-unless a warning names them: `sample_error=0.05`, or an energy balance off by more than 2 %.
+A case is one law, device, damping and number of storeys: 60 random buildings, each under 4 random motions, so 240
+scenes. First periods are from 0.03 to 5 s and all buildings of a case share a run, so that its step follows the middle
+of them. Every fourth building whose damping allows it stands on isolators. Laws with damage, pinching or a falling
+branch get random values of these. The correct peak drifts are those of RK4 in float64 at two fine steps; a sample for
+which these differ by more than 1 % has no answer and is not counted. A sample is wrong if its peak drifts are off by
+more than 5 % of the largest of its storeys, although its status is ok. The script lists the wrong samples that neither
+a flag (`unreliable`) nor the energy balance (off by more than 2 %) names.
 """
 
 from __future__ import annotations
 
+import argparse
+import itertools
 import sys
 import time
 import warnings
 from collections import Counter
-from itertools import count, cycle
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 from combination_cases import springs_of_laws
@@ -24,18 +32,79 @@ import warpdyn as wd
 from warpdyn.core.output_variables import DIVERGED
 from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
 from warpdyn.methods.table import METHODS, fitting_methods
+from warpdyn.structures.protection import DAMPINGS as ISOLATED_DAMPINGS
 from warpdyn.structures.shear_building import DAMPING
 
 SCENES, BUILDINGS, MOTIONS = 10_000, 60, 4
-FINE = (4e-4, 2e-4)  # steps of the truth [s]
-OFF, SETTLED, LARGEST_IMBALANCE = 0.05, 0.01, 0.02
-DEVICES = ("", "friction_damper", "viscous_damper", "gap", "")
+CASES = -(-SCENES // (BUILDINGS * MOTIONS))
+FINE = (4e-4, 2e-4)  # steps of the correct solution [s]
+WRONG, SETTLED, LARGEST_IMBALANCE = 0.05, 0.01, 0.02
+DEVICES = ("", "friction_damper", "viscous_damper", "gap", "one_sided_gap", "")
+WITHOUT_TANGENT = ("friction_damper", "gap", "one_sided_gap")  # devices whose stiffness tangent damping would damp
+ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "bilinear")
 WITH_GRAVITY = 3  # every third building has P-Delta
+ON_ISOLATORS = 4
 NOMINAL = {"m": 1.25e-3, "N": 500.0, "N m-1": 4e5}  # of the buildings that the values of `springs_of_laws` are of
-METHODS_A_BUILDING = 3
+METHODS_A_BUILDING = 3  # with `--methods all`
+LONGEST_RECORD = 20.0  # s
 
 
-def random_building(random, law, values, device, damping, *, has_gravity):
+def random_values(random, law):
+    """Return random damage, pinching and falling branches of a law, one value per building; {} if it has none."""
+
+    def between(low, high):
+        return random.uniform(low, high, (BUILDINGS, 1))
+
+    def in_some(values):
+        return values * (random.random((BUILDINGS, 1)) < 0.7)
+
+    if law == "hysteretic":
+        second, strength = between(1.5, 5), between(1.0, 1.5)
+        return {
+            "ductility_2": second,
+            "force_ratio_2": strength,
+            "ductility_3": second + between(1, 15),
+            "force_ratio_3": strength * between(0.3, 1.2),
+            "pinching_drift": between(0.3, 1),
+            "pinching_force": between(0.2, 1),
+            "damage_by_ductility": in_some(10 ** between(-3, -1.3)),
+            "damage_by_energy": in_some(10 ** between(-2.3, -0.7)),
+        }
+    return {}
+
+
+def with_isolators(random, building, listed):
+    """Return a building on random isolators, and its listed values with a column for them."""
+    law = ISOLATORS[random.integers(len(ISOLATORS))]
+    mass = 1.2e5
+    weight = 9.81 * (mass + listed["mass"].sum(axis=1))
+    after = weight / 9.81 * (2 * np.pi / random.uniform(2, 4, BUILDINGS)) ** 2  # stiffness after yield
+    own = {"mass": np.full(BUILDINGS, mass), "stiffness": after * random.uniform(8, 20, BUILDINGS)}
+    if law == "friction_pendulum":
+        own |= {"radius": weight / after, "friction_coefficient": random.uniform(0.03, 0.1, BUILDINGS)}
+        own["weight"] = weight
+    else:
+        own["yield_force"] = weight * random.uniform(0.03, 0.1, BUILDINGS)
+        ratio = {"hardening_ratio": after / own["stiffness"]}
+        own |= ratio if law == "bilinear" else {"post_yield_stiffness": after}
+    first = {name: float(values[0]) for name, values in own.items() if name != "mass"}
+    isolated = building.on_isolators(law, mass, 1.0, **first)
+    columns = {}
+    for name, values in listed.items():
+        if np.ndim(values) == 1:  # a value of the whole building
+            columns[name] = values
+            continue
+        rows = np.broadcast_to(values, (BUILDINGS, building.storeys))
+        base = own.get(name, np.full(BUILDINGS, isolated.parameters[name][0]))
+        columns[name] = np.column_stack([base, rows])
+    for name, values in own.items():
+        if name not in columns:
+            above = isolated.parameters[name][1:]
+            columns[name] = np.column_stack([values, np.broadcast_to(above, (BUILDINGS, above.size))])
+    return isolated, columns
+
+
+def random_building(random, law, values, device, damping, *, has_gravity, is_isolated):
     """Return a building and the scatter that lists as many random ones."""
     storeys = int(random.integers(1, 4))
     shape = (BUILDINGS, storeys)
@@ -45,7 +114,7 @@ def random_building(random, law, values, device, damping, *, has_gravity):
 
     mass = 1e5 * np.exp(0.2 * random.normal(size=shape))
     stiffness = np.exp(0.2 * random.normal(size=shape)) * np.linspace(1.5, 1.0, storeys)
-    period = drawn(0.03, 5.0)
+    period = drawn(0.03, 1.0 if is_isolated else 5.0)
     stiffness *= (2 * np.pi / period / circular_frequencies(mass, stiffness)[:, :1]) ** 2
     weight_above = 9.81 * np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
     yield_force = weight_above * drawn(0.05, 1.0)
@@ -60,13 +129,18 @@ def random_building(random, law, values, device, damping, *, has_gravity):
             listed[name] = value / NOMINAL[units] * own[units] * np.exp(random.uniform(-0.2, 0.2, (BUILDINGS, 1)))
         else:
             nominal[name] = value
+    for name, drawn_values in random_values(random, law).items():
+        nominal.pop(name)
+        listed[name] = np.broadcast_to(drawn_values, shape)
     if device == "friction_damper":
         listed |= {"slip_force": yield_force * drawn(0.1, 0.5), "brace_stiffness": stiffness * drawn(0.5, 3)}
     elif device == "viscous_damper":
         listed["damper_coefficient"] = stiffness * period / (2 * np.pi) * drawn(0.02, 0.3)
         nominal["velocity_exponent"] = 1.0
-    elif device == "gap":
+    elif device:
         listed |= {"clearance": own["m"] * drawn(0.5, 5), "contact_stiffness": stiffness * drawn(1, 10)}
+    if device == "one_sided_gap":
+        nominal["restitution"] = float(random.uniform(0.4, 1.0))
     if has_gravity:
         listed["gravity_load"] = 3.0 * stiffness * drawn(0.005, 0.1)
     for name in DAMPING[damping].parameters:
@@ -82,27 +156,35 @@ def random_building(random, law, values, device, damping, *, has_gravity):
         **{name: rows[0] for name, rows in listed.items()},
         **nominal,
     )
+    if is_isolated:
+        building, listed = with_isolators(random, building, listed)
     return building, {name: wd.GivenValues(rows) for name, rows in listed.items()}
 
 
 def random_motions(random):
-    """Return motions of filtered noise under an envelope."""
+    """Return two motions of filtered noise under an envelope, and two records."""
     times = np.arange(0, 12, 0.01)
     found = []
     for number in range(MOTIONS):
+        peak = np.exp(random.uniform(np.log(0.5), np.log(8)))  # m/s2
+        if number % 2:
+            records = wd.records.far_field()
+            record = records[random.integers(len(records))]
+            values = record.acceleration[: int(LONGEST_RECORD / record.step)]
+            found.append(wd.GroundMotion(peak * values / np.abs(values).max(), record.step, name=f"record {number}"))
+            continue
         noise = np.convolve(random.normal(size=times.size), np.hanning(random.integers(3, 20)), "same")
         noise *= np.exp(-(((times - 4) / random.uniform(1, 3)) ** 2))
-        peak = np.exp(random.uniform(np.log(0.5), np.log(8)))  # m/s2
         found.append(wd.GroundMotion(peak * noise / np.abs(noise).max(), 0.01, name=f"motion {number}"))
     return found
 
 
 def run(scene, **settings):
     """Return a run's dataset and its warnings."""
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         found = wd.simulate(scene, structures=BUILDINGS, device="cpu", **settings)
-    return found, [str(each.message) for each in told]
+    return found, [str(each.message) for each in caught]
 
 
 def errors(found, truth):
@@ -111,74 +193,106 @@ def errors(found, truth):
     return np.abs(one - other).max(axis=1) / np.abs(other).max(axis=1)
 
 
-def sweep(seconds):
-    """Count the scenes by what came out, and list those that are off and that nothing names."""
-    counts, listed, off_by = Counter(), [], Counter()
-    started, rows = time.perf_counter(), cycle(springs_of_laws().items())
-    dampings, methods_at = cycle(DAMPING), count()
-    for number, (spring, (law, values)) in enumerate(rows):
-        if counts["scenes"] >= SCENES or time.perf_counter() - started > seconds:
-            break
-        random = np.random.default_rng([13, number])
-        device, damping = DEVICES[number % len(DEVICES)], next(dampings)
-        has_gravity = number % WITH_GRAVITY == 1
-        case = f"{number}: {spring}{'+' * bool(device)}{device}, {damping}{', P-Delta' * has_gravity}"
+def scene_of_case(number):
+    """Return the text and the scene of a case.
+
+    Raises:
+        ValueError: If the engine refuses the building.
+    """
+    random = np.random.default_rng([13, number])
+    springs = list(springs_of_laws().items())
+    spring, (law, values) = springs[number % len(springs)]
+    device, damping = DEVICES[number % len(DEVICES)], list(DAMPING)[number % len(DAMPING)]
+    if damping == "rayleigh_tangent" and device in WITHOUT_TANGENT:
+        damping = "rayleigh"
+    is_isolated = number % ON_ISOLATORS == 2 and damping in ISOLATED_DAMPINGS
+    has_gravity = number % WITH_GRAVITY == 1 and not is_isolated
+    extra = f"{'+' * bool(device)}{device}, {damping}{', P-Delta' * has_gravity}{', on isolators' * is_isolated}"
+    text = f"{number}: {spring}{extra}"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        building, scatter = random_building(
+            random, law, values, device, damping, has_gravity=has_gravity, is_isolated=is_isolated
+        )
+        motions = wd.Cloud(random_motions(random))
+        return text, wd.Scene(building, motions, scatter=scatter, recorders=("drift", "energy"))
+
+
+def count_case(number, methods="default"):
+    """Run the scenes of one case; return the text, the counts, and a line for each wrong sample that nothing names."""
+    counts, listed = Counter(), []
+    started = time.perf_counter()
+    try:
+        text, scene = scene_of_case(number)
+        coarse, truth = (run(scene, dtype="float64", method="rk4", longest_step=step)[0] for step in FINE)
+    except ValueError as error:
+        return f"{number}: refused: {error}", Counter({"cases refused": 1}), []
+    settled = errors(coarse, truth) <= SETTLED
+    chosen = [None]
+    if methods == "all":
+        fitting = fitting_methods(scene.structure.law, scene.structure.damping)
+        fitting = [name for name in fitting if METHODS[name].kind != "exact"]
+        chosen = [fitting[(METHODS_A_BUILDING * number + k) % len(fitting)] for k in range(METHODS_A_BUILDING)]
+    for method in chosen:
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                building, scatter = random_building(random, law, values, device, damping, has_gravity=has_gravity)
-                motions = wd.Cloud(random_motions(random))
-                scene = wd.Scene(building, motions, scatter=scatter, recorders=("drift", "energy"))
-                coarse, truth = (run(scene, dtype="float64", longest_step=step)[0] for step in FINE)
+            found, _ = run(scene, method=method)
         except ValueError as error:
-            print(f"{case}: refused: {error}", flush=True)
             counts["cases refused"] += 1
+            text += f", {method} refused: {str(error)[:150]}"
             continue
-        settled = errors(coarse, truth) <= SETTLED
-        fitting = [name for name in fitting_methods(building.law, damping) if METHODS[name].kind != "exact"]
-        for _ in range(METHODS_A_BUILDING):
-            method = fitting[next(methods_at) % len(fitting)]
-            try:
-                found, _ = run(scene, method=method)
-            except ValueError as error:
-                print(f"{case}, {method}: refused: {str(error)[:150]}", flush=True)
-                counts["cases refused"] += 1
-                continue
-            error, ok = errors(found, truth), found.status.values < DIVERGED
-            off = ok & ~(error <= OFF)
-            told = np.abs(found.energy_balance_error.values) > LARGEST_IMBALANCE
-            counts.update(
-                {
-                    "scenes": ok.size,
-                    "failed with a status": int((~ok).sum()),
-                    "within 1 %": int((ok & (error <= 0.01)).sum()),
-                    "1 to 5 % off": int((ok & (error > 0.01) & (error <= OFF)).sum()),
-                    "more than 5 % off": int(off.sum()),
-                    "  of these: two fine steps in float64 differ": int((off & ~settled).sum()),
-                    "  of these: the energy balance tells": int((off & settled & told).sum()),
-                }
-            )
-            left = off & settled & ~told
-            if left.any():
-                named, _ = run(scene, method=method, sample_error=OFF)
-                estimate = named.estimated_relative_error_of_sample.values
-                by_error, by_flag = estimate > OFF, named.sensitive.values == 1
-                counts["  of these: sample_error's estimate tells"] += int((left & by_error).sum())
-                counts["  of these: only `sensitive` tells"] += int((left & ~by_error & by_flag).sum())
-                off_by[f"{spring.split('_')[0]}{'+' * bool(device)}{device}"] += int(left.sum())
-                for sample in np.flatnonzero(left & ~by_error & ~by_flag):
-                    counts["  of these: nothing tells"] += 1
-                    listed.append(
-                        f"{case}, {method}, sample {sample}: {error[sample]:.3f}, est. {estimate[sample]:.3f}"
-                    )
-                    print("  nothing tells:", listed[-1], flush=True)
-            print(f"{case}, {method}: {int(off.sum())} off, {time.perf_counter() - started:.0f} s", flush=True)
-    return counts, off_by, listed
+        error, is_ok = errors(found, truth), found.status.values < DIVERGED
+        wrong = is_ok & ~(error <= WRONG)
+        by_energy = np.abs(found.energy_balance_error.values) > LARGEST_IMBALANCE
+        flagged = found["unreliable"].values != 0 if "unreliable" in found else np.zeros(error.size, dtype=bool)
+        counted = wrong & settled
+        silent = counted & ~by_energy & ~flagged
+        counts.update(
+            {
+                "scenes": is_ok.size,
+                "failed with a status": int((~is_ok).sum()),
+                "without an answer (two fine steps in float64 differ by more than 1 %)": int((is_ok & ~settled).sum()),
+                "flagged": int((is_ok & flagged).sum()),
+                "flagged, with an answer, and less than 1 % wrong": int((flagged & settled & (error < 0.01)).sum()),
+                "1 to 5 % wrong": int((is_ok & settled & (error > 0.01) & (error <= WRONG)).sum()),
+                "more than 5 % wrong": int(counted.sum()),
+                "  of these: flagged": int((counted & flagged).sum()),
+                "  of these: named by the energy balance alone": int((counted & by_energy & ~flagged).sum()),
+                "  of these: nothing names them": int(silent.sum()),
+            }
+        )
+        listed += [
+            f"{text}, {found.attrs['method']}, sample {sample}: error {error[sample]:.3f}"
+            for sample in np.flatnonzero(silent)
+        ]
+    return f"{text}: {time.perf_counter() - started:.0f} s", counts, listed
+
+
+def main():
+    """Run the cases that the command line names, and print what was counted."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--processes", type=int, default=1, help="processes, each with one case at a time")
+    parser.add_argument("--cases", default=f"0:{CASES}", help="first case and the one after the last, such as 0:42")
+    parser.add_argument("--methods", choices=("default", "all"), default="default")
+    parser.add_argument("--seconds", type=float, default=np.inf, help="start no further case after so many seconds")
+    given = parser.parse_args()
+    numbers = range(*map(int, given.cases.split(":")))
+    counts, listed, started = Counter(), [], time.perf_counter()
+    with ProcessPoolExecutor(given.processes, mp_context=get_context("spawn")) as pool:
+        waiting = iter(numbers)
+        under_way = [pool.submit(count_case, n, given.methods) for n in itertools.islice(waiting, given.processes)]
+        while under_way:
+            text, counted, lines = under_way.pop(0).result()
+            print(text, {k.strip(): v for k, v in counted.items() if v}, *lines, sep="\n    ", flush=True)
+            counts.update(counted)
+            listed += lines
+            number = next(waiting, None) if time.perf_counter() - started < given.seconds else None
+            if number is not None:
+                under_way.append(pool.submit(count_case, number, given.methods))
+    for what, number in counts.items():
+        print(f"{number:8d}  {what}")
+    print(*listed, sep="\n")
+    sys.exit(1 if listed else 0)
 
 
 if __name__ == "__main__":
-    counted, off_by, unnamed = sweep(float(sys.argv[1]) if len(sys.argv) > 1 else np.inf)
-    for what, number in counted.items():
-        print(f"{number:8d}  {what}")
-    print("off, settled, and not told by the energy balance, by law and device:", dict(off_by.most_common()))
-    print(*unnamed, sep="\n")
+    main()

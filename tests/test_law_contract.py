@@ -15,12 +15,14 @@ import pytest
 from law_contract import (
     CHORD,
     ELEMENTS,
+    NOISE,
     ROWS,
     STIFFNESS,
     STOREYS,
     YIELD_DRIFT,
     YIELD_FORCE,
     answers,
+    change_by_noise,
     coefficients_of,
     coefficients_read,
     drawn_building,
@@ -40,6 +42,21 @@ EVERY_ROW = pytest.mark.parametrize(("name", "row"), ROWS)
 LAW_ROWS = pytest.mark.parametrize(("name", "row"), [pair for pair in ROWS if pair[0] in LAWS])
 # Forces are rounded where lines begin, up to a hundred yield drifts away.
 ROUNDING = 1e-9 * YIELD_FORCE
+
+
+@LAW_ROWS
+def test_rows_that_noise_changes_count_reversals(name, row):
+    # A path no steeper than the first part of the backbone changes its force by no more than the noise; steeper
+    # reloading and exponents magnify it, to 31 times (pinching4). Reversals that are counted change what follows.
+    if not LAWS[name].counts_reversals(drawn_storeys(name, row)):
+        assert change_by_noise(name, row) < 100 * NOISE
+
+
+@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if "counts_reversals" in vars(law)])
+def test_laws_that_count_reversals_are_changed_by_noise(name):
+    counting = [row for row in LAWS[name].rows if LAWS[name].counts_reversals(drawn_storeys(name, row))]
+    assert max(change_by_noise(name, row) for row in counting) > 100 * NOISE
+    assert all(LAWS[name].is_sensitive(drawn_storeys(name, row)) for row in counting)
 
 
 @EVERY

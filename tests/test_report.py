@@ -83,6 +83,7 @@ def test_remarks_name_what_limits_the_results(fitted: xr.Dataset, tmp_path: Path
     bad = fitted.copy(deep=True)
     bad["status"].values[:3] = DIVERGED
     bad["energy_balance_error"] = "sample", np.where(np.arange(bad.sizes["sample"]) == 5, -0.5, 1e-5)
+    bad["unreliable"] = "sample", (np.arange(bad.sizes["sample"]) < 4).astype(np.int8)
     bad["sensitive"] = "sample", (np.arange(bad.sizes["sample"]) < 2).astype(np.int8)
     bad["integration_step"].values[-1] = 0.002
     bad["status"].values[-1] = 0
@@ -92,6 +93,7 @@ def test_remarks_name_what_limits_the_results(fitted: xr.Dataset, tmp_path: Path
     for words in (
         "3 of 40 samples failed in the integration and have no demands: more than the 1%",
         "1 samples have energies that do not balance within 2% of what was supplied (at worst 0.5)",
+        "4 samples are unreliable",
         "2 samples are sensitive",
         "No sample was run again at a finer step",
         "1 samples took shorter steps",

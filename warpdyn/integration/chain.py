@@ -43,6 +43,10 @@ class ChainDynamics(Dynamics):
         self.damping = inherent.kernel
         self.physics = physics_of(structure.parameters)
         self.has_drift_capacity = bool(capacities_of(structure.parameters))
+        self.counts_reversals = structure.storey_law.counts_reversals(values)
+        # Under gravity a storey that has yielded may lose its stiffness.
+        falls_over = bool(self.physics) and self.law != "elastic"
+        self.is_sensitive = falls_over or structure.storey_law.is_sensitive(values)
         # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta, which has no dashpots;
         # its ratio is that of modes of the frequencies that the building has, with P-Delta. OpenSees does the same.
         is_short = inherent.is_of_springs and bool(self.physics)

@@ -75,6 +75,8 @@ class Dynamics(ABC):
         viscous_dampers: "none", "linear" or "power" of the velocity.
         physics: Rows of PHYSICS that the structures have.
         has_drift_capacity: Whether storeys have drifts of their own at which they collapse.
+        counts_reversals: Whether storeys are damaged by each reversal, also by those that rounding makes.
+        is_sensitive: Whether a slightly other step or motion may change peak drifts a lot.
         couples_modes: Whether damping couples the undamped modes.
         needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
         steps_modes: Whether implicit methods advance its modes, and not its degrees of freedom.
@@ -87,6 +89,8 @@ class Dynamics(ABC):
     viscous_dampers: str
     physics: tuple[str, ...]
     has_drift_capacity: bool
+    counts_reversals: bool = False
+    is_sensitive: bool = False
     couples_modes: bool
     needs_eigenvalues: bool
     steps_modes: bool

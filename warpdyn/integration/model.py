@@ -24,9 +24,6 @@ from warpdyn.laws.springs import spring_row
 from warpdyn.methods.table import METHODS, Method, check_fits
 from warpdyn.scene.scene import Scene
 
-# Storeys of these laws lose stiffness, or all strength, at each turn, also at those that rounding makes in float32.
-# Their drifts tell whether it did (accuracy/precision.py), and are recorded whether or not the scene asks for them.
-COUNTING_TURNS = "ibarra_medina_krawinkler"
 FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
 
 
@@ -44,7 +41,8 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
     """Return the plan of the kernel that integrates a scene."""
     is_exact = METHODS[method].kind == "exact"
     of_modes = "general" if dynamics.couples_modes else "classical"
-    judging = {"drift"} if dtype == "float32" and COUNTING_TURNS in dynamics.law else set()
+    # Peak drifts decide which samples are run again: in float64, or to find out whether they are reliable.
+    judging = {"drift"} if dynamics.counts_reversals or dynamics.is_sensitive else set()
     plan = Plan(
         family=scene.structure.family,
         dofs=scene.structure.dofs,

@@ -21,7 +21,19 @@ from warpdyn.methods.defaults import FALLBACK
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
 # How findings of several blocks or regions become those of all; of FIRST the first that says something stands for all.
-SUMS = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping", "off", "sensitive")
+SUMS = (
+    "beyond",
+    "unsure",
+    "in_float64",
+    "blank",
+    "too_long",
+    "leaping",
+    "off",
+    "sensitive",
+    "unreliable",
+    "checked",
+    "unchecked",
+)
 LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error"), ("first", "never")
 
 
@@ -41,6 +53,7 @@ class StabilityFindings:
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
         self.leaping = 0  # samples that passed a drift capacity by too long a move in one step to be a collapse
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
+        self.unreliable = self.checked = self.unchecked = 0  # samples, by their flag `unreliable`
         self.error, self.off, self.sensitive = 0.0, 0, 0  # asked for; samples whose error is larger; sensitive ones
         self.first = ""  # description of the first sample beyond the limit
         self.never: int | None = None  # a sample for which no step is stable
@@ -86,6 +99,13 @@ class StabilityFindings:
     def add_sample_errors(self, error: float, off: int, sensitive: int) -> None:
         """Count samples whose estimated error is larger than that asked for, and sensitive ones."""
         self.error, self.off, self.sensitive = error, self.off + off, self.sensitive + sensitive
+
+    def add_flags(self, flags: np.ndarray, status: np.ndarray) -> None:
+        """Count samples of a sensitive structure by their flag `unreliable`: yes, no, and not checked."""
+        ended = status < DIVERGED
+        self.unreliable += int(np.count_nonzero(flags[ended] > 0))
+        self.checked += int(np.count_nonzero(flags[ended] >= 0))
+        self.unchecked += int(np.count_nonzero(flags[ended] < 0))
 
     def refuse(self, any_step: bool) -> None:
         """Raise a ValueError if a sample has no stable step or, with `any_step`, if any step was beyond its limit."""
@@ -150,6 +170,16 @@ class StabilityFindings:
                 f"{self.sensitive} of {self.samples} samples are `sensitive`: a motion scaled by 1.001 changes their "
                 f"peaks by more than {self.error:g}, and so may any step"
             )
+        if self.unreliable or self.unchecked:
+            not_checked = f", {self.unchecked} were not checked" if self.unchecked else ""
+            advice = (
+                "sample_error=0.05 checks all of them" if self.unchecked else "sample_error=0.05 estimates their errors"
+            )
+            messages.append(
+                f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with the "
+                "motion as it is or times 1.001, a peak drift changes by more than 2 %. Use shares and medians of many "
+                f"samples, not single ones. A shorter longest_step= may help; {advice}"
+            )
         if self.blank:
             messages.append(
                 f"energies of {self.blank} of {self.samples} samples are beyond the largest number of their type and "
@@ -157,8 +187,9 @@ class StabilityFindings:
             )
         if self.in_float64:
             messages.append(
-                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that float32 cannot tell "
-                "when a storey turns back: they were run again in float64. dtype='float64' runs all of them once"
+                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that the rounding of "
+                "float32 reverses the drift of storeys, which damages them: they were run again in float64. "
+                "dtype='float64' runs all of them once"
             )
         if self.unsure:
             messages.append(

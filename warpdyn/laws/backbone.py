@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from warpdyn.laws.bounds import first_place, place_of
@@ -29,6 +31,17 @@ def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
     names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
     one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
     return [one, *(p[f"ductility_{i}"] * one for i in numbers)], [one, *(p[f"force_ratio_{i}"] * one for i in numbers)]
+
+
+def falls(p: Values, count: int) -> bool:
+    """Return whether a backbone of so many corners may fall from one of them to the next, in any storey.
+
+    Args:
+        p: Parameters, each [storey] or [value, storey], where each parameter may have another number of values.
+        count: Number of corners, that of yield included.
+    """
+    forces = [np.ones((1, 1)), *(np.atleast_2d(p[f"force_ratio_{i}"]) for i in range(2, count + 1))]
+    return any((after.min(axis=0) < before.max(axis=0)).any() for before, after in itertools.pairwise(forces))
 
 
 def backbone_problem(p: Values, count: int) -> str | None:

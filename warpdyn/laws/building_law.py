@@ -106,6 +106,17 @@ class BuildingLaw:
         pairs = zip(self.laws, self.storeys, strict=True)
         return next(filter(None, (law.caution(self._own(law, own, p)) for law, own in pairs)), None)
 
+    def counts_reversals(self, p: Values) -> bool:
+        return any(element.counts_reversals(own) for element, own in self._elements(p))
+
+    def is_sensitive(self, p: Values) -> bool:
+        return any(element.is_sensitive(own) for element, own in self._elements(p))
+
+    def _elements(self, p: Values) -> list[tuple[type[StoreyElement], Values]]:
+        """Return the laws and the devices, each with the parameters that it sees."""
+        laws = [(law, self._own(law, storeys, p)) for law, storeys in zip(self.laws, self.storeys, strict=True)]
+        return [*laws, *((device, p) for device in self.devices)]
+
     def stiffest(self, p: Values) -> np.ndarray:
         stiffest = np.array(p["stiffness"], dtype=float)
         for law, storeys in zip(self.laws, self.storeys, strict=True):

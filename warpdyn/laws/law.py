@@ -204,6 +204,23 @@ class StoreyElement:
         """Return a sentence on what its parameters make of its answers, for a warning, or None."""
         return None
 
+    @classmethod
+    def counts_reversals(cls, p: Values) -> bool:
+        """Return whether each reversal of the drift, however small, damages storeys of these parameters.
+
+        Rounding makes reversals of its own, so that float32 may be too coarse for such storeys.
+        `tests/test_reversals.py` measures every law and compares this answer with the measured one.
+        """
+        return False
+
+    @classmethod
+    def is_sensitive(cls, p: Values) -> bool:
+        """Return whether a slightly other step or motion may change the peak drifts of such storeys a lot.
+
+        This is so if they count reversals, if their strength falls with the drift, or if they come into contact.
+        """
+        return cls.counts_reversals(p)
+
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
         """Return the largest tangent stiffness [N/m] that storeys can come to, [structure, storey]."""

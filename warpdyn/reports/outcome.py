@@ -66,6 +66,13 @@ def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
                 f"{off:,} samples have energies that do not balance within {LARGEST_ENERGY_ERROR:.0%} of what was "
                 f"supplied (at worst {error.max():.2g}): their demands may be off, too."
             )
+    if "unreliable" in run:
+        count = int(np.count_nonzero(run["unreliable"].values == 1))
+        if count:
+            told.append(
+                f"{count:,} samples are unreliable: at half the step, with the motion as it is or times 1.001, a peak "
+                "drift changes by more than 2%. Use shares and medians of many samples, not single ones."
+            )
     if "sensitive" in run:
         count = int(np.count_nonzero(run["sensitive"].values == 1))
         if count:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warpdyn.accuracy.reliability import ATTRIBUTES as RELIABILITY, UNRELIABLE
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.description import Text
 from warpdyn.core.output_variables import DRIFT_RATIO, STATUS_MEANINGS, STRIPED, label_of_levels
@@ -65,6 +66,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
         "flag_meanings": " ".join(STATUS_MEANINGS),
     }
     columns["status"] = Column((), np.dtype("int8"), status)
+    columns[UNRELIABLE] = Column((), np.dtype("int8"), RELIABILITY)
     for name in scene.scatter if keep_inputs else ():
         parameter = structure.parameter_table[name]
         attributes = {"long_name": parameter.long_name, "units": parameter.units}

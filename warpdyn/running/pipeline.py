@@ -15,7 +15,15 @@ import numpy as np
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
 from warpdyn.accuracy.precision import beyond_float32, may_need_float64, rerun_in_float64
-from warpdyn.accuracy.sample_errors import fill_sample_errors
+from warpdyn.accuracy.reliability import (
+    NOT_CHECKED,
+    UNRELIABLE,
+    checked_share,
+    is_checked,
+    reliability,
+    sensitive_samples,
+)
+from warpdyn.accuracy.sample_errors import ERROR, SENSITIVE, fill_sample_errors
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
@@ -131,10 +139,12 @@ class Pipeline:
         self.reruns = [Reruns() for _ in findings]
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
+        self._checks = sample_error is None and is_checked(run.model)
         # What a GPU reduces need not come back, but for what samples are judged by.
         self._arriving: set[str] | None = None
         if table.reduces:
-            judging = {"peak_storey_drift"} if may_need_float64(run.model.plan) else set()
+            judges = may_need_float64(run.model) or self._checks
+            judging = {"peak_storey_drift"} if judges else set()
             self._arriving = {"status", "energy_balance_error", *judging}
         # Columns of the dataset along `event`, as they are for one event.
         self.several = len(findings) > 1
@@ -274,6 +284,7 @@ class Pipeline:
                     self.reruns[event].settle(whole, block.standing, found)
                 in_float64 = rerun_in_float64(whole, block.standing, found)
             self.findings[event].in_float64 += in_float64
+            self._flag(block, found, unstable)
             self.seconds_integrating += time.perf_counter() - began
             self.findings[event].add_outcomes(found, ~unstable[block.standing])
             if block.found is not block.own:
@@ -291,6 +302,8 @@ class Pipeline:
         if self.sample_error is not None:
             counts = fill_sample_errors(whole, outputs, block.own, self.sample_error)
             self.findings[event].add_sample_errors(self.sample_error, *counts)
+            is_off = (block.own[ERROR] > self.sample_error) | (block.own[SENSITIVE] == 1)
+            block.own[UNRELIABLE][is_off] = 1
         if self.estimates:
             # Samples that were not run are excluded from the estimate.
             self.estimates[event].add(whole, outputs | {"status": np.where(stands, outputs["status"], DIVERGED)})
@@ -300,6 +313,20 @@ class Pipeline:
                 block.rows[name][:, event] = np.repeat(block.own[name], copies, axis=0)
         block.outputs = outputs
 
+    def _flag(self, block: Block, found: Arrays, unstable: np.ndarray) -> None:
+        """Flag the samples of the present event of a block that are unreliable, and count them."""
+        flags = np.full(block.whole.sample.size, NOT_CHECKED, dtype=np.int8)
+        is_stable = ~unstable[block.standing]
+        stable = block.standing[is_stable]
+        if self._checks:
+            outputs = {name: values[..., is_stable] for name, values in found.items()}
+            flags[stable] = reliability(block.whole, stable, outputs, checked_share(self.run, block.event))
+            self.findings[block.event].add_flags(flags[stable], outputs["status"])
+        else:
+            flags[stable] = np.where(found["status"][is_stable] < DIVERGED, 0, NOT_CHECKED)
+        if UNRELIABLE in block.own:
+            block.own[UNRELIABLE][:] = flags
+
     def _bring_back(self, block: Block, found: Arrays) -> bool:
         """Bring all outputs that have stayed on a GPU into their rows, if some may be changed; return whether."""
         queue = block.whole.queue
@@ -307,7 +334,8 @@ class Pipeline:
             return False
         block.staying = dict(queue.staying)
         may_change = block.unstable[0].any() or block.own["status"].max() >= DIVERGED
-        if not may_change and not beyond_float32(block.whole, block.standing, found).any():
+        may_change |= beyond_float32(block.whole, block.standing, found).any()
+        if not may_change and not (self._checks and sensitive_samples(block.whole, block.standing, found).any()):
             return False
         for name, array in block.staying.items():
             np.copyto(block.own[name], array.numpy())

@@ -14,6 +14,7 @@ import xarray as xr
 
 from warpdyn.accuracy.error_estimate import ErrorEstimate
 from warpdyn.accuracy.pilot import choose_method
+from warpdyn.accuracy.reliability import is_checked
 from warpdyn.accuracy.sample_errors import ATTRIBUTES, ERROR, SENSITIVE
 from warpdyn.core.checks import real_number, whole_number
 from warpdyn.core.progress import counted_histories
@@ -245,6 +246,8 @@ def plans_of(run: Run, kept: Kept) -> Iterator[Plan]:
     """Yield the plans of the kernels that a run launches."""
     for model in run.model.by_event:
         yield model.undivided
+        if is_checked(model):
+            yield model.plan  # with its steps divided
         if kept.checked_share is not None or kept.sample_error is not None:
             yield model.in_float64(model.tolerance, run.execution.devices[0]).plan  # with its steps divided
     if kept.histories is not None:

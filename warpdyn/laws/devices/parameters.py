@@ -84,6 +84,11 @@ class Gap(Device):
 
     rows = {"gap": StopCoefficient.names()}
 
+    @classmethod
+    def is_sensitive(cls, p: Values) -> bool:
+        """When a storey meets the stop decides how it leaves it."""
+        return True
+
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         given_back = p["restitution"] ** 2  # of the energy

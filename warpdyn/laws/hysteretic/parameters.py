@@ -17,7 +17,7 @@ import enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.laws.backbone import backbone_problem, corners, ductility, force_ratio
+from warpdyn.laws.backbone import backbone_problem, corners, ductility, falls, force_ratio
 from warpdyn.laws.law import YIELD_FORCE, Law, Layout, Values, parameter, shared
 
 NEVER = 1e30  # yield drifts
@@ -81,6 +81,15 @@ class Hysteretic(Law):
     @classmethod
     def spring(cls, p: Values) -> str:
         return "hysteretic_softer_unloading" if np.any(p["unloading_exponent"] > 0) else "hysteretic"
+
+    @classmethod
+    def counts_reversals(cls, p: Values) -> bool:
+        """Each reversal without force, or towards none, moves the drift aimed at away by the damage so far."""
+        return bool(np.any(p["damage_by_ductility"] > 0) or np.any(p["damage_by_energy"] > 0))
+
+    @classmethod
+    def is_sensitive(cls, p: Values) -> bool:
+        return cls.counts_reversals(p) or falls(p, 3)
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:

@@ -130,6 +130,11 @@ class IbarraMedinaKrawinklerBilinear(Law):
     def spring(cls, p: Values) -> str:
         return _row(cls, p)
 
+    @classmethod
+    def counts_reversals(cls, p: Values) -> bool:
+        """Storeys lose stiffness or strength at each reversal."""
+        return True
+
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         found = _coefficients(p, row)
@@ -174,6 +179,11 @@ class IbarraMedinaKrawinklerPeakOriented(Law):
     @classmethod
     def spring(cls, p: Values) -> str:
         return _row(cls, p)
+
+    @classmethod
+    def counts_reversals(cls, p: Values) -> bool:
+        """Storeys lose stiffness or strength at each reversal."""
+        return True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
@@ -223,6 +233,11 @@ class IbarraMedinaKrawinklerPinching(Law):
     @classmethod
     def spring(cls, p: Values) -> str:
         return _row(cls, p)
+
+    @classmethod
+    def counts_reversals(cls, p: Values) -> bool:
+        """Storeys lose stiffness or strength at each reversal."""
+        return True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:

@@ -88,6 +88,11 @@ class MenegottoPinto(Law):
         """Isotropic hardening takes a power more and a value of memory."""
         return "menegotto_pinto_isotropic" if np.any(p["isotropic_hardening"]) else "menegotto_pinto"
 
+    @classmethod
+    def counts_reversals(cls, p: Values) -> bool:
+        """With isotropic hardening each reversal shifts the line that the next branch tends to."""
+        return cls.spring(p) == "menegotto_pinto_isotropic"
+
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]

@@ -112,7 +112,8 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             target = wp.where(is_first, one, target)
         peak = backbone(target, c)
         aim = peak / maximum(target - origin, type(drift)(LEAST_WAY))
-        line = peak - aim * (target - at)
+        # From its nearer end: a force that is small beside the peak would be lost to the peak's rounding.
+        line = wp.where(at - origin < target - at, aim * (at - origin), peak - aim * (target - at))
         line_slope = aim
         if IS_TAKEDA:
             cracking = c[C.INITIAL_SLOPE] * c[C.CRACKING_DRIFT]

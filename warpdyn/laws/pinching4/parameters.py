@@ -27,7 +27,7 @@ import enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.laws.backbone import backbone_problem, corners, ductility, force_ratio
+from warpdyn.laws.backbone import backbone_problem, corners, ductility, falls, force_ratio
 from warpdyn.laws.bounds import first_bad, first_place, place_of
 from warpdyn.laws.law import YIELD_FORCE, Law, Layout, Values, parameter, shared
 from warpdyn.laws.parameter import Parameter
@@ -187,6 +187,15 @@ class Pinching4(Law):
         if not any(np.any(p[f"{kind}_damage_limit"] > 0) for kind in DAMAGE):
             return "pinching4"
         return f"pinching4_{'cycle' if np.any(p['counts_cycles'] > 0) else 'energy'}_damage"
+
+    @classmethod
+    def counts_reversals(cls, p: Values) -> bool:
+        """Damage takes effect at reversals, and where it goes by cycles, each reversal is a part of one."""
+        return cls.spring(p) != "pinching4"
+
+    @classmethod
+    def is_sensitive(cls, p: Values) -> bool:
+        return cls.counts_reversals(p) or falls(p, 4)
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
