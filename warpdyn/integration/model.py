@@ -58,6 +58,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         physics=() if is_exact else dynamics.physics,
         collapses=scene.collapse_limit is not None or dynamics.has_drift_capacity,
         has_drift_capacity=dynamics.has_drift_capacity,
+        records_late=scene.record_from > 0,
     )
     return fitted(plan, is_gpu)
 

@@ -44,6 +44,7 @@ class Plan:
         has_drift_capacity: Whether storeys have capacities of their own, beside the building's drift ratio.
         resumes: Whether each structure starts from the state that an event before left it in, and not from the load's.
         undivided: Whether every interval of the motion is one step.
+        records_late: Whether recorders of peaks start at a time after the start of the run.
     """
 
     family: str
@@ -63,6 +64,7 @@ class Plan:
     has_drift_capacity: bool = False
     resumes: bool = False
     undivided: bool = False
+    records_late: bool = False
 
     @property
     def kind(self) -> str:
