@@ -130,7 +130,7 @@ def read_intensity_grid(path: str | os.PathLike, unit: str = "g") -> xr.Dataset:
         measure = f"SA({float(spectral[1])})" if spectral else column.strip()
         is_acceleration = bool(spectral) or measure == "PGA"
         fields[measure] = (values.T * factor, "g") if is_acceleration else (values.T, "")
-    return field_dataset(longitude, latitude, fields, names)
+    return field_dataset(str(file), longitude, latitude, fields, names)
 
 
 def _read_stations(

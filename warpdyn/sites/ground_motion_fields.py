@@ -91,7 +91,7 @@ def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike
         field.ravel()[cell] = factor * given
         made[name] = (field, unit)
     lon, lat = (mesh[name].to_numpy(dtype=np.float64) for name in ("lon", "lat"))
-    return field_dataset(lon, lat, made, names.tolist(), [str(each) for each in earthquakes])
+    return field_dataset(str(sites), lon, lat, made, names.tolist(), [str(each) for each in earthquakes])
 
 
 def _measure_name(text: str) -> str:

@@ -66,7 +66,7 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
         if not (np.array_equal(lon, longitude) and np.array_equal(lat, latitude) and fields.keys() == first.keys()):
             raise ValueError(f"{path} has another grid, or other fields, than {paths[0]}: read it by itself")
     fields = {name: (np.stack([each[2][name][0] for each in found]), first[name][1]) for name in first}
-    return field_dataset(longitude, latitude, fields, None, names, {k: v for k, v in attributes.items() if v})
+    return field_dataset(str(paths[0]), longitude, latitude, fields, None, names, {k: v for k, v in attributes.items() if v})
 
 
 def _read_grid(
