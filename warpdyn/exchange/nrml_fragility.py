@@ -17,7 +17,7 @@ from warpdyn.exchange import nrml
 from warpdyn.exchange.exceedance import CHECKED_POINTS, check_exceedance, damage_states, fitted
 from warpdyn.exchange.measures import measure_of, to_openquake
 from warpdyn.exchange.text_files import checked_path
-from warpdyn.risk.intensity_limits import IntensityLimits
+from warpdyn.risk.integrals.intensity_limits import IntensityLimits
 from warpdyn.statistics.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
 
 FUNCTION = "write_nrml_fragility"

@@ -14,7 +14,7 @@ from warpdyn.core.units import unit_attributes
 from warpdyn.exchange import nrml
 from warpdyn.exchange.exceedance import CHECKED_POINTS, check_exceedance
 from warpdyn.exchange.measures import from_openquake, own_name
-from warpdyn.risk.intensity_limits import MAXIMUM, MINIMUM, NO_DAMAGE
+from warpdyn.risk.integrals.intensity_limits import MAXIMUM, MINIMUM, NO_DAMAGE
 from warpdyn.statistics.estimators import LOGNORMAL
 
 READER = "read_nrml_fragility"

@@ -69,7 +69,7 @@ def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Seq
                 "or write CSV"
             ) from None
     along = _row_dimensions(dataset, rows)
-    table, left_out = _table(dataset, along)
+    table, left_out = _table_of_rows(dataset, along)
     _tell_of_left_out(dataset, path, along, left_out)
     if path.suffix.lower() == ".csv":
         return write_in_place(path, lambda name: table.to_csv(name, index=False, lineterminator="\n"))
@@ -104,7 +104,7 @@ def _which_rows(dimensions: list[str]) -> str:
     )
 
 
-def _table(dataset: xr.Dataset, rows: tuple[str, ...]) -> tuple[pd.DataFrame, list[str]]:
+def _table_of_rows(dataset: xr.Dataset, rows: tuple[str, ...]) -> tuple[pd.DataFrame, list[str]]:
     """Return the table of all variables that fit into rows along some dimensions, and the names of the others."""
     is_wide = not set(rows) & set(PLACES)
     found: dict[str, xr.Variable] = {}  # by what the column is called without its unit

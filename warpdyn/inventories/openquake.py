@@ -100,9 +100,9 @@ def read_openquake(
         files = [inside_folder(path.parent, name, str(path)) for name in (model.findtext("assets") or "").split()]
         if not files:
             raise ValueError(f"{path}: <assets> names no CSV files; assets in the XML itself are not read")
-        table = pd.concat([_read(file, fields.get("id", "id")) for file in files], ignore_index=True)
+        table = pd.concat([_exposure_table(file, fields.get("id", "id")) for file in files], ignore_index=True)
     else:
-        table = _read(path, "id")
+        table = _exposure_table(path, "id")
     names = {str(name).lower(): str(name) for name in table.columns}  # the engine's names are the same in capitals
     wanted = (*OPENQUAKE_NAMES.values(), "occupancy", *costs, AREA)
     columns_of = {name: fields.get(name) or _name_in_file(name, names) for name in wanted}
@@ -117,7 +117,7 @@ def read_openquake(
     return _with_costs(str(path), inventory, costs, columns_of, kinds, area_kind)
 
 
-def _read(path: Path, identifier: str) -> pd.DataFrame:
+def _exposure_table(path: Path, identifier: str) -> pd.DataFrame:
     return read_csv(path, comment="#", identifier=identifier)
 
 

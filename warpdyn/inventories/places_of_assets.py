@@ -51,7 +51,7 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
             f"{what}: the assets have the columns {', '.join(map(str, table.columns))} and {source} has "
             f"{', '.join(map(str, found.columns))}: both need a column of ids, such as ID_1"
         )
-    longitude, latitude = (_column(source, names, each) for each in (LONGITUDES, LATITUDES))
+    longitude, latitude = (_place_column(source, names, each) for each in (LONGITUDES, LATITUDES))
     values = [pd.to_numeric(found[name], errors="coerce").to_numpy(np.float64) for name in (longitude, latitude)]
     bad = ~((np.abs(values[0]) <= 180) & (np.abs(values[1]) <= 90))
     if bad.any():
@@ -90,7 +90,7 @@ def _joined(table: pd.DataFrame, columns: list) -> pd.Series:
     return whole.reset_index(drop=True)
 
 
-def _column(source: str, names: dict[str, object], known: tuple[str, ...]) -> object:
+def _place_column(source: str, names: dict[str, object], known: tuple[str, ...]) -> object:
     """Return the column of the first known name."""
     for name in known:
         if name in names:

@@ -228,7 +228,7 @@ def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
 
 def _years(values: np.ndarray) -> tuple[np.ndarray, str]:
     bad = ~np.isnan(values) & ~((values >= FIRST_YEAR) & (values <= LAST_YEAR) & (values == np.floor(values)))
-    return bad, f"have a year that is no whole number from {FIRST_YEAR} to {LAST_YEAR} (leave it empty if it is not known)"
+    return bad, f"have a year outside {FIRST_YEAR} to {LAST_YEAR}, or no whole number (leave it empty if it is not known)"
 
 
 # What is wrong with a column's values, and how a message says so.
