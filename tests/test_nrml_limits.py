@@ -66,7 +66,9 @@ def test_the_limits_change_the_rate_by_a_factor_of_two(tmp_path):
     without = curves.drop_attrs().assign_attrs(intensity_measure="PGA")
     ratio = wd.annual_rates(without, HAZARD)["annual_rate"] / wd.annual_rates(curves, HAZARD)["annual_rate"]
     exact = exact_rate(lambda x: lognorm.cdf(x, SIGMA, scale=MEDIAN), [1e-3])
-    assert float(ratio[0]) == pytest.approx(exact / exact_rate(lambda x: engine_probability(x, 0.3, 0.1, 5.0), [0.3]), rel=1e-4)
+    assert float(ratio[0]) == pytest.approx(
+        exact / exact_rate(lambda x: engine_probability(x, 0.3, 0.1, 5.0), [0.3]), rel=1e-4
+    )
     assert ratio > 2
 
 
@@ -144,7 +146,9 @@ def test_discrete_functions_begin_at_the_limit_without_damage(limit, tmp_path):
 
 def test_a_probability_that_is_kept_below_the_minimum_is_warned_of(tmp_path):
     curves = wd.read_nrml_fragility(continuous(tmp_path, 0.05, 0.1, 0.4))["A"]
-    with pytest.warns(UserWarning, match="below its minimum intensity of 0.1 g .minIML. .* keeps its probability of 0.0183"):
+    with pytest.warns(
+        UserWarning, match="below its minimum intensity of 0.1 g .minIML. .* keeps its probability of 0.0183"
+    ):
         rate = float(wd.annual_rates(curves, HAZARD)["annual_rate"][0])
     assert rate == pytest.approx(exact_rate(lambda x: engine_probability(x, 0.05, 0.1, 0.4), [0.1, 0.4]), rel=1e-9)
 

@@ -232,7 +232,9 @@ def test_a_given_tail_counts_and_a_short_rest_is_warned_of():
     scene = wd.Scene(CHAIN, wd.Cloud(MOTIONS), tail=2.0, record_from=6.0)
     assert scene.record_from == 6.0
     assert wd.Scene.from_json(scene.to_json(), MOTIONS).record_from == 6.0
-    with pytest.raises(UserWarning, match="start time of the recorders, which leaves less than the first period of 0.809 s"):
+    with pytest.raises(
+        UserWarning, match="start time of the recorders, which leaves less than the first period of 0.809 s"
+    ):
         wd.simulate(wd.Scene(CHAIN, wd.HarmonicForce(FORCE, 5.0, 2.0), record_from=1.9), structures=1)
 
 

@@ -285,6 +285,8 @@ def _csv_number(path: object, what: str, word: str, *, above: float | None = Non
         value = math.nan
     good = math.isfinite(value) and (above is None or value > above) and (most is None or 0 <= value <= most)
     if not good:
-        bound = f" above {above:g}" if above is not None else "" if most is None else f" from 0 to {most:g} (2 % is 0.02)"
+        bound = (
+            f" above {above:g}" if above is not None else "" if most is None else f" from 0 to {most:g} (2 % is 0.02)"
+        )
         raise ValueError(f"{path}: {what} must be a finite number{bound}, got {word!r}")
     return value

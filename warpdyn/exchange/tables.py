@@ -169,7 +169,9 @@ def _tell_of_left_out(dataset: xr.Dataset, path: Path, rows: tuple[str, ...], na
         by_rows.setdefault(told, []).append(name)
     parts = []
     for told, of_rows in by_rows.items():
-        shown = ", ".join(of_rows[:MOST_SHOWN]) + (f" and {len(of_rows) - MOST_SHOWN} more" if len(of_rows) > MOST_SHOWN else "")
+        shown = ", ".join(of_rows[:MOST_SHOWN]) + (
+            f" and {len(of_rows) - MOST_SHOWN} more" if len(of_rows) > MOST_SHOWN else ""
+        )
         parts.append(f"{shown} (rows={told})" if told else f"{shown} (a single value)")
     if parts:
         tell(

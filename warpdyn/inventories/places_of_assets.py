@@ -63,7 +63,9 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
     of_units = _joined(found, [names[key] for key in keys])
     if not of_units.is_unique:
         twice = of_units[of_units.duplicated()].iloc[0]
-        raise ValueError(f"{source}: the unit {twice!r} of {', '.join(keys).upper()} has two rows: leave one of them out")
+        raise ValueError(
+            f"{source}: the unit {twice!r} of {', '.join(keys).upper()} has two rows: leave one of them out"
+        )
     of_assets = _joined(table, [own[key] for key in keys])
     row = pd.Index(of_units).get_indexer(of_assets)
     if np.any(row < 0):
@@ -95,4 +97,6 @@ def _place_column(source: str, names: dict[str, object], known: tuple[str, ...])
     for name in known:
         if name in names:
             return names[name]
-    raise ValueError(f"{source}: there is no column {known[0]!r}; the columns are {', '.join(map(str, names.values()))}")
+    raise ValueError(
+        f"{source}: there is no column {known[0]!r}; the columns are {', '.join(map(str, names.values()))}"
+    )

@@ -218,7 +218,10 @@ def _within(low: float, high: float, what: str) -> Callable[[np.ndarray], tuple[
 
 def _at_least_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
     # What is not known may be left out, or be 0 as in files of SimCenter's: who needs it says so.
-    return lambda values: (~np.isnan(values) & ~((values >= 0) & np.isfinite(values)), f"have a {what} below 0 or infinite")
+    return lambda values: (
+        ~np.isnan(values) & ~((values >= 0) & np.isfinite(values)),
+        f"have a {what} below 0 or infinite",
+    )
 
 
 def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
@@ -228,7 +231,10 @@ def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
 
 def _years(values: np.ndarray) -> tuple[np.ndarray, str]:
     bad = ~np.isnan(values) & ~((values >= FIRST_YEAR) & (values <= LAST_YEAR) & (values == np.floor(values)))
-    return bad, f"have a year outside {FIRST_YEAR} to {LAST_YEAR}, or no whole number (leave it empty if it is not known)"
+    return (
+        bad,
+        f"have a year outside {FIRST_YEAR} to {LAST_YEAR}, or no whole number (leave it empty if it is not known)",
+    )
 
 
 # What is wrong with a column's values, and how a message says so.

@@ -148,11 +148,15 @@ def pushover(
     along = {"units": "m", "long_name": "roof displacement"}
     pushed = _storey_dataset(building, drift, force, dissipated, "building pushed slowly by lateral loads", "pushover")
     floors = np.arange(1, building.storeys + 1, dtype=np.int32)
-    return pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"})).assign(
-        roof_displacement=("step", path, along),
-        base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
-        floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
-    ).assign_attrs(stopped)
+    return (
+        pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"}))
+        .assign(
+            roof_displacement=("step", path, along),
+            base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
+            floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
+        )
+        .assign_attrs(stopped)
+    )
 
 
 class _PushedChain:

@@ -110,9 +110,7 @@ def limited_shape(
     return NumericalShape(curve, reach, drawn, width=min(width, 1.0), tail=tail, kinks=kinks)
 
 
-def limited_table(
-    levels: np.ndarray, probable: np.ndarray, limits: IntensityLimits
-) -> tuple[np.ndarray, np.ndarray]:
+def limited_table(levels: np.ndarray, probable: np.ndarray, limits: IntensityLimits) -> tuple[np.ndarray, np.ndarray]:
     """Return the points of curves that are linear between them, with limits of the intensities.
 
     Args:
