@@ -13,8 +13,7 @@ from pathlib import Path
 from warpdyn.core.checks import check_kind, one_of, real_number
 from warpdyn.exchange import nrml
 from warpdyn.exchange.text_files import checked_path, write_text
-from warpdyn.files.text import read_csv_text
-from warpdyn.inventories.text_tables import check_names, check_separator
+from warpdyn.files.text import check_names, check_separator, read_csv_text
 
 TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
 # Kinds of consequences whose values are shares, and those that count people, per occupant.

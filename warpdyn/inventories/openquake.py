@@ -13,10 +13,10 @@ import pandas as pd
 from warpdyn.core.checks import one_of
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
-from warpdyn.files.text import existing_file
+from warpdyn.files.text import existing_file, inside_folder
 from warpdyn.inventories.places_of_assets import UNIT_ID, with_places
 from warpdyn.inventories.table import checked_inventory, named_rows
-from warpdyn.inventories.text_tables import inside_folder, read_csv
+from warpdyn.inventories.text_tables import read_csv
 
 # OpenQuake's names of the columns (the engine's manual, "Exposure models").
 OPENQUAKE_NAMES = {

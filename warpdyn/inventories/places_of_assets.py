@@ -8,7 +8,8 @@ import re
 import numpy as np
 import pandas as pd
 
-from warpdyn.inventories.text_tables import check_names, read_csv
+from warpdyn.files.text import check_names
+from warpdyn.inventories.text_tables import read_csv
 
 # GEM's exposure files have ID_0 (the country), ID_1 (the first level of administrative units) and so on.
 UNIT_ID = re.compile(r"ID_\d", re.IGNORECASE)

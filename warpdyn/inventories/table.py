@@ -11,7 +11,7 @@ import xarray as xr
 
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
-from warpdyn.inventories.text_tables import check_names
+from warpdyn.files.text import check_names
 
 # Columns with a meaning of their own, in their order in the table.
 NEEDED = ("id", "longitude", "latitude")

@@ -5,13 +5,11 @@ from __future__ import annotations
 import csv
 import os
 import warnings
-from collections.abc import Iterable
 from itertools import islice
-from pathlib import Path
 
 import pandas as pd
 
-OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
+from warpdyn.files.text import check_names, check_separator
 
 
 def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier: str = "id") -> pd.DataFrame:
@@ -62,53 +60,6 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
     except (ValueError, pd.errors.ParserWarning, csv.Error) as error:
         raise ValueError(f"{path}: {error}") from None
     return table.rename(columns=lambda name: str(name).strip())
-
-
-def check_separator(line: str) -> None:
-    """Raise a ValueError if the names of columns are separated by something else than commas."""
-    found = next((each for each in OTHER_SEPARATORS if each in line and "," not in line), None)
-    if found:
-        raise ValueError(
-            f"its columns are separated by {found!r} ({OTHER_SEPARATORS[found]}), but by commas in the files that are "
-            "read: save it as CSV with commas (and points in numbers)"
-        )
-
-
-def check_names(names: Iterable[object]) -> None:
-    """Raise a ValueError if two columns have one name, but for upper and lower case and blanks."""
-    seen: dict[str, str] = {}
-    for each in names:
-        name = str(each)
-        key = " ".join(name.split()).casefold()
-        other = seen.get(key)
-        seen[key] = name
-        if other is not None and key:
-            raise ValueError(
-                f"it has the column {name!r} twice: remove or rename one"
-                if other == name
-                else f"its columns {other!r} and {name!r} differ in upper and lower case or blanks alone: remove or "
-                "rename one"
-            )
-
-
-def inside_folder(folder: Path, name: str, what: str) -> Path:
-    """Return the path of a file that another file names, once it is known to lie in the folder of that file.
-
-    Args:
-        folder: The folder of the file that names it.
-        name: The name, which may lead into folders below.
-        what: What the message begins with: the file that names it.
-
-    Raises:
-        ValueError: If it lies outside the folder, also by a symbolic link.
-    """
-    path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise ValueError(
-            f"{what} names the file {name!r}, which lies outside its folder ({path.resolve()}): files that it names "
-            "must be in its folder; copy the file there"
-        )
-    return path
 
 
 def _check_lengths(path: str | os.PathLike, columns: int, skipped: int) -> None:

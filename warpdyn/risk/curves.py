@@ -13,8 +13,8 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
 from warpdyn.risk.hazard.measures import UNNAMED, same_measure, warn_unless_compared
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
-from warpdyn.risk.integrals.linear import begin_of
 from warpdyn.risk.integrals.intensity_limits import IntensityLimits, limited_shape, limited_table
+from warpdyn.risk.integrals.linear import begin_of
 from warpdyn.statistics.estimators import FIT_MEANINGS
 
 ADVICE = "give what fragility(run, limits) returned"

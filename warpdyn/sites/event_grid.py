@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from warpdyn.files.text import inside_folder
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.inventories.text_tables import inside_folder
 from warpdyn.sites.grid_stations import (
     MOTIONS,
     acceleration_factor,

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from warpdyn.core.messages import warn_caller
-from warpdyn.files.text import existing_file
+from warpdyn.files.text import check_names, check_separator, existing_file, inside_folder
 from warpdyn.ground_motions.records.units import unit_factor
-from warpdyn.inventories.text_tables import check_names, check_separator, inside_folder, read_csv
+from warpdyn.inventories.text_tables import read_csv
 from warpdyn.sites.places import check_degrees
 
 MOTIONS, GRID_COLUMNS = "TH_file", ("GP_file", "Longitude", "Latitude")

@@ -12,8 +12,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.messages import warn_caller
-from warpdyn.files.text import existing_file
-from warpdyn.inventories.text_tables import check_names
+from warpdyn.files.text import check_names, existing_file
 from warpdyn.sites.intensity_fields import field_dataset
 
 # Units of ShakeMap, as its versions write them (ShakeMap manual, "Products and formats": grid.xml), and ours.
