@@ -1,5 +1,7 @@
 """noDamageLimit, minIML and maxIML of NRML files, in rates, losses and files, against the engine's formula."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -42,7 +44,7 @@ def exact_rate(function, kinks):
     """The integral of a function over the hazard, by adaptive quadrature of P(u) k lambda(u) du between all kinks."""
     ends = np.log(np.unique(np.clip([*kinks, *HAZARD.intensity, 20.0], HAZARD.intensity[0], None)))
     total = 0.0
-    for a, b in zip(ends[:-1], ends[1:], strict=True):
+    for a, b in pairwise(ends):
         x, y = np.exp([a, b]) * [1 + 1e-12, 1 - 1e-12]
         slope = -np.log(HAZARD.rate_of(y) / HAZARD.rate_of(x)) / np.log(y / x)
         integrand = lambda u, slope=slope: float(function(np.exp(u))) * slope * float(HAZARD.rate_of(np.exp(u)))  # noqa: E731

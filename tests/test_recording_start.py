@@ -1,7 +1,5 @@
 """`record_from`: peaks from a given time on, against closed-form steady states and against whole histories."""
 
-import itertools
-
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -67,8 +65,8 @@ def test_peaks_of_the_steady_state_match_the_impedance(kind, method, step):
 
 
 def test_probability_of_exceedance_in_the_steady_state():
-    # The amplitude F / |k - m w^2 + i c w| passes a limit if k is within h = sqrt((F / limit)^2 - (c w)^2) of m w^2, which
-    # has a probability in closed form if k is lognormal.
+    # The amplitude F / |k - m w^2 + i c w| passes a limit if k is within h = sqrt((F / limit)^2 - (c w)^2) of m w^2,
+    # which has a probability in closed form if k is lognormal.
     frequency, damping, dispersion = 2 * np.pi / PERIOD, 0.04 * STIFFNESS / (2 * np.pi / PERIOD), 0.1
     limit = 500.0 / np.hypot(0.077, 0.04) / STIFFNESS
     storey = {"damping": "storey", "damping_coefficient": damping}
@@ -223,7 +221,7 @@ def test_statistics_count_the_peaks_from_then_on():
 def test_start_times_that_cannot_be_are_refused(value, message):
     with pytest.raises(ValueError, match=message):
         wd.Scene(CHAIN, wd.Cloud(MOTIONS), record_from=value)
-    with pytest.raises(ValueError, match="must be a finite number|the shortest sample ends at 2 s"):
+    with pytest.raises(ValueError, match=r"must be a finite number|the shortest sample ends at 2 s"):
         wd.Scene(CHAIN, wd.HarmonicForce(FORCE, 5.0, 2.0), record_from=value)
 
 
@@ -233,7 +231,7 @@ def test_a_given_tail_counts_and_a_short_rest_is_warned_of():
     assert scene.record_from == 6.0
     assert wd.Scene.from_json(scene.to_json(), MOTIONS).record_from == 6.0
     with pytest.raises(
-        UserWarning, match="start time of the recorders, which leaves less than the first period of 0.809 s"
+        UserWarning, match=r"start time of the recorders, which leaves less than the first period of 0.809 s"
     ):
         wd.simulate(wd.Scene(CHAIN, wd.HarmonicForce(FORCE, 5.0, 2.0), record_from=1.9), structures=1)
 

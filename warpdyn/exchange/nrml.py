@@ -124,7 +124,7 @@ def attribute(path: object, element: ElementTree.Element, name: str) -> str:
 
 
 def number(path: object, element: ElementTree.Element, name: str, least: float = -np.inf) -> float:
-    """Return an attribute of an element as a finite number of at least a bound, or raise a ValueError that names both."""
+    """Return an attribute of an element as a finite number of at least a bound; errors name both."""
     what = f"{name} of {_named(element)}"
     value = float(_numbers(path, what, attribute(path, element, name), 1)[0])
     if value < least:

@@ -30,9 +30,9 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
         Of each taxonomy a dataset as `fragility` returns it: of continuous functions `fragility_median(damage_state)`
         [g or SI] and `fragility_dispersion(damage_state)` [1]; of discrete ones
         `exceedance_fraction(damage_state, stripe)` [1]. The attributes `no_damage_limit`, `minimum_intensity` and
-        `maximum_intensity` (noDamageLimit, minIML and maxIML of the file) are in the unit of the medians. Rates, losses,
-        vulnerability functions and files that are written apply them as the engine does: intensities are clipped to
-        the minimum and the maximum, and at or below the limit there is no damage.
+        `maximum_intensity` (noDamageLimit, minIML and maxIML of the file) are in the unit of the medians. Rates,
+        losses, vulnerability functions and files that are written apply them as the engine does: intensities are
+        clipped to the minimum and the maximum, and at or below the limit there is no damage.
 
     Raises:
         ValueError: If it is no such file, functions lack what the format demands, or values are such that

@@ -48,9 +48,9 @@ def read_pelicun_demands(
         ERROR. A collapse is NaN, or a drift of at least the limit that the file was written with.
 
     Raises:
-        ValueError: If the file has no units and `units` lacks a kind, a unit that is none of the demand, a column twice,
-            a value that is infinite or below 0 (residual drifts have a sign), or no demand in this direction. The
-            message names the file.
+        ValueError: If the file has no units and `units` lacks a kind, a unit that is none of the demand, a column
+            twice, a value that is infinite or below 0 (residual drifts have a sign), or no demand in this direction.
+            The message names the file.
         FileNotFoundError: If there is no such file.
         TypeError: If `path` names no file.
 
@@ -75,8 +75,8 @@ def read_pelicun_demands(
     rows = [row for row in table.index if str(row).strip().lower() == "units"]
     if len(rows) > 1 or (not rows and units is None):
         raise ValueError(
-            f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one below the names, such as 'Units,mps2,rad', "
-            "or give the units of its demands, such as units={'PFA': 'mps2', 'PID': 'rad'}"
+            f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one below the names, such as "
+            "'Units,mps2,rad', or give the units of its demands, such as units={'PFA': 'mps2', 'PID': 'rad'}"
         )
     of_columns, table = (table.loc[rows[0]], table.drop(index=rows[0])) if rows else (None, table)
     given = _given_units(units)
@@ -122,7 +122,7 @@ def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
     if units is None:
         return {}
     if not isinstance(units, Mapping):
-        raise TypeError(f"{FUNCTION}: units must map kinds of demands to units, such as {{'PID': 'rad'}}, got {units!r}")
+        raise TypeError(f"{FUNCTION}: units must map kinds to units, such as {{'PID': 'rad'}}, got {units!r}")
     for kind, unit in units.items():
         one_of("kind of demand in units", kind, FACTORS)
         one_of(f"unit of {kind}", unit, FACTORS[kind])
@@ -140,8 +140,8 @@ def _numbers(path: object, name: object, column: pd.Series, is_size: bool) -> np
     if bad.any():
         row = int(bad.argmax())
         raise ValueError(
-            f"{FUNCTION}: {path}: column {name!r} has {bad.sum()} impossible values, the first is {values[row]:g} of sample "
-            f"{column.index[row]}; they must be finite{' and at least 0' if is_size else ''}"
+            f"{FUNCTION}: {path}: column {name!r} has {bad.sum()} impossible values, the first is {values[row]:g} of "
+            f"sample {column.index[row]}; they must be finite{' and at least 0' if is_size else ''}"
         )
     return values
 

@@ -123,7 +123,7 @@ def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: 
     if not has_geometry.any():
         return
     drawn = np.full((len(features), 2), np.nan)
-    for number in np.flatnonzero(has_geometry):
+    for number in np.flatnonzero(has_geometry).tolist():
         drawn[number] = _place(path, number, features[number]["geometry"])
     told = np.stack([pd.to_numeric(table[name], errors="coerce").to_numpy(np.float64) for name in names], axis=1)
     with np.errstate(invalid="ignore"):
@@ -136,8 +136,8 @@ def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: 
     shown = ", ".join(repr(each) for each in ids[is_far][:MOST_SHOWN])
     warn_caller(
         f"{path}: of {len(table):,} buildings {is_far.sum():,} ({shown}{', ...' if is_far.sum() > MOST_SHOWN else ''}) "
-        f"are more than {FARTHEST / 1000:g} km away from their geometries by {names[0]} and {names[1]}: {cause}, and the "
-        "places of the geometries are taken"
+        f"are more than {FARTHEST / 1000:g} km away from their geometries by {names[0]} and {names[1]}: {cause}, and "
+        "the places of the geometries are taken"
     )
     for axis, name in enumerate(names):
         table[name] = np.where(is_far, drawn[:, axis], told[:, axis])

@@ -155,8 +155,8 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
     nowhere = ((table["longitude"] == 0) & (table["latitude"] == 0)).to_numpy()
     if nowhere.any():
         warn_caller(
-            f"{what}: of {len(table):,} buildings {named_rows(table, nowhere)} are at longitude 0 and latitude 0, in the "
-            "Atlantic: their places seem to be unknown. Leave these rows out or complete them"
+            f"{what}: of {len(table):,} buildings {named_rows(table, nowhere)} are at longitude 0 and latitude 0, in "
+            "the Atlantic: their places seem to be unknown. Leave these rows out or complete them"
         )
     return table
 

@@ -52,7 +52,7 @@ class Curves:
     units: str
     measure: str
     table: tuple[np.ndarray, np.ndarray] | None = None
-    limits: IntensityLimits = IntensityLimits()
+    limits: IntensityLimits = IntensityLimits()  # noqa: RUF009 (frozen)
 
     def probability(self, intensity: np.ndarray) -> np.ndarray:
         """Return the probability of exceedance at intensities [units], shape [damage_state, point]."""

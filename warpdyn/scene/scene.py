@@ -144,12 +144,11 @@ class Scene:
                 )
         record_from = real_number("record_from [s]", self.record_from, least=0)
         object.__setattr__(self, "record_from", record_from)
-        if record_from > 0:
-            if record_from >= self.shortest_run:
-                raise ValueError(
-                    f"record_from is {record_from:g} s, but the shortest sample ends at {self.shortest_run:g} s, so "
-                    "that nothing would be recorded of it. Give an earlier record_from, or a longer excitation"
-                )
+        if record_from > 0 and record_from >= self.shortest_run:
+            raise ValueError(
+                f"record_from is {record_from:g} s, but the shortest sample ends at {self.shortest_run:g} s, so that "
+                "nothing would be recorded of it. Give an earlier record_from, or a longer excitation"
+            )
         check_scatter(self.structure, self.scatter)
         check_correlation(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))

@@ -83,7 +83,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
         raise ValueError(
             f"{file}: {named_points(missing)} of {len(found):,} motions have no file <{MOTIONS}>.json in its folder"
         )
-    kept = ~np.isnan(scale).any(axis=1) & ~np.isin(record, sorted(unknown)).any(axis=1)
+    kept = np.array(~np.isnan(scale).any(axis=1) & ~np.isin(record, sorted(unknown)).any(axis=1))
     warn_of_points_left_out(file, names, kept, "NaN among their factors or motions")
     places, record, scale = (places[0][kept], places[1][kept]), record[kept], scale[kept]
     names = [name for name, is_kept in zip(names, kept, strict=True) if is_kept]

@@ -65,8 +65,8 @@ def read_stations(
     others = [name for name, count in counts.items() if count != counts[names[0]]]
     if others:
         raise ValueError(
-            f"{file}: {names[0]} has {counts[names[0]]} rows, and {named_points(others)} of {len(names):,} points have other "
-            "numbers: each point has a row for each earthquake"
+            f"{file}: {names[0]} has {counts[names[0]]} rows, and {named_points(others)} of {len(names):,} points have "
+            "other numbers: each point has a row for each earthquake"
         )
     return file, names, (longitude, latitude), [read[name] for name in names]
 
@@ -79,8 +79,8 @@ def warn_of_points_left_out(file: Path, names: list[str], kept: np.ndarray, why:
     if not kept.any():
         raise ValueError(f"{file}: all of {len(names):,} grid points ({names[0]}, ...) have {why}")
     warn_caller(
-        f"{file}: {named_points(left)} of {len(names):,} grid points have {why} and are left out: buildings take the points "
-        "around them"
+        f"{file}: {named_points(left)} of {len(names):,} grid points have {why} and are left out: buildings take the "
+        "points around them"
     )
 
 

@@ -20,7 +20,7 @@ from warpdyn.sites.grid_stations import (
 from warpdyn.sites.intensity_fields import field_dataset
 
 MEASURES = ("PGA", "PGV", "PGD", "IA", "CAV")  # which are never below 0, and SA
-LENGTHS = dict.fromkeys(("PGV", "PGD"), {"m": 1.0, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048})
+LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # m, of PGD and, in a second, of PGV
 _SPECTRAL = re.compile(r"P?SA[_( ]*(\d+(?:\.\d+)?) *s?\)?", re.IGNORECASE)
 
 
@@ -89,18 +89,17 @@ def _measure_of_column(file: Path, station: str, column: str, unit: str | None) 
     measure = f"SA({float(spectral[1])})" if spectral else bare
     where = f"{file}: column {column!r} of {station}"
     if not spectral and measure != "PGA":
-        known = LENGTHS.get(measure)
-        if known is None or not own:
+        if measure not in ("PGV", "PGD") or not own:
             return measure, "", 1.0
         per = "/s" if measure == "PGV" else ""
         length = own.removesuffix("ps").removesuffix("/s") if per else own
-        if length not in known or (per and own == length):
-            raise ValueError(f"{where} has the unit {own!r}; allowed are {', '.join(each + per for each in known)}")
-        return measure, "m s-1" if per else "m", known[length]
+        if length not in LENGTHS or (per and own == length):
+            raise ValueError(f"{where} has the unit {own!r}; allowed are {', '.join(each + per for each in LENGTHS)}")
+        return measure, "m s-1" if per else "m", LENGTHS[length]
     if not own and unit is None:
         raise ValueError(
-            f"{where} does not say the unit of the acceleration: give unit=, such as unit='g' or unit='inps2', as R2D's "
-            "input panel has it"
+            f"{where} does not say the unit of the acceleration: give unit=, such as unit='g' or unit='inps2', as "
+            "R2D's input panel has it"
         )
     factor = acceleration_factor(own or str(unit), where)
     if own and unit is not None and factor != acceleration_factor(unit, "read_intensity_grid"):

@@ -162,8 +162,8 @@ def _row_of_site(
     )
     apart = np.abs(places - np.array([real_number("site", value) for value in site])).max(axis=1)
     nearest = int(np.argmin(apart))
-    same = np.flatnonzero((apart <= SAME_PLACE) & (apart == apart[nearest]))
-    if same.size > 1 and any(list(rows[each]) != list(rows[same[0]]) for each in same):
+    same = np.flatnonzero((apart <= SAME_PLACE) & (apart == apart[nearest])).tolist()
+    if len(same) > 1 and any(list(rows[each]) != list(rows[same[0]]) for each in same):
         raise ValueError(
             f"{path} has several sites at longitude {site[0]:g}, latitude {site[1]:g}: lines "
             f"{', '.join(str(first_line + each) for each in same)}; leave one of them in the file"

@@ -95,19 +95,18 @@ def limited_shape(
         clipped, is_damaged = limits.clipped(intensity)
         return np.where(is_damaged, shape.probability(clipped, medians[..., 0], dispersions[..., 0]), 0.0)
 
-    known = isinstance(shape, NumericalShape)
-    reach = shape.reach if known else REACH * np.array([[-1.0], [1.0]]) * np.ones(median.size)
+    reach, tail, width = REACH * np.array([[-1.0], [1.0]]) * np.ones(median.size), np.inf, 1.0
+    if isinstance(shape, NumericalShape):
+        reach, tail, width = shape.reach, shape.tail, min(shape.width, 1.0)
     ends = np.array([limits.begin, limits.maximum])
     kinks = np.array([each for each in {limits.no_damage, limits.minimum, limits.maximum} if 0 < each < np.inf])
-    tail = shape.tail if known else np.inf
     if limits.begin > 0:
         # Level below; a level above 0 counts down to the first point of the hazard curve, as of tables.
         begin = np.log(limits.begin / median) / dispersion
         reach, tail = np.stack([begin, np.maximum(reach[1], begin)]), np.inf
     low, high = shape.usual(median, dispersion)
     drawn = np.log([np.clip(low, *ends), np.clip(high, *ends)] / median) / dispersion
-    width = shape.width if known else 1.0
-    return NumericalShape(curve, reach, drawn, width=min(width, 1.0), tail=tail, kinks=kinks)
+    return NumericalShape(curve, reach, drawn, width=width, tail=tail, kinks=kinks)
 
 
 def limited_table(levels: np.ndarray, probable: np.ndarray, limits: IntensityLimits) -> tuple[np.ndarray, np.ndarray]:
