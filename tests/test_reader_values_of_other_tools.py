@@ -165,3 +165,14 @@ def test_responses_that_cannot_be_are_refused_with_the_file(old, new, units, mes
 def test_units_of_responses_are_a_mapping(tmp_path):
     with pytest.raises(TypeError, match=r"units must map kinds"):
         wd.read_pelicun_demands(file(tmp_path, RESPONSE), units="rad")
+
+
+def test_a_measure_that_stands_twice_in_the_service_s_json_is_refused(tmp_path):
+    curve = (
+        '{"imt": {"value": "PGA"}, "data": [{"component": "Total", "values": {"xs": [0.1, 0.2], "ys": [0.01, 0.001]}}]}'
+    )
+    path = file(tmp_path, f'{{"response": {{"hazardCurves": [{curve}]}}}}', "curve.json")
+    assert wd.HazardCurve.from_usgs(path).measure == "PGA"
+    path.write_text(f'{{"response": {{"hazardCurves": [{curve}, {curve}]}}}}')
+    with pytest.raises(ValueError, match=r"curve.json has PGA twice"):
+        wd.HazardCurve.from_usgs(path)

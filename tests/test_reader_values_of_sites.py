@@ -269,3 +269,11 @@ def test_a_shakemap_in_another_unit_is_warned_of(tmp_path):
         UserWarning, match=r"grid.xml: the largest PGA is 24 g, and no earthquake is known with more than 5 g"
     ):
         wd.sites.read_shakemap(path)
+
+
+def test_a_map_that_is_given_twice_is_refused(tmp_path):
+    path = file(tmp_path, SHAKEMAP, "grid.xml")
+    with pytest.raises(ValueError, match=r"grid.xml is the same map as .*grid.xml, which would count twice"):
+        wd.sites.read_shakemap(path, path)
+    other = file(tmp_path, SHAKEMAP.replace("10 45.1 21", "10 45.1 25"), "other.xml")
+    assert wd.sites.read_shakemap(path, other).sizes["earthquake"] == 2

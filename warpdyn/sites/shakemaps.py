@@ -70,6 +70,11 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
         found[0],
         [each[3]["event_id"] or str(i) for i, each in enumerate(found)],
     )
+    for i, other in enumerate(found):
+        for before in range(i):
+            same = found[before][2].keys() == other[2].keys() and names[before] == names[i]
+            if same and all(np.array_equal(found[before][2][name][0], other[2][name][0]) for name in other[2]):
+                raise ValueError(f"{paths[i]} is the same map as {paths[before]}, which would count twice")
     for path, (lon, lat, fields, _) in zip(paths[1:], found[1:], strict=True):
         if not (np.array_equal(lon, longitude) and np.array_equal(lat, latitude) and fields.keys() == first.keys()):
             raise ValueError(f"{path} has another grid, or other fields, than {paths[0]}: read it by itself")

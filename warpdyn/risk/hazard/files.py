@@ -102,17 +102,24 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
     try:
         response = json.loads(text)["response"]
         found: dict[str, Points] = {}
+        twice = ""
         for each in response["hazardCurves"] if isinstance(response, dict) else response:
             about = each if isinstance(response, dict) else each["metadata"]
             total = next(part for part in each["data"] if part["component"] == "Total")
             points = total.get("values") or {"xs": about["xvalues"], "ys": total["yvalues"]}
             values = np.array(points["xs"], dtype=np.float64), np.array(points["ys"], dtype=np.float64)
-            found[spectral_name(about["imt"]["value"])] = values
+            name = spectral_name(about["imt"]["value"])
+            twice = twice or (name if name in found else "")
+            found[name] = values
     except (KeyError, TypeError, ValueError, StopIteration) as error:
         raise ValueError(
             f"{path}: not the JSON of a USGS hazard service: it needs response.hazardCurves with imt.value and, of the "
             "component 'Total', xs and ys"
         ) from error
+    if twice:
+        raise ValueError(
+            f"{path} has {twice} twice, as of several sites or ground conditions: request one curve of each measure"
+        )
     wanted = spectral_name(measure) if measure else None
     if wanted is None and len(found) == 1:
         wanted = next(iter(found))
