@@ -148,6 +148,9 @@ def test_peaks_are_those_of_the_history_from_then_on(structure, excitation, meth
         np.testing.assert_allclose(run["residual_drift_ratio"], whole["residual_drift_ratio"], **close)
     for name in ("input_energy", "viscous_energy"):  # of the whole run
         np.testing.assert_allclose(run[name], whole[name], rtol=1e-9)
+    for name in demands:
+        assert run[name].attrs["comment"] == "of the states from record_from = 2.513 s on"
+    assert "comment" not in run["input_energy"].attrs
     assert all((run[name] <= whole[name] * (1 + 1e-9)).all() for name in demands)
     if excitation is not NOISE:  # which may have its peak at any time
         assert any((run[name] < 0.99 * whole[name]).any() for name in demands)
