@@ -15,6 +15,7 @@ from warpdyn.inventories.text_tables import read_csv
 UNIT_ID = re.compile(r"ID_\d", re.IGNORECASE)
 LONGITUDES, LATITUDES = ("longitude", "lon", "long", "x"), ("latitude", "lat", "y")
 MOST_SHOWN = 3
+LARGEST_ID = 2**53  # up to which floating-point numbers are whole numbers of their own
 
 
 def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.PathLike) -> pd.DataFrame:
@@ -84,8 +85,10 @@ def _joined(table: pd.DataFrame, columns: list) -> pd.Series:
     texts = []
     for name in columns:
         values = table[name]
-        if pd.api.types.is_float_dtype(values) and (values.dropna() == np.floor(values.dropna())).all():
-            values = values.astype("Int64")
+        if pd.api.types.is_float_dtype(values):
+            known = values.dropna()
+            if ((known == np.floor(known)) & (known.abs() < LARGEST_ID)).all():
+                values = values.astype("Int64")
         texts.append(values.astype(str).str.strip())
     whole = texts[0]
     for each in texts[1:]:
