@@ -181,6 +181,8 @@ def test_events_without_rows_count_as_zero(tmp_path):
         assert field(tmp_path, rows, events=listed)["PGA"].mean("earthquake").values == pytest.approx(
             [1.25 / 3, 0.1 / 3]
         )
+    for given in ([3, 0], np.array([0, 3])):
+        assert field(tmp_path, rows, events=given)["PGA"].mean("earthquake").values == pytest.approx([0.625, 0.05])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert field(tmp_path, "1,0.5,0\n0,0.2,1\n").sizes["earthquake"] == 2
@@ -190,6 +192,9 @@ def test_events_without_rows_count_as_zero(tmp_path):
     ("rows", "how", "message"),
     [
         ("0,0.5,0\n3,0.5,0\n", {"events": 3}, "the event 3 is not among the events, 0 to 2"),
+        ("0,0.5,0\n", {"events": [0, 0]}, "ids of events must be whole numbers of at least 0, each once"),
+        ("0,0.5,0\n", {"events": []}, "ids of events must be whole numbers"),
+        ("0,0.5,0\n", {"events": [0.5]}, "ids of events must be whole numbers"),
         ("0,0.5,0\n", {"events": 0}, "events must be a whole number of at least 1"),
         ("0.5,0.5,0\n", {}, "the event .*0.5.* is no whole number"),
         ("-1,0.5,0\n", {}, "the event .*-1.* is no whole number"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -24,7 +25,10 @@ MOST_VALUES = 2**28  # of a field, 2 GiB
 
 
 def read_ground_motion_field(
-    fields: str | os.PathLike, sites: str | os.PathLike, *, events: int | str | os.PathLike | None = None
+    fields: str | os.PathLike,
+    sites: str | os.PathLike,
+    *,
+    events: int | Sequence[int] | str | os.PathLike | None = None,
 ) -> xr.Dataset:
     """Read ground motion fields of the OpenQuake engine.
 
@@ -36,9 +40,9 @@ def read_ground_motion_field(
         fields: The CSV file of the fields (gmf-data), with columns `event_id`, `gmv_PGA`, `gmv_SA(0.3)` and so on, and
             `site_id` or `custom_site_id`.
         sites: The CSV file of the sites (sitemesh), with the same column of sites, `lon` and `lat`.
-        events: Number of events of the calculation, whose ids are then 0 to one less, or the CSV file of its events
-            with a column `event_id`. None takes the ids from 0 to the largest one in `fields`; a warning counts those
-            without rows.
+        events: Number of events of the calculation, whose ids are then 0 to one less; or the ids of its events, or the
+            CSV file of its events with a column `event_id`. None takes the ids from 0 to the largest one in `fields`;
+            a warning counts those without rows.
 
     Returns:
         Dataset with the fields `PGA`, `SA(0.3)` and so on (earthquake, point): accelerations in g, velocities in m/s,
@@ -109,7 +113,7 @@ def read_ground_motion_field(
 
 
 def _events(
-    fields: str | os.PathLike, found: pd.Series, events: int | str | os.PathLike | None, sites: int
+    fields: str | os.PathLike, found: pd.Series, events: int | Sequence[int] | str | os.PathLike | None, sites: int
 ) -> np.ndarray:
     """Return the ids of all events, increasing, of which `found` are those that have rows."""
     ids = pd.to_numeric(found, errors="coerce").to_numpy(np.float64)
@@ -120,10 +124,9 @@ def _events(
     if isinstance(events, str | os.PathLike):
         path = existing_file("read_ground_motion_field", events)
         table = read_csv(path, comment="#")
-        given = pd.to_numeric(table[_column(path, table, EVENTS)], errors="coerce").to_numpy(np.float64)
-        if not np.all(np.isfinite(given)) or np.unique(given).size < given.size:
-            raise ValueError(f"{path}: event ids must be numbers, each once")
-        every = np.sort(given)
+        every = _distinct_events(str(path), table[_column(path, table, EVENTS)])
+    elif isinstance(events, Sequence | np.ndarray):
+        every = _distinct_events("read_ground_motion_field: events", pd.Series(events))
     else:
         count = last + 1 if events is None else whole_number("read_ground_motion_field: events", events, 1)
         if count * sites > MOST_VALUES:
@@ -144,6 +147,15 @@ def _events(
             f"0 at all sites{after}"
         )
     return every.astype(np.int64)
+
+
+def _distinct_events(what: str, ids: pd.Series) -> np.ndarray:
+    """Return ids of events, increasing, once they are whole numbers of which none repeats."""
+    found = pd.to_numeric(ids, errors="coerce").to_numpy(np.float64)
+    good = found.size > 0 and bool(np.all((found >= 0) & (found == np.floor(found)) & (found < 2**62)))
+    if not good or np.unique(found).size < found.size:
+        raise ValueError(f"{what}: ids of events must be whole numbers of at least 0, each once")
+    return np.sort(found)
 
 
 def _measure_name(text: str) -> str:
