@@ -66,7 +66,7 @@ FILES = {
         }
     ),
     "grid.xml": SHAKEMAP,
-    "gmf-data_1.csv": "event_id,gmv_PGA,gmv_SA(1.0),custom_site_id\n0,0.2,0.3,p1\n0,0.3,0.4,p2\n7,0.1,0.2,p1\n",
+    "gmf-data_1.csv": "event_id,gmv_PGA,gmv_SA(1.0),custom_site_id\n0,0.2,0.3,p1\n0,0.3,0.4,p2\n1,0.1,0.2,p1\n",
     "sitemesh_1.csv": "custom_site_id,lon,lat\np1,-122.30,37.80\np2,-122.20,37.80\n",
     "records/EventGrid.csv": "GP_file,Longitude,Latitude\nsite0.csv,-122.30,37.80\nsite1.csv,-122.20,37.80\n",
     "records/site0.csv": "TH_file,factor\nRSN0,1.0\nRSN1,1.2\n",

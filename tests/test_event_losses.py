@@ -59,7 +59,7 @@ def test_the_annual_loss_of_openquakes_ground_motion_fields(tmp_path):
     (tmp_path / "gmf.csv").write_text("\n".join(["event_id,site_id,gmv_PGA", *rows[:-1]]) + "\n")
     mesh = ["site_id,lon,lat", "0,20.0,40.0", "1,21.0,40.0", "2,20.0,40.5", "3,21.0,40.5"]
     (tmp_path / "mesh.csv").write_text("\n".join(mesh) + "\n")
-    shaking = wd.sites.read_ground_motion_field(tmp_path / "gmf.csv", tmp_path / "mesh.csv")
+    shaking = wd.sites.read_ground_motion_field(tmp_path / "gmf.csv", tmp_path / "mesh.csv", events=[4, 9])
     stock, draws = make_stock(), 5  # three of the first event, two of the second
     design = wd.sites.scale_records(shaking["PGA"], records, record=drawn).at(INVENTORY, stock, draws=draws)
     scene, costs = scene_of(design, stock.portfolio), stock.replacement_costs(INVENTORY)

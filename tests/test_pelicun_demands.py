@@ -202,7 +202,7 @@ def test_another_tool_s_file_is_read_in_si(tmp_path):
         ("ftps2", "m/s2", r"'PFA-1-1' is in 'm/s2'; PFA may be in mps2"),
         ("ftps2", "", "is in ''"),
         ("PFA-1-1", "PFA-1", "names are"),
-        ("PID-2-1", "PID-1-1", "names are"),  # pandas names the second PID-1-1.1
+        ("PID-2-1", "PID-1-1", "twice"),  # pandas names the second PID-1-1.1
         ("0.0061", "6.1 mm", "'PID-2-1': could not convert"),
     ],
 )

@@ -14,7 +14,7 @@ READERS = {
     "read_ground_motion_field": lambda path: wd.sites.read_ground_motion_field(path, path),
     "read_shakemap": wd.sites.read_shakemap,
     "read_event_grid": lambda path: wd.sites.read_event_grid(path, "g"),
-    "read_intensity_grid": wd.sites.read_intensity_grid,
+    "read_intensity_grid": lambda path: wd.sites.read_intensity_grid(path, "g"),
 }
 
 

@@ -103,7 +103,7 @@ def test_a_dimension_without_labels_is_numbered(tmp_path):
 def test_what_is_no_table_is_refused(tmp_path):
     curves, path = make_curves(), tmp_path / "curves.csv"
     cases = (
-        (curves.rename(damage_state="limit"), {}, "say by rows= which of the dimensions limit, stripe"),
+        (curves.rename(damage_state="limit"), {}, r"has the dimensions limit, stripe: choose one row .* rows='limit'"),
         (curves, {"rows": "stripes"}, "did you mean 'stripe'"),
         (curves, {"rows": ()}, "must name dimensions"),
         (curves, {"rows": ("stripe", "stripe")}, "each once"),
@@ -156,3 +156,67 @@ def test_a_folder_that_cannot_be_written_is_told_with_the_file_that_was_asked_fo
     with pytest.raises(PermissionError, match=rf"^cannot write {re.escape(str(path))}: Permission denied$"):
         wd.write_table(make_curves(), path)
     assert not list(tmp_path.iterdir())
+
+
+def make_run():
+    """Build some of what `simulate` returns: 3 samples of a building of 2 storeys under 2 motions."""
+    rng = np.random.default_rng(1)
+    return xr.Dataset(
+        {
+            "peak_storey_drift": (("sample", "storey"), rng.random((3, 2)), {"units": "m"}),
+            "peak_floor_acceleration": (("floor", "sample"), rng.random((2, 3)), {"units": "m s-2"}),
+            "peak_base_shear": ("sample", rng.random(3), {"units": "N"}),
+            "yield_force": (("sample", "storey"), rng.random((3, 2)), {"units": "N"}),
+            "motion_name": ("motion", ["a", "b"]),
+            "displacement": (("history", "time", "dof"), rng.random((1, 4, 2)), {"units": "m"}),
+        },
+        {
+            "sample": [0, 1, 2],
+            "storey": ("storey", [1, 2]),
+            "floor": ("floor", [1, 2]),
+            "motion": ("motion", [0, 1]),
+            "motion_index": ("sample", [1, 0, 1]),
+        },
+        {"title": "run"},
+    )
+
+
+def test_a_run_by_samples_has_a_column_for_each_storey_and_floor(tmp_path, caplog):
+    run = make_run()
+    table = pd.read_csv(wd.write_table(run, tmp_path / "run.csv", rows="sample"))
+    for storey in (1, 2):
+        np.testing.assert_array_equal(
+            table[f"peak_storey_drift_storey_{storey}_m"], run["peak_storey_drift"].sel(storey=storey)
+        )
+        np.testing.assert_array_equal(table[f"yield_force_storey_{storey}_N"], run["yield_force"].sel(storey=storey))
+        np.testing.assert_array_equal(
+            table[f"peak_floor_acceleration_floor_{storey}_m_per_s2"], run["peak_floor_acceleration"].sel(floor=storey)
+        )
+    assert table["motion_name"].tolist() == ["b", "a", "b"]
+    assert table["sample"].tolist() == [0, 1, 2]
+    assert "does not contain displacement (rows=('history', 'time', 'dof'))" in caplog.text
+
+
+def test_a_run_by_samples_and_storeys_is_long(tmp_path, caplog):
+    run = make_run()
+    table = pd.read_csv(wd.write_table(run, tmp_path / "run.csv", rows=("sample", "storey")))
+    assert len(table) == 6
+    np.testing.assert_array_equal(table["peak_storey_drift_m"], run["peak_storey_drift"].values.ravel())
+    assert table["motion_name"].tolist() == ["b", "b", "a", "a", "b", "b"]
+    assert "peak_floor_acceleration (rows=('floor', 'sample'))" in caplog.text
+
+
+def test_every_variable_is_in_the_table_or_named(tmp_path, caplog):
+    curves = make_curves()
+    for rows in (None, "stripe", ("damage_state", "stripe")):
+        caplog.clear()
+        table = pd.read_csv(wd.write_table(curves, tmp_path / "curves.csv", rows=rows))
+        for name in curves.data_vars:
+            assert any(str(column).startswith(name) for column in table) != (name in caplog.text), name
+
+
+def test_an_index_that_is_not_of_a_dimension_takes_nothing(tmp_path, caplog):
+    run = make_run().assign_coords(motion_index=("sample", [1, -1, 1]))
+    table = pd.read_csv(wd.write_table(run, tmp_path / "run.csv", rows="sample"))
+    assert "motion_name" not in table
+    assert "motion_name (rows='motion')" in caplog.text

@@ -328,6 +328,7 @@ BANDS: Mapping[str, Band] = {
     ),
     "integration_step": Band("integration step", "s", 0.0, 1.0, _given(TIME) | _AS_FREQUENCY),
     "tail": Band("tail", "s", 0.0, 600.0, _given(TIME) | {"given in steps": None}),
+    "record_from": Band("start time of the recorders", "s", 0.0, 600.0, _given(TIME) | {"given in steps": None}),
     "collapse_drift_ratio": Band("collapse drift ratio", "1", 5e-3, 0.5, _RATIO),
     "drift_limit": Band("drift limit", "1", 2e-4, 0.2, _RATIO),
     "drift_limit_in_metres": Band("limit of a storey drift", "m", 3e-4, 1.0, _given(LENGTH)),

@@ -12,6 +12,7 @@ from warpdyn.risk.curves import warn_of_penalised
 # Lognormal curves of different dispersions cross somewhere. A tool that subtracts one from the next gets a negative
 # share of the buildings there, which so small a probability keeps below what matters.
 LARGEST_CROSSING = 1e-3
+CHECKED_POINTS = 1000  # of curves without points
 
 
 def damage_states(what: str, curves: xr.Dataset) -> list[str]:
@@ -68,7 +69,7 @@ def check_exceedance(what: str, states: list[str], levels: np.ndarray, probabili
     """
     for state, values in zip(states, probability, strict=True):
         for level, value in zip(levels, values, strict=True):
-            if not 0 <= value <= 1:
+            if not 0 <= value <= 1:  # NaN too
                 raise ValueError(
                     f"{what}: the probability of exceeding {state!r} is {value:g} at {level:g} {units}; it must be "
                     "from 0 to 1"

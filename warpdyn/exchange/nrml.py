@@ -123,13 +123,17 @@ def attribute(path: object, element: ElementTree.Element, name: str) -> str:
     return value
 
 
-def number(path: object, element: ElementTree.Element, name: str) -> float:
-    """Return an attribute of an element as a number, or raise a ValueError that names both."""
-    return float(_numbers(path, f"{name} of {_named(element)}", attribute(path, element, name), 1)[0])
+def number(path: object, element: ElementTree.Element, name: str, least: float = -np.inf) -> float:
+    """Return an attribute of an element as a finite number of at least a bound; errors name both."""
+    what = f"{name} of {_named(element)}"
+    value = float(_numbers(path, what, attribute(path, element, name), 1)[0])
+    if value < least:
+        raise ValueError(f"{path}: {what} is {value:g}; it must be at least {least:g}")
+    return value
 
 
 def numbers(path: object, element: ElementTree.Element, count: int | None = None) -> np.ndarray:
-    """Return the numbers in an element, or raise a ValueError if one is none or they are not so many."""
+    """Return the finite numbers in an element; raise a ValueError if one is missing or they are not so many."""
     return _numbers(path, _named(element), element.text or "", count)
 
 
@@ -138,6 +142,8 @@ def _numbers(path: object, what: str, text: str, count: int | None) -> np.ndarra
         values = np.array([float(word) for word in text.split()])
     except ValueError:
         raise ValueError(f"{path}: {what} must hold numbers, got {text.strip()!r}") from None
+    if not np.isfinite(values).all():
+        raise ValueError(f"{path}: {what} holds {values[~np.isfinite(values)][0]:g}; every number must be finite")
     if count is not None and len(values) != count:
         raise ValueError(f"{path}: {what} must hold {count} numbers, got {len(values)}")
     return values

@@ -14,16 +14,16 @@ from scipy.stats import norm
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number
 from warpdyn.exchange import nrml
-from warpdyn.exchange.exceedance import check_exceedance, damage_states, fitted
+from warpdyn.exchange.exceedance import CHECKED_POINTS, check_exceedance, damage_states, fitted
 from warpdyn.exchange.measures import measure_of, to_openquake
 from warpdyn.exchange.text_files import checked_path
+from warpdyn.risk.integrals.intensity_limits import IntensityLimits
 from warpdyn.statistics.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
 
 FUNCTION = "write_nrml_fragility"
 # Probabilities at the default least and greatest intensity. What is left out below decides next to nothing of an annual
 # rate, even on a steep hazard curve; beyond the greatest the engine holds a curve at its value there.
 LEAST_PROBABILITY, GREATEST_PROBABILITY = 1e-6, 0.999
-_CHECKED_POINTS = 1000
 
 
 def write_nrml_fragility(
@@ -59,12 +59,13 @@ def write_nrml_fragility(
             written; None writes the fractions of the samples that exceeded a state at each stripe.
         measure: OpenQuake's name of the intensity measure, such as "SA(0.3)", "PGA" or "AvgSA"; None takes it from the
             curves, where SA and AvgSA must have a damping ratio of 5 %. It is written in OpenQuake's unit (g, cm/s).
-        minimum_intensity: Least intensity (minIML) of continuous functions [units of the curves]; None takes where the
-            lightest state is exceeded with a probability of 1e-6.
-        maximum_intensity: Greatest one (maxIML) [units of the curves], beyond which the engine holds the probability;
-            None takes where every state is exceeded with a probability of at least 0.999.
-        no_damage_limit: Intensity up to which there is no damage [units of the curves]; None takes `minimum_intensity`
-            of continuous functions, and none of discrete ones.
+        minimum_intensity: Least intensity (minIML) of continuous functions [units of the curves]. None: the curves'
+            attribute of this name, which `read_nrml_fragility` sets; without it, where the lightest state is exceeded
+            with a probability of 1e-6.
+        maximum_intensity: Greatest one (maxIML) [units of the curves], beyond which the engine keeps the probability.
+            None: the curves' attribute, or where every state is exceeded with a probability of at least 0.999.
+        no_damage_limit: Intensity up to which there is no damage [units of the curves]. None: the curves' attribute;
+            without it, `minimum_intensity` of continuous functions, and no limit of discrete ones.
         loss_type: "structural", "nonstructural", "contents" or another of the engine's.
         description: What the model is; None says how warpdyn fitted the curves.
 
@@ -133,20 +134,26 @@ def _add_continuous(
     factor = to_openquake(what, units, imt)
     low, high = norm.ppf(LEAST_PROBABILITY), norm.ppf(GREATEST_PROBABILITY)
     defaults = (np.min(median * np.exp(low * dispersion)), np.max(median * np.exp(high * dispersion)))
+    names = ("minimum_intensity", "maximum_intensity", "no_damage_limit")
     least, greatest, limit = (
         None if value is None else real_number(f"{FUNCTION}: {name}", value, above=0)
-        for name, value in zip(("minimum_intensity", "maximum_intensity", "no_damage_limit"), bounds, strict=True)
+        for name, value in zip(names, bounds, strict=True)
     )
-    least = defaults[0] if least is None else least
-    greatest = defaults[1] if greatest is None else greatest
-    limit = least if limit is None else limit
-    if not max(least, limit) < median[0] or not greatest > median[-1]:
+    is_given = any(value is not None for value in bounds)
+    own = IntensityLimits.of(FUNCTION, curves)
+    least = least or own.minimum or defaults[0]
+    greatest = greatest or (own.maximum if np.isfinite(own.maximum) else defaults[1])
+    limit = least if limit is None and names[2] not in curves.attrs else own.no_damage if limit is None else limit
+    if not greatest > least:
+        raise ValueError(f"{what}: the greatest intensity ({greatest:g} {units}) must be above the least, {least:g}")
+    # A file that was read may have limits above a median; typed ones are a mistake there.
+    if is_given and (not max(least, limit) < median[0] or not greatest > median[-1]):
         raise ValueError(
             f"{what}: the least intensity ({least:g} {units}), that without damage ({limit:g}) and the greatest "
             f"({greatest:g}) must leave the medians between them, {median[0]:g} to {median[-1]:g} {units}; leave them "
             "out to have them chosen"
         )
-    levels = np.geomspace(max(least, limit), greatest, _CHECKED_POINTS)
+    levels = np.geomspace(max(least, limit), greatest, CHECKED_POINTS)
     probability = shape.probability(levels, median[:, None], dispersion[:, None])
     states = damage_states(what, curves)
     check_exceedance(what, states, levels, probability, units)
@@ -175,12 +182,16 @@ def _add_discrete(
         median, dispersion = fitted(what, curves)
         levels, units = finite_numbers("intensities", intensities), curves["fragility_median"].attrs.get("units")
         _check_levels(what, levels)
-        probability = _shape(what, curves).probability(levels, median[:, None], dispersion[:, None])
+        clipped, is_damaged = IntensityLimits.of(FUNCTION, curves).clipped(levels)
+        probability = _shape(what, curves).probability(clipped, median[:, None], dispersion[:, None]) * is_damaged
     check_exceedance(what, states, levels, probability, units)
     probability = np.minimum.accumulate(probability, axis=0)
     factor = to_openquake(what, units, imt)
     attributes = {"imt": imt}
-    if no_damage_limit is not None:
+    own = IntensityLimits.of(FUNCTION, curves).no_damage
+    if no_damage_limit is None and own > 0:
+        attributes["noDamageLimit"] = repr(own * factor)
+    elif no_damage_limit is not None:
         limit = real_number(f"{FUNCTION}: no_damage_limit", no_damage_limit, above=0)
         if not limit < levels[0]:
             raise ValueError(f"{what}: no_damage_limit ({limit:g}) must be below the first intensity, {levels[0]:g}")

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import os
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from warpdyn.core.checks import check_kind, one_of, real_number
 from warpdyn.exchange import nrml
 from warpdyn.exchange.text_files import checked_path, write_text
-from warpdyn.files.text import read_csv_text
+from warpdyn.files.text import check_names, check_separator, read_csv_text
 
 TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
 # Kinds of consequences whose values are shares, and those that count people, per occupant.
 KINDS = ("losses", "collapsed", "non_operational", "injured", "fatalities", "homeless")
+SHAKING = ("groundshaking", "earthquake")  # perils; the second is the engine's name of the first until 2025
 SUM_TOLERANCE = 1e-7  # of weights; the engine's pmf.PRECISION
 
 
@@ -62,6 +65,9 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
 def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]]:
     """Read which functions OpenQuake takes for each taxonomy, with their weights.
 
+    The weights of rows with one taxonomy and one function are added, as the engine does; GEM's published mappings have
+    such rows.
+
     Args:
         path: The CSV file, with columns `taxonomy`, `risk_id` (or `conversion`, as of old) and, if it has them,
             `weight`.
@@ -70,7 +76,8 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
         Of each taxonomy the weight [1] of each function.
 
     Raises:
-        ValueError: If a column is missing, a weight is no number or the weights of a taxonomy do not sum to 1.
+        ValueError: If a column is missing, a name has characters that the engine refuses, a weight is no number above
+            0 or the weights of a taxonomy do not sum to 1. The message names the file.
         FileNotFoundError: If there is no such file.
         TypeError: If `path` names no file.
 
@@ -81,13 +88,18 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
     """
     found: dict[str, dict[str, float]] = {}
     for row in _csv_rows("read_taxonomy_mapping", path, ("taxonomy",)):
-        risk_id = row.get("risk_id") or row.get("conversion")
+        taxonomy, risk_id = row["taxonomy"], row.get("risk_id") or row.get("conversion")
         if not risk_id:
-            raise ValueError(f"{path}: taxonomy {row['taxonomy']!r} has no risk_id")
-        own = found.setdefault(row["taxonomy"], {})
-        if risk_id in own:
-            raise ValueError(f"{path}: taxonomy {row['taxonomy']!r} has {risk_id!r} twice")
-        own[risk_id] = _csv_number(path, f"weight of {risk_id!r}", row.get("weight") or "1")
+            raise ValueError(f"{path}: taxonomy {taxonomy!r} has no risk_id")
+        nrml.check_taxonomy(str(path), taxonomy)
+        nrml.check_taxonomy(str(path), risk_id, f"risk_id of taxonomy {taxonomy!r}")
+        weight = 1.0
+        if "weight" in row:
+            weight = _csv_number(path, f"weight of {risk_id!r} for taxonomy {taxonomy!r}", row["weight"], above=0)
+        own = found.setdefault(taxonomy, {})
+        own[risk_id] = own.get(risk_id, 0.0) + weight
+    if not found:
+        raise ValueError(f"{path}: there is no row below the names of the columns")
     for taxonomy, weights in found.items():
         if abs(sum(weights.values()) - 1) > SUM_TOLERANCE:
             raise ValueError(
@@ -146,14 +158,19 @@ def write_consequences(
             )
         states = own
         values = [_share(risk_id, state, shares[state]) for state in states]
-        for lighter, heavier, one, other in zip(states, states[1:], values, values[1:], strict=False):
-            if other < one:
-                raise ValueError(
-                    f"{CONSEQUENCES}: {risk_id!r}: the share falls from {one:g} of {lighter!r} to {other:g} of "
-                    f"{heavier!r}; damage states must come from the lightest on"
-                )
+        _check_order(f"{CONSEQUENCES}: {risk_id!r}", dict(zip(states, values, strict=True)))
         rows.append((risk_id, consequence, loss_type, *(repr(value) for value in values)))
     return write_text(path, _csv_text([("risk_id", "consequence", "loss_type", *states), *rows]))
+
+
+def _check_order(what: str, shares: Mapping[str, float]) -> None:
+    """Raise a ValueError if a share falls from one damage state to the next."""
+    for (lighter, one), (heavier, other) in pairwise(shares.items()):
+        if other < one:
+            raise ValueError(
+                f"{what}: the share falls from {one:g} of {lighter!r} to {other:g} of {heavier!r}; damage states must "
+                "come from the lightest on"
+            )
 
 
 def _share(risk_id: str, state: str, given: object) -> float:
@@ -177,7 +194,8 @@ def read_consequences(
 
     Args:
         path: The CSV file, with columns `risk_id` (or `taxonomy`, as of old), `consequence`, if it has them `loss_type`
-            and `peril`, and one for each damage state.
+            and `peril` (rows of "groundshaking", or "earthquake" as until 2025, are read), and one for each damage
+            state.
         consequence: What is read, such as "losses".
         loss_type: Of which loss type.
 
@@ -185,7 +203,8 @@ def read_consequences(
         Of each id the share [1] for each damage state, as `write_consequences` takes it.
 
     Raises:
-        ValueError: If a column is missing, a share is no number, or the file has no such consequence or an id twice.
+        ValueError: If a column is missing, a share is no number from 0 to 1 or falls from one state to the next, or the
+            file has no such consequence or an id twice. The message names the file.
         FileNotFoundError: If there is no such file.
         TypeError: If `path` names no file.
 
@@ -196,9 +215,12 @@ def read_consequences(
     """
     found: dict[str, dict[str, float]] = {}
     named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
+    others: dict[str, None] = {}  # what the file has instead, in its order
     for row in _csv_rows("read_consequences", path, ("consequence",)):
-        of_shaking = (row.get("peril") or "groundshaking") == "groundshaking"
-        if row["consequence"] != consequence or (row.get("loss_type") or "structural") != loss_type or not of_shaking:
+        peril = row.get("peril") or SHAKING[0]
+        of_row = row["consequence"], row.get("loss_type") or "structural"
+        if of_row != (consequence, loss_type) or peril.lower() not in SHAKING:
+            others[f"{of_row[0]} of {of_row[1]}" + (f" by {peril}" if peril.lower() not in SHAKING else "")] = None
             continue
         risk_id = row.get("risk_id") or row.get("taxonomy")
         if not risk_id:
@@ -206,9 +228,15 @@ def read_consequences(
         if risk_id in found:
             raise ValueError(f"{path}: {risk_id!r} has {consequence} of {loss_type} twice")
         states = [name for name in row if name not in named]
-        found[risk_id] = {state: _csv_number(path, f"{state} of {risk_id!r}", row[state]) for state in states}
+        if not states:
+            raise ValueError(f"{path} has no column of a damage state; it has {', '.join(row)}")
+        found[risk_id] = {state: _csv_number(path, f"{state} of {risk_id!r}", row[state], most=1) for state in states}
+        _check_order(f"{path}: {risk_id!r}", found[risk_id])
     if not found:
-        raise ValueError(f"{path} has no consequence {consequence!r} of loss type {loss_type!r}")
+        raise ValueError(
+            f"{path} has no consequence {consequence!r} of loss type {loss_type!r} by earthquakes; it has "
+            f"{'; '.join(others) or 'no rows'}"
+        )
     return found
 
 
@@ -221,8 +249,10 @@ def _csv_text(rows: Sequence[Sequence[object]]) -> str:
 def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> list[dict[str, str]]:
     """Return the rows of a CSV file by the names of its columns."""
     text = io.StringIO(read_csv_text(function, path), newline="")
-    reader = csv.DictReader(text, skipinitialspace=True, restval="", strict=True)
+    reader = csv.DictReader(text, skipinitialspace=True, strict=True)
     try:
+        reader.fieldnames = [name.strip() for name in reader.fieldnames or ()]
+        _check_header(path, reader.fieldnames)
         for name in needed:
             if name not in (reader.fieldnames or ()):
                 raise ValueError(
@@ -232,13 +262,30 @@ def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> 
     except csv.Error as error:
         raise ValueError(f"{function}: {path} is no CSV: line {reader.line_num}: {error}") from None
     for place, row in enumerate(rows, 2):
-        if None in row:
-            raise ValueError(f"{path}, line {place}: more values than columns")
-    return rows
+        if None in row or None in row.values():
+            raise ValueError(f"{path}, line {place}: {'more' if None in row else 'fewer'} values than columns")
+    return [{name: value.strip() for name, value in row.items()} for row in rows]
 
 
-def _csv_number(path: object, what: str, word: str) -> float:
+def _check_header(path: object, names: Sequence[str]) -> None:
+    """Raise a ValueError unless columns are separated by commas and have names of their own."""
     try:
-        return float(word)
+        check_separator(",".join(names) if len(names) > 1 else "".join(names))
+        check_names(names)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _csv_number(path: object, what: str, word: str, *, above: float | None = None, most: float | None = None) -> float:
+    """Return a number above a bound, or from 0 to another one."""
+    try:
+        value = float(word)
     except ValueError:
-        raise ValueError(f"{path}: {what} must be a number, got {word!r}") from None
+        value = math.nan
+    good = math.isfinite(value) and (above is None or value > above) and (most is None or 0 <= value <= most)
+    if not good:
+        bound = (
+            f" above {above:g}" if above is not None else "" if most is None else f" from 0 to {most:g} (2 % is 0.02)"
+        )
+        raise ValueError(f"{path}: {what} must be a finite number{bound}, got {word!r}")
+    return value

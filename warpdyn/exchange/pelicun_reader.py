@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import os
 import re
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.checks import whole_number
+from warpdyn.core.checks import one_of, whole_number
 from warpdyn.core.output_variables import label_of_levels
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.exchange.measures import own_name
-from warpdyn.files.text import read_csv_text
+from warpdyn.files.text import check_names, check_separator, read_csv_text
 
 FUNCTION = "read_pelicun_demands"
 # Factors from pelicun's units to SI. An unknown unit is taken as 1 by pelicun, and refused here.
@@ -27,12 +29,16 @@ FACTORS |= {"PGV": VELOCITIES, "PGD": LENGTHS}
 INTENSITY_UNITS = {"PGA": "g", "SA": "g", "PGV": "m s-1", "PGD": "m"}
 
 
-def read_pelicun_demands(path: str | os.PathLike, *, direction: int = 1) -> xr.Dataset:
+def read_pelicun_demands(
+    path: str | os.PathLike, *, direction: int = 1, units: Mapping[str, str] | None = None
+) -> xr.Dataset:
     """Read a demand sample of pelicun, as `write_pelicun_demands` writes it or another tool, in one direction.
 
     Args:
-        path: The CSV file, with columns `[event-]TYPE-location-direction` and a row of units.
+        path: The CSV file, with columns `[event-]TYPE-location-direction` and a row of units below their names.
         direction: The direction that is read.
+        units: Units by kind of demand, for a file without a row of units, such as
+            `{"PFA": "mps2", "PID": "rad", "SA": "g"}`; of a file with such a row they must be the same.
 
     Returns:
         Dataset as `simulate` returns it, of what the file has: `peak_storey_drift_ratio(sample, storey)` [1],
@@ -42,7 +48,9 @@ def read_pelicun_demands(path: str | os.PathLike, *, direction: int = 1) -> xr.D
         ERROR. A collapse is NaN, or a drift of at least the limit that the file was written with.
 
     Raises:
-        ValueError: If the file has no units, a unit that is none of the demand, or no demand in this direction.
+        ValueError: If the file has no units and `units` lacks a kind, a unit that is none of the demand, a column
+            twice, a value that is infinite or below 0 (residual drifts have a sign), or no demand in this direction.
+            The message names the file.
         FileNotFoundError: If there is no such file.
         TypeError: If `path` names no file.
 
@@ -55,48 +63,87 @@ def read_pelicun_demands(path: str | os.PathLike, *, direction: int = 1) -> xr.D
     direction = whole_number("direction", direction, 0)
     text = read_csv_text(FUNCTION, path)
     try:
+        head = text.partition("\n")[0]
+        check_separator(head)
+        check_names(next(csv.reader([head])))
+    except ValueError as error:
+        raise ValueError(f"{FUNCTION}: {path}: {error}") from None
+    try:
         table = pd.read_csv(io.StringIO(text), index_col=0, dtype=str, keep_default_na=False)
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise ValueError(f"{FUNCTION}: {path} is no CSV: {' '.join(str(error).split())}") from None
     rows = [row for row in table.index if str(row).strip().lower() == "units"]
-    if len(rows) != 1:
+    if len(rows) > 1 or (not rows and units is None):
         raise ValueError(
-            f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one below the names, such as 'Units,mps2,rad'"
+            f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one below the names, such as "
+            "'Units,mps2,rad', or give the units of its demands, such as units={'PFA': 'mps2', 'PID': 'rad'}"
         )
-    units, table = table.loc[rows[0]], table.drop(index=rows[0])
+    of_columns, table = (table.loc[rows[0]], table.drop(index=rows[0])) if rows else (None, table)
+    given = _given_units(units)
     found: dict[str, dict[int, np.ndarray]] = {}
     failed = np.zeros(len(table), dtype=np.int8)
     for name in table.columns:
         parts = [part.strip() for part in str(name).split("-")]
         if "ERROR" in parts[:2]:
-            failed |= (_numbers(path, name, table[name]) != 0).astype(np.int8)
+            failed |= (_numbers(path, name, table[name], False) != 0).astype(np.int8)
             continue
         kind, place, along = parts[-3:] if len(parts) in (3, 4) else ("", "", "")
+        kind = kind.upper()
         if not (place.isdigit() and along.isdigit()):
             raise ValueError(f"{FUNCTION}: {path} has a column {name!r}; names are [event-]TYPE-location-direction")
         family = kind.partition("_")[0]
         if int(along) != direction or family not in FACTORS:
             continue
-        unit = units[name].strip()
+        if of_columns is None and family not in given:
+            raise ValueError(
+                f"{FUNCTION}: {path} has no row of units, and units= has no unit of {family}: give units={{..., "
+                f"{family!r}: {next(iter(FACTORS[family]))!r}}}"
+            )
+        unit = given[family] if of_columns is None else of_columns[name].strip()
+        if of_columns is not None and given.get(family, unit) != unit:
+            raise ValueError(
+                f"{FUNCTION}: {path}: column {name!r} is in {unit!r}, and units= has {given[family]!r} for {family}: "
+                "leave out units="
+            )
         if unit not in FACTORS[family]:
             allowed = ", ".join(FACTORS[family])
             raise ValueError(f"{FUNCTION}: {path}: column {name!r} is in {unit!r}; {kind} may be in {allowed}")
         by_place = found.setdefault(kind, {})
         if int(place) in by_place:
             raise ValueError(f"{FUNCTION}: {path} has {kind} at location {place} of direction {direction} twice")
-        by_place[int(place)] = _numbers(path, name, table[name]) * FACTORS[family][unit]
+        by_place[int(place)] = _numbers(path, name, table[name], family != "RID") * FACTORS[family][unit]
     if not found:
         raise ValueError(f"{FUNCTION}: {path} has no demand in direction {direction}")
     return _labelled(found, failed)
 
 
-def _numbers(path: object, name: object, column: pd.Series) -> np.ndarray:
-    """Return a column as numbers, NaN where it is empty."""
+def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
+    """Return the units by kind of demand that the user gave."""
+    if units is None:
+        return {}
+    if not isinstance(units, Mapping):
+        raise TypeError(f"{FUNCTION}: units must map kinds to units, such as {{'PID': 'rad'}}, got {units!r}")
+    for kind, unit in units.items():
+        one_of("kind of demand in units", kind, FACTORS)
+        one_of(f"unit of {kind}", unit, FACTORS[kind])
+    return units
+
+
+def _numbers(path: object, name: object, column: pd.Series, is_size: bool) -> np.ndarray:
+    """Return a column as finite numbers, of at least 0 if they are sizes; NaN where it is empty."""
     words = [re.sub(r"^(nan|na|n/a|)$", "nan", word.strip(), flags=re.IGNORECASE) for word in column]
     try:
-        return np.array([float(word) for word in words])
+        values = np.array([float(word) for word in words])
     except ValueError as error:
         raise ValueError(f"{FUNCTION}: {path}: column {name!r}: {error}") from None
+    bad = np.isinf(values) | (is_size & (values < 0))
+    if bad.any():
+        row = int(bad.argmax())
+        raise ValueError(
+            f"{FUNCTION}: {path}: column {name!r} has {bad.sum()} impossible values, the first is {values[row]:g} of "
+            f"sample {column.index[row]}; they must be finite{' and at least 0' if is_size else ''}"
+        )
+    return values
 
 
 def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Long tables of results, as pandas and spreadsheets take them: CSV and Parquet."""
+"""Tables of results, as pandas and spreadsheets read them: CSV and Parquet."""
 
 from __future__ import annotations
 
@@ -13,20 +13,28 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import check_kind, one_of
+from warpdyn.core.messages import tell
 from warpdyn.exchange.text_files import checked_path, write_in_place
 
 FUNCTION = "write_table"
 DEFAULT_ROWS = "damage_state"
+PLACES = ("storey", "floor", "dof")  # dimensions that may have a column for each of their places
+MOST_SHOWN = 4  # names of variables in a message
 
 
 def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Sequence[str] | None = None) -> Path:
-    """Write results as one long table, CSV or Parquet, that plain pandas reads.
+    """Write results as one table, CSV or Parquet, that plain pandas reads.
 
-    A table has one row for each combination of the dimensions of its rows, such as one a damage state, or one a damage
-    state and stripe. Its columns are these dimensions and all variables along them (along some of them: the values are
-    repeated), with the unit in the name: `fragility_median_g`, `peak_floor_acceleration_m_per_s2`; what has no unit has
-    its plain name. Flags such as `fit_status` are written as what they mean. A Parquet file has the dataset's
-    attributes in `DataFrame.attrs`.
+    A table has one row for each combination of the dimensions of its rows, such as one per sample, or one per damage
+    state and stripe. Its columns are these dimensions and all variables along some or all of them, with the unit in the
+    name: `fragility_median_g`, `peak_base_shear_N`; what has no unit has its plain name. Values along fewer dimensions
+    are repeated. Variables along storeys, floors or degrees of freedom besides have one column for each, such as
+    `peak_storey_drift_storey_2_m`, unless rows are along one of these. What each sample has by an index, such as
+    `motion_name` by `motion_index`, is in its row. Flags such as `fit_status` are written as what they mean. A Parquet
+    file has the dataset's attributes in `DataFrame.attrs`.
+
+    A message (to the logger "warpdyn", which prints it) names the variables that a table of these rows does not contain
+    and the `rows` of another table for them.
 
     Args:
         dataset: What `fragility`, `capacities`, `annual_rates`, `annual_losses` or `damage_shares` returned, or a run.
@@ -60,7 +68,9 @@ def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Seq
                 f'{FUNCTION}: Parquet is written by pyarrow, which is not installed: pip install "warpdyn[parquet]", '
                 "or write CSV"
             ) from None
-    table = _long_table(dataset, _row_dimensions(dataset, rows))
+    along = _row_dimensions(dataset, rows)
+    table, left_out = _table_of_rows(dataset, along)
+    _tell_of_left_out(dataset, path, along, left_out)
     if path.suffix.lower() == ".csv":
         return write_in_place(path, lambda name: table.to_csv(name, index=False, lineterminator="\n"))
     table.attrs = {str(name): _plain(value) for name, value in dataset.attrs.items()}
@@ -74,7 +84,7 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
         raise ValueError(f"{FUNCTION}: the dataset has no dimension that rows could be along")
     if rows is None:
         if len(dimensions) > 1 and DEFAULT_ROWS not in dimensions:
-            raise ValueError(f"{FUNCTION}: say by rows= which of the dimensions {', '.join(dimensions)} rows are along")
+            raise ValueError(_which_rows(dimensions))
         return (dimensions[0] if len(dimensions) == 1 else DEFAULT_ROWS,)
     chosen = (rows,) if isinstance(rows, str) else tuple(rows)
     for dimension in chosen:
@@ -84,29 +94,90 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
     return chosen
 
 
-def _long_table(dataset: xr.Dataset, rows: tuple[str, ...]) -> pd.DataFrame:
-    """Return the table of all variables along some or all of the dimensions of rows, and along no other."""
-    kept = [name for name, variable in dataset.variables.items() if variable.dims and set(variable.dims) <= set(rows)]
-    if not set(kept) - set(rows):
+def _which_rows(dimensions: list[str]) -> str:
+    """Return what to say of a dataset of several dimensions of which none is that of the rows by default."""
+    choices = [repr(name) for name in dimensions[:1]]
+    choices += [f"({dimensions[0]!r}, {other!r})" for other in dimensions if other in PLACES][:1]
+    return (
+        f"{FUNCTION}: the dataset has the dimensions {', '.join(dimensions)}: choose one row per combination of some, "
+        f"such as rows={' or rows='.join(choices)}"
+    )
+
+
+def _table_of_rows(dataset: xr.Dataset, rows: tuple[str, ...]) -> tuple[pd.DataFrame, list[str]]:
+    """Return the table of all variables that fit into rows along some dimensions, and the names of the others."""
+    is_wide = not set(rows) & set(PLACES)
+    found: dict[str, xr.Variable] = {}  # by what the column is called without its unit
+    left_out: list[str] = []
+    # Dimensions, other coordinates, variables.
+    names = sorted(map(str, dataset.variables), key=lambda name: (name not in rows, name not in dataset.coords))
+    for name in [*(row for row in rows if row not in dataset.variables), *names]:
+        variable = _of_rows(dataset, name, rows)
+        extra = [str(dimension) for dimension in variable.dims if dimension not in rows]
+        if variable.dims and not extra:
+            found[name] = variable
+        elif is_wide and extra and set(extra) < set(variable.dims) and set(extra) <= set(PLACES):
+            for place in np.ndindex(*(variable.sizes[dimension] for dimension in extra)):
+                at = dict(zip(extra, place, strict=True))
+                label = "_".join(f"{each}_{_label(dataset, each, at[each])}" for each in extra)
+                found[f"{name}_{label}"] = variable.isel(at)
+        elif name not in dataset.dims:
+            left_out.append(name)
+    if not set(found) - set(rows):
         raise ValueError(
             f"{FUNCTION}: no variable lies along {' and '.join(rows)} alone; the dataset has "
             + ", ".join(f"{name}({', '.join(map(str, dataset[name].dims))})" for name in dataset.data_vars)
         )
-    # Dimensions, other coordinates, variables.
-    kept.sort(key=lambda name: (name not in rows, name not in dataset.coords))
-    names = [*rows, *(name for name in kept if name not in rows)]
     shape = tuple(dataset.sizes[dimension] for dimension in rows)
     columns: dict[str, np.ndarray] = {}
-    for name in names:
-        variable = (
-            dataset[name].variable if name in dataset.variables else xr.Variable(name, np.arange(dataset.sizes[name]))
-        )
-        label = column_name(str(name), variable.attrs.get("units"))
+    for name in [*rows, *(name for name in found if name not in rows)]:
+        label = column_name(name, found[name].attrs.get("units"))
         if label in columns:
             raise ValueError(f"{FUNCTION}: two variables would be called {label!r}; rename one of them")
-        values = _decoded(variable).set_dims(dict(zip(rows, shape, strict=True))).transpose(*rows)
+        values = _decoded(found[name]).set_dims(dict(zip(rows, shape, strict=True))).transpose(*rows)
         columns[label] = values.values.reshape(-1)
-    return pd.DataFrame(columns)
+    return pd.DataFrame(columns), left_out
+
+
+def _of_rows(dataset: xr.Dataset, name: str, rows: tuple[str, ...]) -> xr.Variable:
+    """Return a variable; of one along a dimension that rows have an index into, its values at these indices."""
+    if name not in dataset.variables:
+        return xr.Variable(name, np.arange(dataset.sizes[name]))
+    variable = dataset[name].variable
+    if name in dataset.dims:
+        return variable
+    for dimension in variable.dims:
+        index = dataset.variables.get(f"{dimension}_index")
+        if dimension not in rows and index is not None and index.dims and set(index.dims) <= set(rows):
+            if index.size and (index.values.min() < 0 or index.values.max() >= variable.sizes[dimension]):
+                continue  # not into this dimension
+            variable = variable.isel({dimension: index})
+    return variable
+
+
+def _label(dataset: xr.Dataset, dimension: str, place: int) -> object:
+    """Return what a place along a dimension is called: its coordinate, or its number from 0."""
+    return dataset[dimension].values[place] if dimension in dataset.coords else place
+
+
+def _tell_of_left_out(dataset: xr.Dataset, path: Path, rows: tuple[str, ...], names: list[str]) -> None:
+    """Say which variables a table does not contain, and how another one does."""
+    by_rows: dict[str, list[str]] = {}
+    for name in names:
+        dimensions = tuple(map(str, dataset[name].dims))
+        told = repr(dimensions[0] if len(dimensions) == 1 else dimensions) if dimensions else ""
+        by_rows.setdefault(told, []).append(name)
+    parts = []
+    for told, of_rows in by_rows.items():
+        shown = ", ".join(of_rows[:MOST_SHOWN]) + (
+            f" and {len(of_rows) - MOST_SHOWN} more" if len(of_rows) > MOST_SHOWN else ""
+        )
+        parts.append(f"{shown} (rows={told})" if told else f"{shown} (a single value)")
+    if parts:
+        tell(
+            f"{FUNCTION}: {path.name} has one row per {' and '.join(rows)} and does not contain {'; '.join(parts)}: "
+            "write another table with these rows for them"
+        )
 
 
 def column_name(name: str, units: object) -> str:

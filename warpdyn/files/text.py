@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
+
+OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
 
 
 def existing_file(function: str, path: str | os.PathLike) -> Path:
@@ -52,3 +55,50 @@ def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> 
     if text.lstrip().startswith("<") or "\0" in text:
         raise ValueError(f"{function}: {path} is no {kind}: it begins with {text.strip()[:20]!r}")
     return text
+
+
+def check_separator(line: str) -> None:
+    """Raise a ValueError if the names of columns are separated by something else than commas."""
+    found = next((each for each in OTHER_SEPARATORS if each in line and "," not in line), None)
+    if found:
+        raise ValueError(
+            f"its columns are separated by {found!r} ({OTHER_SEPARATORS[found]}), but by commas in the files that are "
+            "read: save it as CSV with commas (and points in numbers)"
+        )
+
+
+def check_names(names: Iterable[object]) -> None:
+    """Raise a ValueError if two columns have one name, but for upper and lower case and blanks."""
+    seen: dict[str, str] = {}
+    for each in names:
+        name = str(each)
+        key = " ".join(name.split()).casefold()
+        other = seen.get(key)
+        seen[key] = name
+        if other is not None and key:
+            raise ValueError(
+                f"it has the column {name!r} twice: remove or rename one"
+                if other == name
+                else f"its columns {other!r} and {name!r} differ in upper and lower case or blanks alone: remove or "
+                "rename one"
+            )
+
+
+def inside_folder(folder: Path, name: str, what: str) -> Path:
+    """Return the path of a file that another file names, once it is known to lie in the folder of that file.
+
+    Args:
+        folder: The folder of the file that names it.
+        name: The name, which may lead into folders below.
+        what: What the message begins with: the file that names it.
+
+    Raises:
+        ValueError: If it lies outside the folder, also by a symbolic link.
+    """
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise ValueError(
+            f"{what} names the file {name!r}, which lies outside its folder ({path.resolve()}): files that it names "
+            "must be in its folder; copy the file there"
+        )
+    return path

@@ -219,7 +219,13 @@ class Ensemble:
         structures |= {name: values.T for name, values in self.state.items()}
         number = self.sample if LOADS[self.plan.load].noise_states else None
         samples, groups = packing.pack_samples(
-            self.schedule, self.assignment, place, number, chosen, by_intensity=self.plan.collapses
+            self.schedule,
+            self.assignment,
+            place,
+            number,
+            chosen,
+            by_intensity=self.plan.collapses,
+            record_from=self.scene.record_from,
         )
         dtype = self.plan.dtype
         return Packed(

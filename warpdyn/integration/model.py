@@ -57,6 +57,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         collapses=scene.collapse_limit is not None or dynamics.has_drift_capacity,
         has_drift_capacity=dynamics.has_drift_capacity,
         starts_displaced=not scene.structure.forgets and bool(np.any(scene.excitation.start[0])),
+        records_late=scene.record_from > 0,
     )
     return fitted(plan, is_gpu)
 

@@ -16,6 +16,7 @@ from warpdyn.kernels.arguments import check_held
 if TYPE_CHECKING:
     from warpdyn.integration.model import Model
 
+ROUNDING = 1e-9  # of a time over a step, relative, so that a time which is a whole number of steps is that number
 SORTED_BITS = 16  # leading bits of the durations by which samples are sorted
 
 
@@ -64,6 +65,7 @@ def pack_samples(
     chosen: np.ndarray | None = None,
     *,
     by_intensity: bool = False,
+    record_from: float = 0.0,
 ) -> tuple[Arrays, list[tuple[int, int]]]:
     """Return the fields of the Samples struct: the samples as they are, and the order in which they are launched.
 
@@ -74,6 +76,7 @@ def pack_samples(
         number: Index of each sample in the run, shape [sample], if its motion depends on it.
         chosen: The samples that are launched; None for all.
         by_intensity: Whether the strongest motions go first: those samples collapse together, and their threads end.
+        record_from: Start time of the recorders of peaks [s].
 
     Returns:
         The arrays, and the steps in an interval and the number of samples of each group with a launch of its own.
@@ -107,6 +110,9 @@ def pack_samples(
         "run_intervals": schedule.run_intervals,
         "residual_steps": schedule.residual_steps,
     }
+    if record_from > 0:
+        last = schedule.run_intervals * schedule.substeps - 1  # at least the last step is recorded
+        arrays["first_recorded"] = np.minimum(np.ceil(record_from / schedule.step * (1 - ROUNDING)), last)
     if number is not None:
         arrays["number"] = number
     return arrays, [(int(kind), part.size * repeats) for kind, part in zip(kinds, parts, strict=True)]

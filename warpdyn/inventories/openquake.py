@@ -11,8 +11,10 @@ from typing import Any
 import pandas as pd
 
 from warpdyn.core.checks import one_of
+from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
-from warpdyn.files.text import existing_file
+from warpdyn.files.text import existing_file, inside_folder
+from warpdyn.inventories.places_of_assets import UNIT_ID, with_places
 from warpdyn.inventories.table import checked_inventory, named_rows
 from warpdyn.inventories.text_tables import read_csv
 
@@ -24,6 +26,10 @@ OPENQUAKE_NAMES = {
     "structure_type": "taxonomy",
     "number": "number",
 }
+# What else the engine's exports (assetcol) and GEM's Global Exposure Model call these columns and costs.
+VALUE = "value-"  # before the names of numbers, areas and costs in the engine's exports
+GEM_NAMES = {"taxonomy": "TAXONOMY", "number": "BUILDINGS", "occupancy": "OCCUPANCY", "area": "TOTAL_AREA_SQM"}
+GEM_COST = "COST_{}_USD"
 AREA = "area"  # of the floors, by which costs per area are taken times
 STRUCTURAL = ("structural",)
 COST_KINDS = ("aggregated", "per_asset", "per_area")
@@ -34,26 +40,36 @@ def read_openquake(
     *,
     costs: Sequence[str] = STRUCTURAL,
     columns: Mapping[str, str] | None = None,
+    places: pd.DataFrame | str | os.PathLike | None = None,
 ) -> pd.DataFrame:
-    """Read an exposure model of the OpenQuake engine.
+    """Read an exposure model of the OpenQuake engine, or of GEM's Global Exposure Model.
 
     Args:
         path: The CSV file, with columns `id`, `lon`, `lat` and `taxonomy` and, if it has them, `number`, `area` and
-            costs; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of the costs in
+            costs, also as the engine exports them (`value-number`, `value-structural`); or a file of GEM's Global
+            Exposure Model (`ID_1`, `TAXONOMY`, `BUILDINGS`, `COST_STRUCTURAL_USD` and so on), which has neither ids
+            nor coordinates; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of the costs in
             `<conversions>` and the names of columns in `<exposureFields>`. Case does not matter. All other columns are
             kept, with tags and occupants.
         costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). Of an XML file
             they are taken times the number or the area, as their kind says; of a CSV file alone they are of the whole
             asset. A file without the default's column has no costs; any other column must be there.
         columns: Other names of columns by their meaning, as `from_table` takes them.
+        places: Places of assets without coordinates: a table, or its CSV file, with one row per administrative unit:
+            the ids that both have in columns `ID_0`, `ID_1` and so on, `longitude` and `latitude` [degree]. An asset is
+            at the place of its unit. GEM's files are of the first administrative level (`ID_1`), whose centroids
+            boundary data sets have, such as geoBoundaries and GADM.
 
     Returns:
         The inventory, as `from_table` returns it: an asset a row, with the `number` of buildings that it stands for.
+        Ids of assets that have none are the file's name and the number of the row. Rows of 0 buildings, which GEM's
+        files have by rounding, are left out, with a warning.
         Storeys are those of a column that `columns` names, or else of the taxonomy (see `portfolio`).
 
     Raises:
         ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if a column of `costs` is not
-            there, the XML is no exposure model, or holds its assets itself; or if there is no such file.
+            there, the XML is no exposure model, holds its assets itself or names files outside its folder; if the
+            file has no coordinates and `places` is missing or lacks a unit; or if there is no such file.
         TypeError: If `costs` is one name and no sequence of names.
 
     Example:
@@ -81,18 +97,73 @@ def read_openquake(
         if area is not None:
             area_kind = area.get("type", "aggregated")
             one_of(f"type of the area in {path}", area_kind, ("aggregated", "per_asset"))
-        files = [path.parent / name for name in (model.findtext("assets") or "").split()]
+        files = [inside_folder(path.parent, name, str(path)) for name in (model.findtext("assets") or "").split()]
         if not files:
             raise ValueError(f"{path}: <assets> names no CSV files; assets in the XML itself are not read")
-        table = pd.concat([read_csv(file, identifier=fields.get("id", "id")) for file in files], ignore_index=True)
+        table = pd.concat([_exposure_table(file, fields.get("id", "id")) for file in files], ignore_index=True)
     else:
-        table = read_csv(path)
+        table = _exposure_table(path, "id")
     names = {str(name).lower(): str(name) for name in table.columns}  # the engine's names are the same in capitals
-    places = {name: fields.get(name) or names.get(name, name) for name in (*OPENQUAKE_NAMES.values(), *costs, AREA)}
-    known = {meaning: places[name] for meaning, name in OPENQUAKE_NAMES.items()}
+    wanted = (*OPENQUAKE_NAMES.values(), "occupancy", *costs, AREA)
+    columns_of = {name: fields.get(name) or _name_in_file(name, names) for name in wanted}
+    table = _with_ids_and_places(str(path), table, columns_of, dict(columns or {}), places)
+    known = {meaning: columns_of[name] for meaning, name in OPENQUAKE_NAMES.items()}
+    if columns_of["occupancy"] in table and columns_of["occupancy"] == GEM_NAMES["occupancy"]:
+        known["occupancy"] = columns_of["occupancy"]
     known = {m: n for m, n in known.items() if n in table.columns or m in ("id", "longitude", "latitude")}
-    inventory = checked_inventory(str(path), table, known | dict(columns or {}))
-    return _with_costs(str(path), inventory, costs, places, kinds, area_kind)
+    source = known | dict(columns or {})
+    table = _with_buildings(str(path), table, source.get("number", "number"))
+    inventory = checked_inventory(str(path), table, source)
+    return _with_costs(str(path), inventory, costs, columns_of, kinds, area_kind)
+
+
+def _exposure_table(path: Path, identifier: str) -> pd.DataFrame:
+    return read_csv(path, comment="#", identifier=identifier)
+
+
+def _name_in_file(name: str, names: Mapping[str, str]) -> str:
+    """Return what a file calls a column of the engine's or a cost, or the engine's name."""
+    gem = GEM_NAMES.get(name, GEM_COST.format(name.upper()))
+    return next((names[each] for each in (name, VALUE + name, gem.lower()) if each in names), name)
+
+
+def _with_ids_and_places(
+    what: str,
+    table: pd.DataFrame,
+    names: Mapping[str, str],
+    columns: Mapping[str, str],
+    places: pd.DataFrame | str | os.PathLike | None,
+) -> pd.DataFrame:
+    """Return a table with ids and, if places are given, coordinates of its administrative units."""
+    is_of_units = any(UNIT_ID.fullmatch(str(name)) for name in table.columns)
+    has_places = all(columns.get(m, names[n]) in table for m, n in (("longitude", "lon"), ("latitude", "lat")))
+    if places is not None:
+        if has_places:
+            raise ValueError(f"{what} has coordinates of its own: leave out places=")
+        table = with_places(what, table, places)
+    elif is_of_units and not has_places:
+        raise ValueError(
+            f"{what} has no coordinates, but ids of administrative units: give places=, a table (or its CSV file) with "
+            "these ids in a column such as ID_1, longitude and latitude"
+        )
+    if is_of_units and columns.get("id", names["id"]) not in table:
+        table = table.assign(id=[f"{Path(what).stem} {row}" for row in range(1, len(table) + 1)])
+    return table
+
+
+def _with_buildings(what: str, table: pd.DataFrame, number: str) -> pd.DataFrame:
+    """Return the rows of a file of GEM's that have buildings; rounding makes numbers below a half 0."""
+    if number != GEM_NAMES["number"] or number not in table:
+        return table
+    is_none = (pd.to_numeric(table[number], errors="coerce") == 0).to_numpy()
+    if is_none.all():
+        raise ValueError(f"{what}: every row has 0 in the column {number}")
+    if is_none.any():
+        warn_caller(
+            f"{what}: {is_none.sum():,} of {len(table):,} rows have 0 buildings, by rounding, and are left out with "
+            "their costs"
+        )
+    return table[~is_none]
 
 
 def _with_costs(

@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 from warpdyn.core.checks import one_of
-from warpdyn.files.text import existing_file
+from warpdyn.core.messages import warn_caller
+from warpdyn.files.text import check_names, existing_file
 from warpdyn.inventories.table import FACTORS, checked_inventory
 from warpdyn.inventories.text_tables import read_csv
 
@@ -27,6 +28,9 @@ R2D_NAMES = {
     "plan_area": "PlanArea",
     "replacement_cost": "ReplacementCost",
 }
+FARTHEST = 1000.0  # m, of a building's properties from its geometry; footprints are smaller
+METRES_OF_DEGREE = 111_195.0  # of a great circle
+MOST_SHOWN = 3
 ASSET_ID = "AIM_id"  # the id in R2D's files of results
 
 
@@ -64,9 +68,10 @@ def read_geojson(
 ) -> pd.DataFrame:
     """Read a GeoJSON file (RFC 7946) of buildings as SimCenter's R2D tool and its BRAILS write it.
 
-    The id is the property `id`, or else `AIM_id`, as in R2D's results, or else the feature's own. A building lies where
-    its properties `Latitude` and `Longitude` say, or else at its point, or at the mean of the
-    corners of its polygon's outer ring.
+    The id is the property `id`, or else `AIM_id`, as in R2D's results, or else the feature's own. A building is at the
+    place of its properties `Latitude` and `Longitude`. If they are missing, or are more than 1 km away from its
+    geometry, it is at its point, or at the mean of the corners of its polygon's outer ring; a warning counts the
+    buildings that are moved, and says whether longitude and latitude are exchanged in the properties.
 
     Args:
         path: The file, a FeatureCollection of points or polygons whose properties are named as `read_r2d` says.
@@ -95,13 +100,54 @@ def read_geojson(
         raise ValueError(f"{path}: there is no list of features: a FeatureCollection is read")
     _check_degrees(path, told)
     table = pd.DataFrame.from_records([each.get("properties") or {} for each in features])
+    try:
+        check_names(table.columns)
+    except ValueError as error:
+        raise ValueError(f"{path}: of the properties, {error}") from None
     names = {str(name).lower(): str(name) for name in table.columns}
     if "id" not in names and ASSET_ID.lower() not in names:
         table["id"] = [each.get("id") for each in features]
-    if "latitude" not in names or "longitude" not in names:
+    columns = columns or {}
+    own = [columns.get(name, names.get(name)) for name in ("longitude", "latitude")]
+    if None in own or not set(own) <= set(table.columns):
         places = np.array([_place(path, number, each.get("geometry")) for number, each in enumerate(features)])
         table["Longitude"], table["Latitude"] = places.reshape(-1, 2).T
-    return _inventory(str(path), table, area_unit, columns or {})
+    else:
+        _move_to_geometry(path, table, own, features)
+    return _inventory(str(path), table, area_unit, columns)
+
+
+def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: list[dict]) -> None:
+    """Set places of properties that are far from their geometries to these, with a warning."""
+    has_geometry = np.array([isinstance(each.get("geometry"), dict) for each in features])
+    if not has_geometry.any():
+        return
+    drawn = np.full((len(features), 2), np.nan)
+    for number in np.flatnonzero(has_geometry).tolist():
+        drawn[number] = _place(path, number, features[number]["geometry"])
+    told = np.stack([pd.to_numeric(table[name], errors="coerce").to_numpy(np.float64) for name in names], axis=1)
+    with np.errstate(invalid="ignore"):
+        is_far = _far_apart(told, drawn) | (np.isnan(told).any(axis=1) & has_geometry)
+    if not is_far.any():
+        return
+    is_exchanged = bool(np.all(~_far_apart(told[is_far][:, ::-1], drawn[is_far])))
+    cause = "longitude and latitude are exchanged in the properties" if is_exchanged else "the properties are wrong"
+    ids = table["id"] if "id" in table else pd.Series(np.arange(len(table)))
+    shown = ", ".join(repr(each) for each in ids[is_far][:MOST_SHOWN])
+    warn_caller(
+        f"{path}: of {len(table):,} buildings {is_far.sum():,} ({shown}{', ...' if is_far.sum() > MOST_SHOWN else ''}) "
+        f"are more than {FARTHEST / 1000:g} km away from their geometries by {names[0]} and {names[1]}: {cause}, and "
+        "the places of the geometries are taken"
+    )
+    for axis, name in enumerate(names):
+        table[name] = np.where(is_far, drawn[:, axis], told[:, axis])
+
+
+def _far_apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return which places are farther apart than a building is large, shape [building]; not those of unknown ones."""
+    north = one[:, 1] - other[:, 1]
+    east = (one[:, 0] - other[:, 0] + 180) % 360 - 180
+    return np.hypot(north, east * np.cos(np.radians(other[:, 1]))) * METRES_OF_DEGREE > FARTHEST
 
 
 def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[str, str]) -> pd.DataFrame:

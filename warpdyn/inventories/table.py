@@ -11,6 +11,7 @@ import xarray as xr
 
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
+from warpdyn.files.text import check_names
 
 # Columns with a meaning of their own, in their order in the table.
 NEEDED = ("id", "longitude", "latitude")
@@ -80,6 +81,10 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     Raises:
         ValueError: As `from_table` says.
     """
+    try:
+        check_names(table.columns)
+    except ValueError as error:
+        raise ValueError(f"{what}: {error}") from None
     for meaning, name in columns.items():
         if meaning not in COLUMNS:
             raise ValueError(
@@ -141,13 +146,27 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
         problems += _problem(table, bad & ~is_text, rule, name)
     for name in TEXTS:
         if name in table:
-            table[name] = table[name].astype("category")
+            table[name] = _without_blanks(table[name].astype("category"))
     if "number" not in table:
         table.insert(min(len(COLUMNS) - 1, table.shape[1]), "number", 1.0)
     if problems:
         hint = _swapped(table)
         raise ValueError(f"{what}: of {len(table):,} buildings " + "; ".join(problems) + hint)
+    nowhere = ((table["longitude"] == 0) & (table["latitude"] == 0)).to_numpy()
+    if nowhere.any():
+        warn_caller(
+            f"{what}: of {len(table):,} buildings {named_rows(table, nowhere)} are at longitude 0 and latitude 0, in "
+            "the Atlantic: their places seem to be unknown. Leave these rows out or complete them"
+        )
     return table
+
+
+def _without_blanks(texts: pd.Series) -> pd.Series:
+    """Return categories without blanks around their names."""
+    names = {name: name.strip() if isinstance(name, str) else name for name in texts.cat.categories}
+    if all(name == bare for name, bare in names.items()):
+        return texts
+    return texts.map(names).astype("category")
 
 
 def _ids(given: pd.Series) -> tuple[pd.Series, np.ndarray, np.ndarray]:
@@ -184,10 +203,13 @@ def _problem(table: pd.DataFrame, bad: np.ndarray, what: str, column: str) -> li
 
 
 def _swapped(table: pd.DataFrame) -> str:
-    """Return a hint where all places would be on Earth if longitude and latitude were exchanged."""
+    """Return a hint if all places would be on Earth with longitude and latitude exchanged, or from -180 degrees on."""
     beyond = table["latitude"].abs() > 90
     fits = table["longitude"].abs().max() <= 90
-    return "; longitude and latitude seem to be exchanged" if beyond.any() and fits else ""
+    if beyond.any() and fits:
+        return "; longitude and latitude seem to be exchanged"
+    is_full_circle = table["longitude"].max() > 180 and table["longitude"].between(0, 360).all() and not beyond.any()
+    return "; longitudes seem to be from 0 to 360: subtract 360 from those above 180" if is_full_circle else ""
 
 
 def _within(low: float, high: float, what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
@@ -196,7 +218,10 @@ def _within(low: float, high: float, what: str) -> Callable[[np.ndarray], tuple[
 
 def _at_least_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
     # What is not known may be left out, or be 0 as in files of SimCenter's: who needs it says so.
-    return lambda values: (~np.isnan(values) & ~((values >= 0) & np.isfinite(values)), f"have a {what} below 0")
+    return lambda values: (
+        ~np.isnan(values) & ~((values >= 0) & np.isfinite(values)),
+        f"have a {what} below 0 or infinite",
+    )
 
 
 def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
@@ -205,8 +230,11 @@ def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
 
 
 def _years(values: np.ndarray) -> tuple[np.ndarray, str]:
-    bad = ~np.isnan(values) & ~((values >= FIRST_YEAR) & (values <= LAST_YEAR))
-    return bad, f"have a year outside {FIRST_YEAR} to {LAST_YEAR} (leave it empty where it is not known)"
+    bad = ~np.isnan(values) & ~((values >= FIRST_YEAR) & (values <= LAST_YEAR) & (values == np.floor(values)))
+    return (
+        bad,
+        f"have a year outside {FIRST_YEAR} to {LAST_YEAR}, or no whole number (leave it empty if it is not known)",
+    )
 
 
 # What is wrong with a column's values, and how a message says so.

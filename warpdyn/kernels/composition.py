@@ -61,6 +61,7 @@ Every interval:
 Every step, with `index` from the first one on and `substep` from the interval's start:
 
     begin_step, end_step   with the accepted state
+    restart_recorders      of lane j, in a part of begin_step: peaks count from the accepted state on
     begin_attempt, end_attempt   of an explicit method's stages, through which an adaptive method goes until lanes agree
     end_part               of a chain, after an attempt: with the accepted state
     save, restore_saved    of lane j: what an attempt that fails must not leave behind

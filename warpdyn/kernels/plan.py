@@ -45,6 +45,7 @@ class Plan:
         resumes: Whether each structure starts from the state that an event before left it in, and not from the load's.
         undivided: Whether every interval of the motion is one step.
         starts_displaced: Whether storeys that yield start from a drift, to which they are pulled slowly from rest.
+        records_late: Whether recorders of peaks start at a time after the start of the run.
     """
 
     family: str
@@ -65,6 +66,7 @@ class Plan:
     resumes: bool = False
     undivided: bool = False
     starts_displaced: bool = False
+    records_late: bool = False
 
     @property
     def kind(self) -> str:

@@ -61,6 +61,8 @@ def what_was_run(scene: Mapping[str, Any]) -> list[str]:
         for name, value in excitation.items()
         if name not in ("motions", "type")
     ]
+    if scene.get("record_from"):
+        given.append(("peaks recorded from", f"{scene['record_from']:g} s"))
     parts.append(table(f"Excitation: {excitation.get('type', 'unknown')}", ("quantity", "value"), given))
     return parts
 

@@ -13,6 +13,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
 from warpdyn.risk.hazard.measures import UNNAMED, same_measure, warn_unless_compared
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
+from warpdyn.risk.integrals.intensity_limits import IntensityLimits, limited_shape, limited_table
 from warpdyn.risk.integrals.linear import begin_of
 from warpdyn.statistics.estimators import FIT_MEANINGS
 
@@ -39,6 +40,7 @@ class Curves:
         measure: Name of the intensity measure.
         table: Intensities and probabilities, shape [point] and [damage_state, point], of curves that were given by
             points alone.
+        limits: Limits of the intensities, which the shape and the table follow.
     """
 
     names: tuple[str, ...]
@@ -50,6 +52,7 @@ class Curves:
     units: str
     measure: str
     table: tuple[np.ndarray, np.ndarray] | None = None
+    limits: IntensityLimits = IntensityLimits()  # noqa: RUF009 (frozen)
 
     def probability(self, intensity: np.ndarray) -> np.ndarray:
         """Return the probability of exceedance at intensities [units], shape [damage_state, point]."""
@@ -119,7 +122,8 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
         function: The public function.
         curves: What `fragility` or another function of fragility curves returned; a dataset of `fragility_median` and
             `fragility_dispersion`; or a table, `fragility_curve(damage_state, intensity)` or
-            `exceedance_fraction(damage_state, stripe)`, that is linear between its points.
+            `exceedance_fraction(damage_state, stripe)`, that is linear between its points. Limits of the intensities,
+            which `read_nrml_fragility` sets as attributes, are applied.
         hazard: What the curves are to be put together with: of the same units and intensity measure.
 
     Raises:
@@ -134,7 +138,9 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
     names = tuple(str(name) for name in np.atleast_1d(curves["damage_state"].values))
     if not names:
         raise ValueError(f"{function}: the fragility curves have no damage state; give a selection that holds some")
-    table = table_of(function, curves, names)
+    table, limits = table_of(function, curves, names), IntensityLimits.of(function, curves)
+    if table is not None and limits:
+        table = limited_table(*table, limits)
     if table is not None:
         median = dispersion = np.ones(len(names))
         intensity = curves["intensity" if "fragility_curve" in curves else "stripe"]
@@ -147,9 +153,11 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
     if hazard is not None:
         check_hazard(function, hazard, units, measure)
     shape = shape_of(function, curves, table, median, dispersion)
+    if table is None and limits:
+        shape = limited_shape(shape, limits, median, dispersion)
     warn_of_penalised(curves, names)
     replicates = (None, None) if table is not None else _replicates(curves, len(names))
-    return Curves(names, shape, median, dispersion, *replicates, units, measure, table)
+    return Curves(names, shape, median, dispersion, *replicates, units, measure, table, limits)
 
 
 def _checked_parameters(function: str, curves: xr.Dataset, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -201,6 +209,7 @@ def warn_of_crossing(found: Curves, taken: str = AS_LIKELY) -> None:
 
 def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, rate: np.ndarray) -> None:
     """Warn of tables whose first or last probability decides the annual rates, as nothing is known beyond."""
+    _warn_of_minimum(function, curves, hazard, rate)
     if curves.table is None:
         return
     levels, probable = curves.table
@@ -209,7 +218,8 @@ def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, r
         at_begin = [
             np.interp(x, levels, row) * float(each.rate_of(x)) for x, each in zip(begins, hazard.curves, strict=True)
         ]
-        if hazard.weights @ at_begin > CUT_SHARE * whole > 0:
+        is_limit = 0 < levels[0] <= curves.limits.no_damage  # below which there is no damage
+        if hazard.weights @ at_begin > CUT_SHARE * whole > 0 and not is_limit:
             begin = max(begins)
             advice = "begin where it is next to 0" if levels[0] > 0 else "give a hazard curve that begins lower"
             warn_caller(
@@ -217,10 +227,30 @@ def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, r
                 f"probability of {np.interp(begin, levels, row):.3g}, and is taken to be 0 below"
                 f"{'' if levels[0] > 0 else ', where the hazard curve has no point'}: {advice}"
             )
-        if (1 - row[-1]) * float(hazard.rate_of(levels[-1])) > CUT_SHARE * whole:
+        is_maximum = levels[-1] >= curves.limits.maximum  # above which the curve is said to stay
+        if (1 - row[-1]) * float(hazard.rate_of(levels[-1])) > CUT_SHARE * whole and not is_maximum:
             warn_caller(
                 f"{function}: the fragility curve of {name!r} ends at {levels[-1]:g} {curves.units} with a probability "
                 f"of {row[-1]:.3g}, and is taken to stay there: go on to higher intensities"
+            )
+
+
+def _warn_of_minimum(function: str, curves: Curves, hazard: HazardLogicTree, rate: np.ndarray) -> None:
+    """Warn of curves that keep a probability below their minimum intensity, if that decides the annual rates."""
+    least = curves.limits.minimum
+    if least <= curves.limits.no_damage:
+        return
+    below = sum(
+        weight * max(0.0, each.annual_rate[0] - float(each.rate_of(least)))
+        for weight, each in zip(hazard.weights, hazard.curves, strict=True)
+    )
+    for name, whole, probable in zip(curves.names, rate, curves.probability(np.array([least]))[:, 0], strict=True):
+        if probable * below > CUT_SHARE * whole > 0:
+            warn_caller(
+                f"{function}: below its minimum intensity of {least:g} {curves.units} (minIML) the fragility curve of "
+                f"{name!r} keeps its probability of {probable:.3g}, from which {100 * probable * below / whole:.2g} % "
+                "of the rate comes, down to the first point of the hazard curve: set "
+                "curves.attrs['no_damage_limit'] to an intensity that causes no damage"
             )
 
 

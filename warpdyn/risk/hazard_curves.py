@@ -130,8 +130,9 @@ class HazardCurve:
             site: Longitude and latitude [degree]; needed if the file has several sites.
 
         Raises:
-            ValueError: If the file lacks the first line with investigation_time and imt or its columns `poe-...`, a
-                number is broken, or no site is at `site` (within 0.001 degrees); as of the class.
+            ValueError: If the file lacks the first line with investigation_time and imt or its columns `poe-...`, is of
+                kind='std', a number is broken, or no site is at `site` (within 0.001 degrees); as of the class. A
+                file of a quantile or the maximum over the logic tree gives a warning.
             FileNotFoundError: If there is no file.
 
         Example:
@@ -140,7 +141,7 @@ class HazardCurve:
             'PGA'
         """
         intensity, rate, measure, units = files.read_openquake_csv(path, site)
-        return cls(intensity, rate, measure=measure, units=units)
+        return cls._of_file(path, intensity, rate, measure, units)
 
     @classmethod
     def from_usgs(
@@ -167,7 +168,17 @@ class HazardCurve:
             'SA(0.75)'
         """
         intensity, rate, measure = files.read_usgs(path, measure, site)
-        return cls(intensity, rate, measure=measure)
+        return cls._of_file(path, intensity, rate, measure, None)
+
+    @classmethod
+    def _of_file(
+        cls, path: str | Path, intensity: np.ndarray, rate: np.ndarray, measure: str, units: str | None
+    ) -> HazardCurve:
+        """Return the curve of a file, which the message of an error names."""
+        try:
+            return cls(intensity, rate, measure=measure, units=units)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
 
     @property
     def slopes(self) -> np.ndarray:

@@ -52,10 +52,11 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     real, integer, double = np.dtype(plan.dtype), np.dtype("int32"), np.dtype("float64")
     columns: dict[str, Column] = {}
     for name, variable in model.variables.items():
-        attributes = {"long_name": variable.long_name, "units": variable.units}
+        attributes = {"long_name": variable.long_name, "units": variable.units} | _start_time(model.scene, name)
         columns[name] = Column(variable.dims, model.output_dtype(name), attributes)
     if "peak_storey_drift" in columns:
         attributes = {"long_name": DRIFT_RATIO.long_name, "units": DRIFT_RATIO.units}
+        attributes |= _start_time(model.scene, "peak_storey_drift_ratio")
         columns["peak_storey_drift_ratio"] = Column(DRIFT_RATIO.dims, real, attributes)
     attributes = {"long_name": "integration step", "units": "s"}
     columns["integration_step"] = Column((), double, attributes)
@@ -96,6 +97,13 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     for name, (dtype, said) in coordinates.items():
         columns[name] = Column((), dtype, said, is_coordinate=True)
     return _by_event(scene, columns) if len(levels) > 1 else columns
+
+
+def _start_time(scene: Scene, name: str) -> dict[str, str]:
+    """Return the comment of a variable of peaks that are recorded from a later time on."""
+    if scene.record_from == 0 or "peak" not in name:
+        return {}
+    return {"comment": f"of the states from record_from = {scene.record_from:g} s on"}
 
 
 def levels_of(scene: Scene) -> list[Assignment]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers
 from warpdyn.core.description import to_json
+from warpdyn.core.messages import warn_caller
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.files.netcdf import trace
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
@@ -102,11 +103,13 @@ def pushover(
     Returns:
         `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],
         `storey_force` [N] of the springs and `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey];
-        `floor_load`, its sum 1. The attribute `building` is the building as JSON.
+        `floor_load`, its sum 1. The attribute `building` is the building as JSON. If no equilibrium is found in a step,
+        the curve ends at the last one, whose roof displacement lies within that step; a warning and the attribute
+        `stopped_because` say where and why.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
-        RuntimeError: If no equilibrium is found in a step.
+        RuntimeError: If no equilibrium is found at all.
         TypeError: If `building` is no ShearBuilding.
 
     Example:
@@ -124,19 +127,35 @@ def pushover(
     chain = _PushedChain(building, storey_shears(loads))
     shape = (path.size, building.storeys)
     drift, force, dissipated, base_shear = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), []
+    stopped: dict[str, str] = {}
     for step, displacement in enumerate(path):
-        try:
-            base_shear.append(chain.push(displacement))
-        except RuntimeError as error:
-            raise RuntimeError(f"step {step}, to {displacement:g} m: {error}") from None
+        reached = chain.push(displacement)
+        if reached < 1:
+            stopped = {"stopped_because": f"step {step}, to {displacement:g} m: {chain.reason_to_stop()}"}
+            if reached == 0:
+                break
+            path[step] = chain.drift.sum()
+        base_shear.append(chain.base_shear)
         drift[step], force[step], dissipated[step] = chain.drift, chain.force, chain.work - chain.recoverable
+        if stopped:
+            break
+    found = len(base_shear)
+    if stopped:
+        if not found:
+            raise RuntimeError(f"pushover: {stopped['stopped_because']}")
+        warn_caller(f"pushover: the curve ends before the given path does. {stopped['stopped_because']}")
+    path, drift, force, dissipated = path[:found], drift[:found], force[:found], dissipated[:found]
     along = {"units": "m", "long_name": "roof displacement"}
     pushed = _storey_dataset(building, drift, force, dissipated, "building pushed slowly by lateral loads", "pushover")
     floors = np.arange(1, building.storeys + 1, dtype=np.int32)
-    return pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"})).assign(
-        roof_displacement=("step", path, along),
-        base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
-        floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
+    return (
+        pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"}))
+        .assign(
+            roof_displacement=("step", path, along),
+            base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
+            floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
+        )
+        .assign_attrs(stopped)
     )
 
 
@@ -169,25 +188,33 @@ class _PushedChain:
         self.largest_shear, self.base_shear, self.softens, self.last_moves = 0.0, 0.0, False, np.zeros(storeys)
 
     def push(self, displacement: float) -> float:
-        """Move the roof to a displacement, in shorter steps if one is too long; return the base shear."""
-        begin, done, share, reached = float(self.drift.sum()), 0.0, 1.0, 0.0
+        """Move the roof towards a displacement, in shorter steps if one is too long; return the share of the way."""
+        begin, done, share = float(self.drift.sum()), 0.0, 1.0
         while done < 1:
-            base_shear = self._step(begin + (done + share) * (displacement - begin), share > SHORTEST_STEP)
-            if base_shear is not None:
-                done, reached = done + share, base_shear
+            if self._step(begin + (done + share) * (displacement - begin), share > SHORTEST_STEP):
+                done += share
                 share = min(2 * share, 1 - done)
             elif share > SHORTEST_STEP:
                 share *= 0.5
             else:
-                raise RuntimeError(
-                    "the storeys find no balance, in however short steps; one may soften faster than the others unload"
-                )
-        return reached
+                break
+        return done
 
-    def _step(self, displacement: float, stops_at_peak: bool) -> float | None:
-        """Move the roof to a displacement in one step; return the base shear.
+    def reason_to_stop(self) -> str:
+        """Return why the last push found no further equilibrium."""
+        softest = int(np.argmax(np.abs(self.last_moves))) + 1
+        return (
+            f"no equilibrium was found beyond a roof displacement of {self.drift.sum():.6g} m (base shear "
+            f"{self.base_shear:.6g} N), in steps down to {SHORTEST_STEP:.1e} of the given one. Storey {softest}, which "
+            "moved most in the last step, may soften faster than the other storeys unload (snap-back), which a "
+            "prescribed roof displacement cannot follow: give a path that ends here, or a building whose storey loses "
+            "strength more slowly"
+        )
 
-        None if there is no equilibrium, or the step would pass a storey's peak and is to stop there: storeys that
+    def _step(self, displacement: float, stops_at_peak: bool) -> bool:
+        """Move the roof to a displacement in one step; return whether it is there.
+
+        It is not if there is no equilibrium, or the step would pass a storey's peak and is to stop there: storeys that
         unload while another softens must have come to that point first.
         """
         move = displacement - self.drift.sum()
@@ -205,7 +232,7 @@ class _PushedChain:
                 continue
             softens = int(np.count_nonzero(self._softening()))
             if stops_at_peak and softens and not self.softens:
-                return None
+                return False
             # At a peak to which storeys come together some are beyond it by rounding; the base shear has not fallen.
             falls = bool((self.base_shear - base_shear) * np.sign(move) > TOLERANCE * scale)
             if softens > 1 and falls and not one_softens:
@@ -214,8 +241,8 @@ class _PushedChain:
             self._accept()
             self.base_shear, self.softens = base_shear, softens > 0
             self.largest_shear = max(self.largest_shear, abs(base_shear))
-            return base_shear
-        return None
+            return True
+        return False
 
     def _balance(self, scale: float) -> float | None:
         """Move the trial drifts to an equilibrium; return its base shear, or None if there is none."""

@@ -70,6 +70,11 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
             findings.add("integration_step", given, f", with a first period of {period:.3g} s,", high=period)
     if scene.tail is not None:
         findings.add("tail", scene.tail)
+    if scene.record_from > 0 and (scene.tail is not None or not excitation.has_tail):
+        # What is left of the run must show at least one vibration.
+        where = f", which leaves less than the first period of {period:.3g} s of the run's {scene.shortest_run:.4g} s,"
+        latest = max(scene.shortest_run - period, 1e-3 * scene.record_from)
+        findings.add("record_from", scene.record_from, where, high=latest)
     if scene.collapse_drift_ratio is not None:
         findings.add("collapse_drift_ratio", scene.collapse_drift_ratio)
     findings.warn()

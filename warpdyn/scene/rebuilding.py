@@ -37,7 +37,7 @@ OWN: dict[str, Any] = {
 }
 SCENE_KEYS = (
     *("structure", "excitation", "scatter", "correlation", "sampling", "recorders", "collapse_drift_ratio"),
-    *("tail", "title"),
+    *("tail", "record_from", "title"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
 BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -65,6 +65,10 @@ class Scene:
             where a building has a `gravity_load` and no such capacities.
         tail: Free vibration after the end of a motion, or of each event of an EventSequence [s]; None for long enough
             to read each structure's residual drift.
+        record_from: Start time of the recorders [s] from the start of the run, or of each event of an EventSequence:
+            peaks and their times are those of the states from then on, so that a steady state is recorded without its
+            transient. Residual drifts, energies, collapses and histories are of the whole run. A sample that collapses
+            earlier keeps its peaks up to the collapse.
         title: Title of the dataset.
 
     Raises:
@@ -85,6 +89,7 @@ class Scene:
     recorders: tuple[str, ...] = None  # type: ignore[assignment]  # a tuple once it is checked
     collapse_drift_ratio: float | None = None
     tail: float | None = None
+    record_from: float = 0.0
     title: str = "warpdyn ensemble"
 
     def __post_init__(self) -> None:
@@ -137,6 +142,13 @@ class Scene:
                 warn_caller(
                     f"the tail of {self.tail:g} s is left out: nothing follows a {kind}, which has its own duration"
                 )
+        record_from = real_number("record_from [s]", self.record_from, least=0)
+        object.__setattr__(self, "record_from", record_from)
+        if record_from > 0 and record_from >= self.shortest_run:
+            raise ValueError(
+                f"record_from is {record_from:g} s, but the shortest sample ends at {self.shortest_run:g} s, so that "
+                "nothing would be recorded of it. Give an earlier record_from, or a longer excitation"
+            )
         check_scatter(self.structure, self.scatter)
         check_correlation(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))
@@ -164,6 +176,13 @@ class Scene:
         if self.collapse_drift_ratio is not None or self.structure.is_many:
             return self.collapse_drift_ratio
         return self.structure.default_collapse_drift_ratio
+
+    @property
+    def shortest_run(self) -> float:
+        """Duration of the shortest motion, or of a load without samples, with the tail where it is given [s]."""
+        known: Any = self.excitation  # noise and loads that are formulas have a duration
+        lengths = [motion.step * (len(motion.values) - 1) for motion in known.motions] or [known.duration]
+        return min(lengths) + (self.tail or 0.0 if known.has_tail else 0.0)
 
     @property
     def structures_given(self) -> int:
@@ -219,5 +238,6 @@ class Scene:
             ("recorders", ", ".join(self.recorders)),
             ("collapse drift ratio", limit),
             ("tail", "as long as it takes" if self.tail is None else f"{self.tail:g} s"),
+            ("recorded from", f"{self.record_from:g} s"),
         ]
         return html_table(f"Scene: {self.title}", rows)

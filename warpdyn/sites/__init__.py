@@ -1,8 +1,9 @@
 """Ground motions at sites: grids of motions and of intensities, and which of them each building has."""
 
-from warpdyn.sites.event_grid import read_event_grid, read_intensity_grid
+from warpdyn.sites.event_grid import read_event_grid
 from warpdyn.sites.ground_motion_fields import read_ground_motion_field
 from warpdyn.sites.intensity_fields import scale_records
+from warpdyn.sites.intensity_grid import read_intensity_grid
 from warpdyn.sites.motion_grid import MotionGrid, label_samples
 from warpdyn.sites.random_fields import correlated_fields, within_event_residuals
 from warpdyn.sites.shakemaps import read_shakemap

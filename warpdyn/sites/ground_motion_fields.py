@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from warpdyn.core.checks import whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.files.text import existing_file
 from warpdyn.inventories.text_tables import read_csv
@@ -19,18 +21,28 @@ PREFIX = "gmv_"
 # What the engine gives intensities in, and what we make of them: accelerations stay in g.
 UNITS = {"PGA": ("g", 1.0), "SA": ("g", 1.0), "AvgSA": ("g", 1.0), "PGV": ("m s-1", 0.01), "PGD": ("m", 0.01)}
 MOST_SHOWN = 3
+MOST_VALUES = 2**28  # of a field, 2 GiB
 
 
-def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike) -> xr.Dataset:
+def read_ground_motion_field(
+    fields: str | os.PathLike,
+    sites: str | os.PathLike,
+    *,
+    events: int | Sequence[int] | str | os.PathLike | None = None,
+) -> xr.Dataset:
     """Read ground motion fields of the OpenQuake engine.
 
-    The engine leaves out sites where an event is weaker than its `minimum_intensity`: the intensity there is taken as
-    0.
+    The engine leaves out sites where an event is weaker than its `minimum_intensity`, and events that are weaker at
+    all sites: the intensity there is taken as 0. The engine numbers events from 0, so that every number up to the
+    largest in the file is an event; of weak events after it only `events` can tell.
 
     Args:
         fields: The CSV file of the fields (gmf-data), with columns `event_id`, `gmv_PGA`, `gmv_SA(0.3)` and so on, and
             `site_id` or `custom_site_id`.
         sites: The CSV file of the sites (sitemesh), with the same column of sites, `lon` and `lat`.
+        events: Number of events of the calculation, whose ids are then 0 to one less; or the ids of its events, or the
+            CSV file of its events with a column `event_id`. None takes the ids from 0 to the largest one in `fields`;
+            a warning counts those without rows.
 
     Returns:
         Dataset with the fields `PGA`, `SA(0.3)` and so on (earthquake, point): accelerations in g, velocities in m/s,
@@ -38,8 +50,8 @@ def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike
         and `point_name`. `scale_records` takes one of them.
 
     Raises:
-        ValueError: If a column is missing, a site of the fields is not among the sites, a site or a value stands twice,
-            or a value is below 0 or not finite.
+        ValueError: If a column is missing, a site of the fields is not among the sites, an event not among `events`, a
+            site or a value stands twice, or a value is below 0 or not finite. The message names the file.
         FileNotFoundError: If there is no such file.
         TypeError, IsADirectoryError: If the path is none, or a folder has that name.
 
@@ -63,11 +75,17 @@ def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike
         raise ValueError(
             f"{fields}: there are no columns {PREFIX}<measure>, or no rows; the columns are {list(values)}"
         )
+    missing = values[[event, site]].isna().any(axis=1).to_numpy()
+    if missing.any():
+        raise ValueError(
+            f"{fields}: row {int(missing.argmax()) + 1} below the names of the columns has no event or site"
+        )
     place = pd.Index(names).get_indexer(values[site].astype(str))
     if np.any(place < 0):
         unknown = values[site].astype(str)[place < 0].unique()
         raise ValueError(f"{fields}: {unknown.size:,} sites ({', '.join(unknown[:MOST_SHOWN])}) are not in {sites}")
-    number, earthquakes = pd.factorize(values[event], sort=True)
+    earthquakes = _events(fields, values[event], events, len(names))
+    number = pd.Index(earthquakes).get_indexer(values[event])
     cell = number.astype(np.int64) * len(names) + place
     if pd.Series(cell).duplicated().any():
         twice = int(np.flatnonzero(pd.Series(cell).duplicated())[0])
@@ -87,11 +105,57 @@ def read_ground_motion_field(fields: str | os.PathLike, sites: str | os.PathLike
             )
         name = _measure_name(column.removeprefix(PREFIX))
         unit, factor = UNITS.get(name.partition("(")[0], ("", 1.0))
-        field = np.zeros((len(earthquakes), len(names)))
+        field = np.zeros((earthquakes.size, len(names)))
         field.ravel()[cell] = factor * given
         made[name] = (field, unit)
-    lon, lat = (mesh[name].to_numpy(dtype=np.float64) for name in ("lon", "lat"))
-    return field_dataset(lon, lat, made, names.tolist(), [str(each) for each in earthquakes])
+    lon, lat = (pd.to_numeric(mesh[name], errors="coerce").to_numpy(dtype=np.float64) for name in ("lon", "lat"))
+    return field_dataset(str(sites), lon, lat, made, names.tolist(), [str(each) for each in earthquakes])
+
+
+def _events(
+    fields: str | os.PathLike, found: pd.Series, events: int | Sequence[int] | str | os.PathLike | None, sites: int
+) -> np.ndarray:
+    """Return the ids of all events, increasing, of which `found` are those that have rows."""
+    ids = pd.to_numeric(found, errors="coerce").to_numpy(np.float64)
+    if not np.all((ids >= 0) & (ids == np.floor(ids)) & (ids < 2**62)):
+        row = int(np.argmin((ids >= 0) & (ids == np.floor(ids))))
+        raise ValueError(f"{fields}: the event {found.iloc[row]!r} is no whole number of at least 0")
+    last = int(ids.max())
+    if isinstance(events, str | os.PathLike):
+        path = existing_file("read_ground_motion_field", events)
+        table = read_csv(path, comment="#")
+        every = _distinct_events(str(path), table[_column(path, table, EVENTS)])
+    elif isinstance(events, Sequence | np.ndarray):
+        every = _distinct_events("read_ground_motion_field: events", pd.Series(events))
+    else:
+        count = last + 1 if events is None else whole_number("read_ground_motion_field: events", events, 1)
+        if count * sites > MOST_VALUES:
+            raise ValueError(
+                f"{fields}: the largest event id is {last:,}, and {count:,} events at {sites:,} sites are more than "
+                f"{MOST_VALUES:,} values: give events=, the file of the calculation's events, or divide the files"
+            )
+        every = np.arange(count, dtype=np.float64)
+    unknown = np.setdiff1d(ids, every)
+    if unknown.size:
+        raise ValueError(f"{fields}: the event {unknown[0]:g} is not among the events, {every[0]:g} to {every[-1]:g}")
+    silent = np.setdiff1d(every, ids)
+    if silent.size:
+        shown = ", ".join(f"{each:g}" for each in silent[:MOST_SHOWN]) + (", ..." if silent.size > MOST_SHOWN else "")
+        after = "" if events is not None else f"; of events after {last:,} give their number, as in events={last + 1}"
+        warn_caller(
+            f"{fields}: {silent.size:,} of {every.size:,} events ({shown}) have no row: their intensities are taken as "
+            f"0 at all sites{after}"
+        )
+    return every.astype(np.int64)
+
+
+def _distinct_events(what: str, ids: pd.Series) -> np.ndarray:
+    """Return ids of events, increasing, once they are whole numbers of which none repeats."""
+    found = pd.to_numeric(ids, errors="coerce").to_numpy(np.float64)
+    good = found.size > 0 and bool(np.all((found >= 0) & (found == np.floor(found)) & (found < 2**62)))
+    if not good or np.unique(found).size < found.size:
+        raise ValueError(f"{what}: ids of events must be whole numbers of at least 0, each once")
+    return np.sort(found)
 
 
 def _measure_name(text: str) -> str:

@@ -21,6 +21,7 @@ from warpdyn.ground_motions.intensity_measures import (
 )
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.sites.motion_grid import MotionGrid
+from warpdyn.sites.places import check_degrees
 
 MOST_SHOWN = 3
 PEAKS: Mapping[str, IntensityMeasure] = {
@@ -49,6 +50,7 @@ def measure_named(name: str) -> IntensityMeasure | None:
 
 
 def field_dataset(
+    what: str,
     longitude: np.ndarray,
     latitude: np.ndarray,
     fields: Mapping[str, tuple[np.ndarray, str]],
@@ -59,6 +61,7 @@ def field_dataset(
     """Return the dataset of intensity fields.
 
     Args:
+        what: The file, in errors.
         longitude: Longitudes of the points [degree], shape [point].
         latitude: Latitudes [degree].
         fields: Values of shape [earthquake, point] and their unit, nothing where it is not known, by name.
@@ -69,13 +72,7 @@ def field_dataset(
     Raises:
         ValueError: If a place is not on Earth.
     """
-    for name, values, most in (("longitude", longitude, 180), ("latitude", latitude, 90)):
-        bad = np.flatnonzero(~(np.abs(values) <= most))
-        if bad.size:
-            raise ValueError(
-                f"{bad.size:,} of {values.size:,} grid points have a {name} outside -{most} to {most} degrees, the "
-                f"first is point {bad[0]} with {values[bad[0]]:g}: are longitude and latitude exchanged?"
-            )
+    check_degrees(what, longitude, latitude)
     variables = {}
     for name, (values, units) in fields.items():
         said = {"long_name": name} | ({"units": units} if units else {}) | ({"comment": IN_G} if units == "g" else {})

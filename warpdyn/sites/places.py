@@ -24,15 +24,48 @@ def arc(chord: np.ndarray) -> np.ndarray:
     return 2 * EARTH_RADIUS * np.arcsin(np.minimum(chord / 2, 1.0))
 
 
-def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
-    """Return the spacing of grid points [m], infinite of a single one: the median distance to the third neighbour.
+def check_degrees(what: str, longitude: np.ndarray, latitude: np.ndarray) -> None:
+    """Raise a ValueError unless all points are places on Earth [degree].
 
-    On a rectangular grid it is the longer side of a cell, if that is at most twice the other.
+    Args:
+        what: The function or the file, in the message.
+        longitude: Longitudes, shape [point].
+        latitude: Latitudes.
     """
-    if longitude.size == 1:
+    for name, values, most in (("longitude", longitude, 180), ("latitude", latitude, 90)):
+        bad = np.flatnonzero(~(np.abs(values) <= most))
+        if bad.size:
+            fits = np.all(np.abs(longitude) <= 90) and np.all(np.abs(latitude) <= 180)
+            hint = ": longitude and latitude seem to be exchanged" if fits else ""
+            raise ValueError(
+                f"{what}: {bad.size:,} of {values.size:,} grid points have a {name} outside -{most} to {most} degrees, "
+                f"the first is point {bad[0]} with {values[bad[0]]:g}{hint}"
+            )
+
+
+def distances_between(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
+    """Return the distances on the surface of the Earth between all pairs of places [m], shape [place, place].
+
+    Chords are the lengths of differences of unit vectors: 1 minus the cosine of an angle would lose angles below 1e-8,
+    which are distances below 0.1 m, to rounding.
+    """
+    square = np.zeros((longitude.size, longitude.size))
+    for axis in unit_vectors(longitude, latitude).T:
+        square += (axis[:, None] - axis) ** 2
+    return arc(np.sqrt(square))
+
+
+def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
+    """Return the spacing of grid points [m], infinite of a single place: the median distance to the third neighbour.
+
+    On a rectangular grid it is the longer side of a cell, if that is at most twice the other. Points at one place count
+    as one.
+    """
+    distinct = np.unique(longitude + 1j * latitude)
+    if distinct.size == 1:
         return np.inf
-    points = unit_vectors(longitude, latitude)
-    count = min(BESIDE + 1, longitude.size)  # with the point itself
+    points = unit_vectors(distinct.real, distinct.imag)
+    count = min(BESIDE + 1, distinct.size)  # with the point itself
     chord, _ = cKDTree(points).query(points, k=count, workers=-1)
     return float(np.median(arc(chord[:, -1])))
 

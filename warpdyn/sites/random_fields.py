@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers, whole_number
 from warpdyn.core.random_numbers import Purpose
-from warpdyn.sites.places import EARTH_RADIUS, arc, unit_vectors
+from warpdyn.sites.places import EARTH_RADIUS, check_degrees, distances_between
 from warpdyn.sites.spatial_correlations import SpatialCorrelation
 
 MOST_BY_CHOLESKY = 4096  # points, whose covariance takes 128 MiB
 MOST_EMBEDDED = 2**26  # points of the periodic grid
+ROUNDING_OF_VARIANCE = (1e-10, 1e-9, 1e-8)  # relative, tried in turn
 SMALL = 1e-4  # of the variance, by which negative eigenvalues may change it
 UNEVEN = 0.1  # of the spacing: printed coordinates have few digits
 
@@ -89,6 +92,8 @@ def within_event_residuals(
 ) -> np.ndarray:
     """Draw standard normal residuals at grid points that are correlated in space.
 
+    Points at one place have one residual.
+
     Args:
         longitude: Longitudes of the points [degree], shape [point].
         latitude: Latitudes [degree].
@@ -100,7 +105,10 @@ def within_event_residuals(
         Shape [draw, point].
 
     Raises:
-        ValueError: If there are more than 4,096 points that are not evenly spaced, or too many.
+        ValueError: If longitudes and latitudes are not two rows of one length, in degrees; if the points are at more
+            than 4,096 places that are not evenly spaced, or at too many; or if the model is no correlation, so that
+            the variance of a sum of residuals would be below 0.
+        TypeError: If `correlation` is no SpatialCorrelation.
 
     Example:
         >>> longitude, latitude = [-122.3, -122.2], [37.8, 37.8]
@@ -108,19 +116,58 @@ def within_event_residuals(
         >>> wd.sites.within_event_residuals(longitude, latitude, model, draws=50, seed=1).shape
         (50, 2)
     """
-    lon, lat = finite_numbers("longitude", longitude), finite_numbers("latitude", latitude)
+    check_kind("within_event_residuals", "a SpatialCorrelation", correlation, SpatialCorrelation)
+    lon, lat, place = _distinct_places(*_checked_places(longitude, latitude))
+    draws = whole_number("draws", draws, 1)
     random = np.random.default_rng([whole_number("seed", seed, 0), Purpose.WITHIN_EARTHQUAKES])
     if lon.size <= MOST_BY_CHOLESKY:
-        points = unit_vectors(lon, lat)
-        chord = np.sqrt(np.maximum(2 - 2 * points @ points.T, 0.0))
-        np.fill_diagonal(chord, 0.0)  # rounding of 1e-16 in the square would be 10 cm
-        covariance = correlation.correlation(arc(chord))
-        # Points at one place make it singular: as much as rounding does is added to the diagonal.
-        covariance[np.diag_indices_from(covariance)] += 1e-10
-        return random.standard_normal((draws, lon.size)) @ np.linalg.cholesky(covariance).T
+        factor = _cholesky(correlation.correlation(distances_between(lon, lat)))
+        return (random.standard_normal((draws, lon.size)) @ factor.T)[:, place]
     column, row, step = _even_grid(lon, lat)
     fields = _embedded(correlation, (int(row.max()) + 1, int(column.max()) + 1), step, draws, random)
-    return fields[:, row, column]
+    return fields[:, row[place], column[place]]
+
+
+def _checked_places(longitude: ArrayLike, latitude: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return longitudes and latitudes, once they are places on Earth."""
+    lon, lat = (
+        np.atleast_1d(finite_numbers(f"within_event_residuals: {name}", values))
+        for name, values in (("longitude", longitude), ("latitude", latitude))
+    )
+    if lon.ndim != 1 or lon.shape != lat.shape or not lon.size:
+        raise ValueError(
+            "within_event_residuals: longitude and latitude must be rows of one length, with at least one point, got "
+            f"shapes {lon.shape} and {lat.shape}"
+        )
+    check_degrees("within_event_residuals", lon, lat)
+    return lon, lat
+
+
+def _distinct_places(lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return longitudes and latitudes of distinct places, in the order of the points, and the place of each point."""
+    _, first, place = np.unique(lon + 1j * lat, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(order.size)
+    return lon[first[order]], lat[first[order]], rank[place]
+
+
+def _cholesky(covariance: np.ndarray) -> np.ndarray:
+    """Return the lower factor of a covariance matrix, of which rounding may have made eigenvalues negative.
+
+    The least addition to the variances of 1 that outweighs rounding is taken: points that are nearly at one place make
+    the matrix nearly singular.
+    """
+    variance = np.diag_indices_from(covariance)
+    for added in ROUNDING_OF_VARIANCE:
+        covariance[variance] = 1 + added
+        with suppress(np.linalg.LinAlgError):
+            return np.linalg.cholesky(covariance)
+    raise ValueError(
+        "within_event_residuals: the model's correlations at these points are not those of any random field, since "
+        "sums of residuals would have a variance below 0: its correlation() must be a positive definite function of "
+        "the distance, such as exp(-distance / length)"
+    )
 
 
 def _even_grid(longitude: np.ndarray, latitude: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:

@@ -59,6 +59,13 @@ def see_forces():
     peak_acceleration[i, j] = larger(peak_acceleration[i, j], size)
 
 
+def restart_recorders():
+    for i in range(N):
+        peak_acceleration[i, j] = dtype(0.0)
+        if PROPAGATED and COLLAPSE:
+            earlier_size[i, j] = dtype(0.0)
+
+
 def end_step():
     if HAS_ADD_LOAD and not IMPLICIT_CHAIN:
         for j in range(LANES):

@@ -32,6 +32,12 @@ def see_forces():
         peak_shear[j] = larger(peak_shear[j], shear)
 
 
+def restart_recorders():
+    peak_shear[j] = dtype(0.0)
+    if PROPAGATED and COLLAPSE:
+        earlier_shear[j] = dtype(0.0)
+
+
 def finish():
     if PROPAGATED and COLLAPSE:
         peak_shear[j] = larger(peak_shear[j], earlier_shear[j] * stands[j])

@@ -46,6 +46,14 @@ def end_attempt():
                     time_of_peak[i, j] = (dtype(index) + done[j]) * step[j]
 
 
+def restart_recorders():
+    for i in range(N):
+        peak_displacement[i, j] = dtype(0.0)
+        if DENSE:  # where the state at a step's end is seen
+            peak_displacement[i, j] = wp.abs(u[i, j])
+        time_of_peak[i, j] = dtype(index) * step[j]
+
+
 def finish_storey():
     output.peak_displacement[i, o] = peak_displacement[i, j]
     output.time_of_peak_displacement[i, o] = time_of_peak[i, j]

@@ -40,6 +40,14 @@ def see_drift():
         peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift))
 
 
+def restart_recorders():
+    for i in range(N):
+        peak_drift[i, j] = dtype(0.0)
+        if IMPLICIT_CHAIN:  # where the state at a step's end is seen
+            slot("accepted_drift")
+            peak_drift[i, j] = wp.abs(drift)
+
+
 def finish_storey():
     output.peak_storey_drift[g, o] = peak_drift[i, j]
 

@@ -44,6 +44,15 @@ def see_state():
         ratio_now[j] = dtype(0.0)
 
 
+def restart_recorders():
+    worst_ratio[j] = dtype(0.0)
+    worst_time[j] = dtype(index) * step[j]
+    if IMPLICIT_CHAIN:  # where the state at a step's end is seen
+        for i in range(N):
+            slot("accepted_drift")
+            worst_ratio[j] = larger(worst_ratio[j], wp.abs(drift) * inverse_height[i, j])
+
+
 def write():
     if COLLAPSE:  # the last state that is seen is the end of the step in which it collapses
         if collapse_time[j] >= dtype(0.0):

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from warpdyn.core.checks import real_number
-from warpdyn.files.text import read_csv_text
+from warpdyn.core.messages import warn_caller
+from warpdyn.files.text import check_names, check_separator, read_csv_text
 from warpdyn.risk.hazard.measures import spectral_name
 
 SAME_PLACE = 1e-3  # degrees, some 100 m
@@ -35,11 +36,12 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
             f"{path}: the first line must be a comment with investigation_time=... and imt='...', as the OpenQuake "
             "engine writes it"
         )
+    _check_kind(path, header)
     measure = named[1] or named[2]
     units, factor = _OPENQUAKE_UNITS.get(measure, ("g", 1.0))
     if units == "g" and not _IN_G.fullmatch(measure):
         raise ValueError(f"{path}: the units of {measure!r} are not known; PGA, SA(period), PGV, PGD and IA are read")
-    rows = list(csv.reader(lines[1:]))
+    rows = _csv_lines(path, lines[1:])
     if not rows:
         raise ValueError(f"{path}: the file ends after its first line; columns and a site must follow")
     columns = [(i, name[4:]) for i, name in enumerate(rows[0]) if name.startswith("poe-")]
@@ -58,12 +60,28 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     return *_checked(path, factor * intensity[kept], rate), measure, units
 
 
+def _check_kind(path: str | Path, header: str) -> None:
+    """Raise a ValueError if a file is of no hazard curve; warn if it is of one that is not the mean."""
+    found = re.search(r"kind='([^']*)'", header)
+    kind = found[1] if found else "mean"
+    if not re.fullmatch(r"mean|max|quantile-[\d.]+|rlz-\d+|\d+", kind):
+        raise ValueError(
+            f"{path}: it is of kind={kind!r}, whose values are no probabilities of exceedance (of 'std', standard "
+            "deviations over the logic tree): take the file of kind='mean'"
+        )
+    if kind.startswith(("quantile", "max")):
+        warn_caller(
+            f"{path}: the hazard curve is of kind={kind!r}: rates and losses computed with it are not means; for those "
+            "take the file of kind='mean'"
+        )
+
+
 def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) -> tuple[np.ndarray, np.ndarray, str]:
     """Return intensities [g], annual rates and measure of a hazard curve of the USGS, from JSON or CSV."""
     text = read_csv_text("HazardCurve.from_usgs", path, "JSON or CSV")
     if text.lstrip().startswith("{"):
         return _usgs_json(path, text, measure)
-    rows = list(csv.reader(text.splitlines()))
+    rows = _csv_lines(path, text.splitlines())
     header = [name.strip() for name in rows[0]]
     if not {"lon", "lat"} <= set(header):
         raise ValueError(f"{path}: neither JSON of a USGS service nor CSV with the columns name, lon, lat, <intensity>")
@@ -84,17 +102,24 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
     try:
         response = json.loads(text)["response"]
         found: dict[str, Points] = {}
+        twice = ""
         for each in response["hazardCurves"] if isinstance(response, dict) else response:
             about = each if isinstance(response, dict) else each["metadata"]
             total = next(part for part in each["data"] if part["component"] == "Total")
             points = total.get("values") or {"xs": about["xvalues"], "ys": total["yvalues"]}
             values = np.array(points["xs"], dtype=np.float64), np.array(points["ys"], dtype=np.float64)
-            found[spectral_name(about["imt"]["value"])] = values
+            name = spectral_name(about["imt"]["value"])
+            twice = twice or (name if name in found else "")
+            found[name] = values
     except (KeyError, TypeError, ValueError, StopIteration) as error:
         raise ValueError(
             f"{path}: not the JSON of a USGS hazard service: it needs response.hazardCurves with imt.value and, of the "
             "component 'Total', xs and ys"
         ) from error
+    if twice:
+        raise ValueError(
+            f"{path} has {twice} twice, as of several sites or ground conditions: request one curve of each measure"
+        )
     wanted = spectral_name(measure) if measure else None
     if wanted is None and len(found) == 1:
         wanted = next(iter(found))
@@ -102,6 +127,17 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
         asked = f"has no {measure!r}" if measure else "holds several intensity measures: give measure="
         raise ValueError(f"{path} {asked}; it has {', '.join(found)}")
     return *_positive(path, *found[wanted]), wanted
+
+
+def _csv_lines(path: str | Path, lines: Sequence[str]) -> list[list[str]]:
+    """Return the rows of a file, whose columns have names of their own, without blanks around values."""
+    try:
+        check_separator(lines[0] if lines else "")
+        rows = [[value.strip() for value in row] for row in csv.reader(lines) if any(row)]
+        check_names(rows[0] if rows else ())
+    except (ValueError, csv.Error) as error:
+        raise ValueError(f"{path}: {error}") from None
+    return rows
 
 
 def _row_of_site(
@@ -118,6 +154,10 @@ def _row_of_site(
         names = [row[header.index("name")] for row in rows] if "name" in header else []
         if site not in names:
             raise ValueError(f"{path} has no site {site!r}; it has {', '.join(names[:8]) or 'no names'}")
+        if names.count(site) > 1:
+            raise ValueError(
+                f"{path} has the site {site!r} in {names.count(site)} lines: leave one of them in the file"
+            )
         return names.index(site)
     if not isinstance(site, Sequence) or len(site) != 2:
         raise ValueError(f"site must be longitude and latitude [degree], got {site!r}")
@@ -129,6 +169,12 @@ def _row_of_site(
     )
     apart = np.abs(places - np.array([real_number("site", value) for value in site])).max(axis=1)
     nearest = int(np.argmin(apart))
+    same = np.flatnonzero((apart <= SAME_PLACE) & (apart == apart[nearest])).tolist()
+    if len(same) > 1 and any(list(rows[each]) != list(rows[same[0]]) for each in same):
+        raise ValueError(
+            f"{path} has several sites at longitude {site[0]:g}, latitude {site[1]:g}: lines "
+            f"{', '.join(str(first_line + each) for each in same)}; leave one of them in the file"
+        )
     if apart[nearest] > SAME_PLACE:
         raise ValueError(
             f"{path} has no site at longitude {site[0]:g}, latitude {site[1]:g}; the nearest is "
