@@ -25,6 +25,7 @@ from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.queues import open_queues, seconds_in_kernels
 from warpdyn.reduction.limits import LIMIT_BANDS, state_names
 from warpdyn.scene.arguments import takes_scene
+from warpdyn.scene.number_of_structures import number_of_structures
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
@@ -79,9 +80,9 @@ def capacities(
             intensity. Its recorders are not needed.
         limits: Limit of each damage state, from the lightest on, in the units of the demand (storey drift ratio [1],
             floor acceleration [m/s2]). A limit of `math.inf` is passed by collapse alone.
-        structures: Number of structures to draw, 1 by default. Leave it out where Stripes have
-            `structures_per_motion`: then the dimension `structure` numbers the structures of each motion, and
-            `drawn_structure` says which were drawn.
+        structures: Number of structures to draw; None for 1, with a warning if parameters are scattered. Leave it out
+            if Stripes have `structures_per_motion`: then the dimension `structure` numbers the structures of each
+            motion, and `drawn_structure` says which were drawn.
         demand: Name of a recorded variable, such as "peak_floor_acceleration", of which the worst storey or floor
             counts, as an absolute value.
         tolerance: Relative width of a bracket [1]: capacity_upper / capacity_lower - 1 is at most this.
@@ -139,9 +140,7 @@ def capacities(
     if demand == DRIFT_RATIO:
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
-    if not scene.scatter and structures not in (None, 1):
-        warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
-    count = structures if structures is not None else scene.structures_given or 1
+    count = number_of_structures("capacities", scene, structures)
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     integration = run.integration
     if np.isinf(limit[-1]) and not run.model.plan.collapses:

@@ -100,10 +100,11 @@ def drift_over_height(
 
 
 def limits_of(dataset: xr.Dataset) -> list[tuple[str, float]]:
-    """Return the damage states and their drift limits, if the dataset has any."""
+    """Return the damage states and their finite drift limits, if the dataset has any."""
     if "damage_limit" not in dataset or dataset["damage_limit"].attrs.get("demand") != "peak_storey_drift_ratio":
         return []
-    return list(zip(dataset["damage_state"].values, dataset["damage_limit"].values, strict=True))
+    found = zip(dataset["damage_state"].values, dataset["damage_limit"].values, strict=True)
+    return [(state, limit) for state, limit in found if np.isfinite(limit)]
 
 
 def drift_against_intensity(

@@ -156,6 +156,8 @@ def _limit(row: xr.Dataset) -> str:
     limit = row.get("damage_limit")
     if limit is None or limit.ndim:
         return ""
+    if np.isinf(limit):
+        return "collapse"
     demand, units = limit.attrs.get("demand", "demand"), limit.attrs.get("units", "1")
     if demand.endswith("drift_ratio"):
         name = "residual drift" if "residual" in demand else "drift"

@@ -145,7 +145,8 @@ def _of_cloud(
 
     slope, deviation, of_collapse, spread = (float(part[0]) for part in parts[1:])
     # Each of both parts has ended where it is _NORMAL_REACH of its own deviations from its own median.
-    middles, widths = [(np.log(limit) - float(parts[0][0])) / slope], [deviation / slope]
+    alone = (np.log(limit) - float(parts[0][0])) / slope  # but collapse alone passes an infinite limit
+    middles, widths = [np.where(np.isfinite(limit), alone, np.log(of_collapse))], [deviation / slope]
     if np.isfinite(of_collapse):
         middles.append(np.full(limit.size, np.log(of_collapse)))
         widths.append(spread)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -21,7 +22,14 @@ from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.demands import checked_demand, refuse_portfolio
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
-from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits, fit_censored, fit_with_collapse
+from warpdyn.statistics.estimators.binomial import PENALISED
+from warpdyn.statistics.estimators.cloud import (
+    DEMAND_AND_COLLAPSE,
+    CloudFits,
+    fit_censored,
+    fit_collapse,
+    fit_with_collapse,
+)
 from warpdyn.statistics.fragility_curves import OVER
 from warpdyn.statistics.intervals.jackknife import few_groups, trusted
 from warpdyn.statistics.intervals.observations import Observations
@@ -62,7 +70,8 @@ def fragility_of_cloud(
     Args:
         dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it (a run on stripes is taken as a
             cloud too): a demand, the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
-        limits: Limit of each damage state, from the lightest on, in the units of the demand.
+        limits: Limit of each damage state, from the lightest on, in the units of the demand. `math.inf` is passed by
+            collapse alone; its curve is the probit of collapse, with either estimator.
         estimator: "censored" or "collapse".
         demand: Variable of the run that limits are of; of one with a sign, its absolute value.
         intervals_over: "records and structures", or "records" to take the structures as given.
@@ -105,16 +114,20 @@ def fragility_of_cloud(
     of_collapse = NO_EXCEEDANCE
     if estimator == "censored":
         fits, regression = fit_censored(intensity, values, collapsed, observed.weights)
+        if np.isinf(limit).any():
+            middle, scatter, of_collapse = fit_collapse(intensity, collapsed, observed.weights)
+            fits = replace(fits, collapse_median=middle, collapse_dispersion=scatter)
     else:
         fits, of_collapse = fit_with_collapse(intensity, values, collapsed, observed.weights)
     outcome = np.full(limit.size, FITTED if fits.slope[0] > 0 else NOT_INCREASING)
+    outcome[np.isinf(limit)] = of_collapse
     median = fits.fractile(0.5, limit)
     with np.errstate(divide="ignore", invalid="ignore"):
         spread = np.log(fits.fractile(_EIGHTY_FOURTH, limit) / fits.fractile(_SIXTEENTH, limit)) / 2.0
         logarithms = np.log(np.stack([median, spread], axis=1))
     outcome[(outcome == FITTED) & ~np.isfinite(logarithms[0]).all(axis=0)] = NO_FINITE_MEDIAN
-    logarithms[:, :, outcome != FITTED] = np.nan
-    influences, independent = _influences(observed, regression, fits, logarithms[0])
+    logarithms[:, :, ~np.isin(outcome, (FITTED, PENALISED))] = np.nan
+    influences, independent = _influences(observed, regression, fits, np.where(np.isinf(limit), np.nan, logarithms[0]))
     left = observed.left_out(logarithms, influences, independent)
     _warn(
         checked,
@@ -138,6 +151,9 @@ def fragility_of_cloud(
         replicates=replicates,
         seed=seed,
     )
+    for name in ("median_variance_by_sandwich", "dispersion_variance_by_sandwich"):
+        if name in result:  # it is that of the regression
+            result[name] = result[name].where(np.isfinite(limit))
     said = {
         "regression_intercept": (fits.intercept[0], "ln demand at an intensity of 1, of the regression"),
         "regression_slope": (fits.slope[0], "slope of ln demand on ln intensity"),
@@ -146,7 +162,7 @@ def fragility_of_cloud(
         "valid_samples": (intensity.size, "samples counted, collapsed ones included"),
         "excluded_samples": (failed, "samples kept out"),
     }
-    if estimator == "collapse":
+    if estimator == "collapse" or np.isinf(limit).any():
         said["collapse_median"] = fits.collapse_median[0], "median intensity of collapse; infinite without collapses"
         said["collapse_dispersion"] = fits.collapse_dispersion[0], "dispersion of the intensity of collapse"
     for name, (number, words) in said.items():
@@ -243,12 +259,20 @@ def _warn(
 ) -> None:
     """Warn of what the curves do not rest on, and of what else is told (`few`)."""
     said = [*few]
-    if (outcome != FITTED).any():
+    is_finite = np.isfinite(limits.values[0])
+    for number in np.flatnonzero(~is_finite & ~np.isin(outcome, (FITTED, PENALISED))):
         said.append(
-            f"no curve has a fit ({FIT_MEANINGS[outcome[outcome != FITTED][0]]}): the demand does not grow with the "
-            "intensity; take another intensity measure, or motions of a wider range of it"
+            f"damage state {limits.states[number]!r} has no curve: only collapse passes its infinite limit, and the "
+            f"probability of collapse has no fit ({FIT_MEANINGS[of_collapse]}; {collapsed.sum()} of {collapsed.size} "
+            "samples collapsed); add motions of intensities at which some samples collapse and some do not"
         )
-    if estimator == "collapse" and collapsed.any() and of_collapse != FITTED:
+    without = is_finite & (outcome != FITTED)
+    if without.any():
+        said.append(
+            f"no curve of a finite limit has a fit ({FIT_MEANINGS[outcome[without][0]]}): the demand does not grow "
+            "with the intensity; take another intensity measure, or motions of a wider range of it"
+        )
+    if (estimator == "collapse" or not is_finite.all()) and collapsed.any() and of_collapse != FITTED:
         said.append(
             f"the probability of collapse is {FIT_MEANINGS[of_collapse]}: {collapsed.sum()} of {collapsed.size} "
             "samples collapsed, at intensities apart from those of the others; add motions of intensities between them"
@@ -256,7 +280,8 @@ def _warn(
     if records == 1:
         said.append("there is one motion: records are what intervals are over, so that none is given")
     standing = demand[~collapsed].max()
-    above = [repr(state) for state, limit in zip(limits.states, limits.values[0], strict=True) if limit > standing]
+    finite = zip(limits.states, limits.values[0], strict=True)
+    above = [repr(state) for state, limit in finite if standing < limit < np.inf]
     if above:
         advice = "add motions of higher intensity"
         if estimator == "censored" and collapsed.any():

@@ -27,7 +27,13 @@ from warpdyn.statistics.curve_variables import (
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
 from warpdyn.statistics.intervals.jackknife import SOURCES, few_groups, leave_out, trusted
-from warpdyn.statistics.lognormal_fit import FITTED, SEPARATED, check_confidence, levels_to_add
+from warpdyn.statistics.lognormal_fit import (
+    FITTED,
+    NO_EXCEEDANCE,
+    SEPARATED,
+    check_confidence,
+    levels_to_add,
+)
 from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
@@ -67,8 +73,8 @@ def fragility(
         limits: Of each damage state, from the lightest on, the limit of the demand in the units of its variable, such
             as `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, of which the worst decides:
             `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
-            a state has reached those before it. A warning names drift limits that seem to be in percent or mm. None
-            for the limits that counts were made by.
+            a state has reached those before it; `math.inf` is passed by collapse alone. A warning names drift limits
+            that seem to be in percent or mm. None for the limits that counts were made by.
         demand: Variable of the run that plain limits are of; of one with a sign, such as the residual drift ratio, the
             absolute value is compared.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
@@ -90,7 +96,7 @@ def fragility(
     Raises:
         ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
             an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
-            step; if limits are not positive, finite and increasing; if another argument is out of its range.
+            step; if limits are not positive and increasing; if another argument is out of its range.
         TypeError: If `dataset` is no Dataset.
 
     Example:
@@ -172,7 +178,7 @@ def _warn(
     said, states = [*few], limits.states
     if np.isfinite(counts.least_drift):
         drifts = zip(states, limits.values[limits.demands.index(DRIFT)], strict=True)
-        beyond = [f"{value:g} of {name!r}" for name, value in drifts if value > counts.least_drift]
+        beyond = [f"{value:g} of {name!r}" for name, value in drifts if counts.least_drift < value < np.inf]
         if beyond:
             said.append(
                 f"the limit {', '.join(beyond)} lies above the drift at which samples collapsed "
@@ -184,6 +190,11 @@ def _warn(
         if outcome[-1, state] != FITTED:
             meaning = FIT_MEANINGS[outcome[-1, state]]
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
+            if np.isinf(limits.values[:, state]).all() and outcome[-1, state] == NO_EXCEEDANCE:
+                advice += (
+                    "; only collapse passes its infinite limit: the scene needs a collapse_drift_ratio, or the "
+                    "building a drift_capacity or drift_ratio_capacity"
+                )
             what = f"has no lognormal fit: {meaning}"
             if outcome[-1, state] == PENALISED:
                 what = (
