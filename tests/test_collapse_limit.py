@@ -99,7 +99,10 @@ def test_a_cloud_without_collapses_has_none():
 def test_shares_of_a_portfolio_count_collapses_alone():
     status = np.zeros(20, dtype=np.int8)
     status[[2, 7, 13]] = 1
-    run, limits = made(status=status), {name: {"slight": of["slight"], "complete": math.inf} for name, of in CITY_LIMITS.items()}
+    run, limits = (
+        made(status=status),
+        {name: {"slight": of["slight"], "complete": math.inf} for name, of in CITY_LIMITS.items()},
+    )
     finite = wd.damage_shares(run, CITY_LIMITS)
     shares = wd.damage_shares(run, limits)
     counted = (shares["archetype_damage_share"] * shares["counted_buildings"]).sel(damage_state="complete").sum()
@@ -110,7 +113,8 @@ def test_shares_of_a_portfolio_count_collapses_alone():
 
 def test_counts_where_samples_run_have_the_limit_too():
     states, table = limits_by_archetype(["a"], {"a": {"slight": 0.01, "complete": math.inf}})
-    assert states == ["none", "slight", "complete"] and np.isinf(table[0, 1])
+    assert states == ["none", "slight", "complete"]
+    assert np.isinf(table[0, 1])
     with pytest.raises(ValueError, match="archetype 'a': limits must increase"):
         limits_by_archetype(["a"], {"a": {"slight": math.inf, "complete": math.inf}})
     bounds = Bounds(["none", "slight", "complete"], ("d",), [np.array([[0.01, math.inf]])], by_archetype=False)

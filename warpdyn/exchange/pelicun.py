@@ -13,7 +13,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number, real_numbers
 from warpdyn.core.messages import tell
-from warpdyn.core.output_variables import COLLAPSED, OK, STRIPED, measure_of_levels
+from warpdyn.core.output_variables import COLLAPSED, OK, STRIPED, measure_name
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.exchange.measures import openquake_measure
 from warpdyn.exchange.text_files import checked_path, write_text
@@ -206,7 +206,7 @@ def _intensity(run: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
         return {}
     attributes = run["im_level"].attrs
     try:
-        measure = openquake_measure(measure_of_levels(attributes))
+        measure = openquake_measure(measure_name(run))
     except ValueError:
         return {}
     kind, _, period = measure.rstrip(")").partition("(")

@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import whole_number
-from warpdyn.core.output_variables import label_of_levels
+from warpdyn.core.output_variables import DAMPING, MEASURE, PERIOD, label_of_levels
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.exchange.measures import own_name
 from warpdyn.files.text import read_csv_text
@@ -126,7 +126,8 @@ def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr
         family, _, period = kind.partition("_")
         units = INTENSITY_UNITS[family]
         measure = own_name(f"SA({period})") if period else family
-        said = {"long_name": label_of_levels(measure)} | unit_attributes(units)
+        said: dict[str, object] = {"long_name": label_of_levels(measure), MEASURE: measure} | unit_attributes(units)
+        said |= {PERIOD: float(period), DAMPING: 0.05} if period else {}
         values = by_place[min(by_place)] / (STANDARD_GRAVITY if units == "g" else 1.0)
         name = "im_level" if len(found) == 1 else kind  # a file may have spectral accelerations at several periods
         dataset = dataset.assign_coords({name: ("sample", values, said)})

@@ -215,7 +215,7 @@ class Stripes(Design):
             motion = np.tile(np.repeat(motions, levels), len(structures))
         im_level = np.tile(self.levels, len(motion) // levels)
         scale = (im_level / self._intensities[motion]) ** (1 / self.measure.power)
-        label = self.measure.name, self.intensity_units
+        label = self.measure.attributes(), self.intensity_units
         return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=levels)
 
 
@@ -255,7 +255,9 @@ class Cloud(Design):
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
-        return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name, _units(self.measure))
+        return Assignment(
+            structure, motion, np.ones(structure.size), im_level, self.measure.attributes(), _units(self.measure)
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -335,7 +337,7 @@ class OneMotionPerStructure(Design):
         scale = np.asarray(self.scale)
         scale = scale[index] if scale.ndim else np.full(index.size, float(scale))
         im_level = scale**self.measure.power * self._intensities[motion]
-        return Assignment(index, motion, scale, im_level, self.measure.name, _units(self.measure))
+        return Assignment(index, motion, scale, im_level, self.measure.attributes(), _units(self.measure))
 
 
 def excitation_of(given: object) -> object:

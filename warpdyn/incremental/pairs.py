@@ -99,7 +99,7 @@ class Pairs:
         place = place.astype(np.int32)
         row = place if drawn else np.zeros_like(place)
         held = structures[place].astype(np.int32), motion, np.ones(self.count), self.intensities[motion]
-        assignment = Assignment(*held, design.measure.name)
+        assignment = Assignment(*held, design.measure.attributes())
         schedule = build_schedule(run.model.scene, run.model.timeline, vibration, assignment, row)
         sample = (self.structures * motions + np.arange(motions)).ravel().astype(np.int32)
         self.first_step = uniforms(run.model.seed, sample, Purpose.LADDERS, 0)[:, 0]

@@ -295,7 +295,7 @@ def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.D
 
 def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
     """Return the demands of one stripe."""
-    stripes, units = drawn.levels, _units_of_level(drawn)
+    stripes, units = drawn.levels, drawn.units
     listed = f"{', '.join(f'{each:g}' for each in stripes)} {units}"
     if level is None and stripes.size > 1:
         raise ValueError(f"run {name!r} is on several stripes: give level=, one of {listed}")
@@ -309,9 +309,4 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
 
 def _stripe_of(drawn: Demands) -> str:
     """Return the level of a stripe in words."""
-    return f"{drawn.measure.rpartition(' [')[0]} = {drawn.level[0]:g} {_units_of_level(drawn)}"
-
-
-def _units_of_level(drawn: Demands) -> str:
-    """Return the units of levels, as the label of their axis has them."""
-    return drawn.measure.rpartition(" [")[2].removesuffix("]")
+    return f"{drawn.measure_name} = {drawn.level[0]:g} {drawn.units}"

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset
-from warpdyn.core.output_variables import COLLAPSED, STRIPED, measure_of_levels
+from warpdyn.core.output_variables import COLLAPSED, STRIPED, measure_name
 from warpdyn.statistics.stripe_counts import decoded_status
 
 SHARES = (0.16, 0.5, 0.84)
@@ -26,6 +26,8 @@ class Demands:
         motion: Index of each sample's motion, shape [sample].
         is_striped: Whether each level has many samples.
         measure: The intensity measure with its units, for the label of an axis.
+        measure_name: Its name alone.
+        units: Its units alone.
         beyond: Where a demand exceeds every value: of a collapsed sample everywhere, or of demands by storey in the
             storey that collapsed; the shape of `values`.
     """
@@ -37,6 +39,8 @@ class Demands:
     motion: np.ndarray
     is_striped: bool
     measure: str
+    measure_name: str
+    units: str
     beyond: np.ndarray
 
     @property
@@ -142,6 +146,8 @@ def demands_of(
         of_sample["motion_index"][kept],
         level.attrs.get("design") == STRIPED,
         label_of_measure(run),
+        measure_name(run),
+        str(level.attrs.get("units", "g")),
         beyond,
     )
 
@@ -150,10 +156,9 @@ def label_of_measure(run: xr.Dataset) -> str:
     """Return the intensity measure of a run or of its fragility curves with its units, as the label of an axis."""
     if "im_level" in run:
         attributes = run["im_level"].attrs
-        name = measure_of_levels(attributes)
-        return f"{name} [{attributes.get('units', 'g')}]"
+        return f"{measure_name(run)} [{attributes.get('units', 'g')}]"
     units = run["intensity"].attrs.get("units", "g") if "intensity" in run.coords else "g"
-    return f"{run.attrs.get('intensity_measure', 'intensity measure')} [{units}]"
+    return f"{measure_name(run)} [{units}]"
 
 
 def percent(share: float) -> str:

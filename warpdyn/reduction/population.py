@@ -8,7 +8,7 @@ from numbers import Integral
 
 import numpy as np
 
-from warpdyn.core.output_variables import DRIFT_RATIO, Variable, label_of_levels
+from warpdyn.core.output_variables import DRIFT_RATIO, MEASURE, Variable, label_of_levels
 from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.ground_motions.event_sequences import EventSequence
@@ -130,10 +130,12 @@ class Population:
     def level_attributes(self) -> dict[str, object]:
         """Attributes of the levels: of which measure, and in which units."""
         striped = [design for design in self.designs if isinstance(design, Stripes)]
-        measures = dict.fromkeys(design.measure.name for design in striped)
+        measures = {design.measure.name: design.measure.attributes() for design in striped}
         units = dict.fromkeys(design.intensity_units for design in striped)
-        label: dict[str, object] = {"long_name": label_of_levels(" or ".join(measures))}
-        return label | unit_attributes(" or ".join(units))
+        name = " or ".join(measures)
+        own = next(iter(measures.values())) if len(measures) == 1 else {MEASURE: name}
+        label: dict[str, object] = {"long_name": label_of_levels(name)}
+        return label | own | unit_attributes(" or ".join(units))
 
     @cached_property
     def demands(self) -> dict[str, Variable]:

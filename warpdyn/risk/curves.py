@@ -10,8 +10,9 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.output_variables import UNNAMED
 from warpdyn.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
-from warpdyn.risk.hazard.measures import UNNAMED, same_measure, warn_unless_compared
+from warpdyn.risk.hazard.measures import same_measure, warn_unless_compared
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
 from warpdyn.risk.integrals.linear import begin_of
 from warpdyn.statistics.estimators import FIT_MEANINGS

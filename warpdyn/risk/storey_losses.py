@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
-from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_levels
+from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_dataset
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.statistics.demands import refuse_portfolio
@@ -130,7 +130,6 @@ def storey_losses(
     collapsed = [
         (status[(stripe == i) & ~failed] == COLLAPSED).mean() if rows[i].size else np.nan for i in range(levels.size)
     ]
-    measure = measure_of_levels(run["im_level"].attrs)
     units = str(run["im_level"].attrs.get("units", "g"))
     of_stripe = {"long_name": "intensity of the stripe"} | unit_attributes(units)
     return (
@@ -148,7 +147,7 @@ def storey_losses(
             ),
         )
         .assign_coords(intensity=("intensity", levels, of_stripe))
-        .assign_attrs(intensity_measure=measure)
+        .assign_attrs(measure_of_dataset(run))
     )
 
 

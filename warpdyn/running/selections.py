@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, whole_number
+from warpdyn.core.output_variables import DAMPING, MEASURE, PERIOD, UNNAMED, measure_attributes
 from warpdyn.core.units import unit_attributes
 
 OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio of all storeys
 OF_COLLAPSE = "storey_of_collapse"
+# Attributes of `im_level` that a run of an EventSequence has for each event, with what stands for one that is missing.
+OF_EVENTS: dict[str, str | float] = {
+    "long_name": "",
+    "units": "1",
+    "design": "",
+    MEASURE: UNNAMED[1],
+    PERIOD: np.nan,
+    DAMPING: np.nan,
+}
 
 
 def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
@@ -42,12 +54,17 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
     if event["samples_per_history"] > 1:
         history = event["sample"].values // int(event["samples_per_history"])
         event = event.isel(sample=np.unique(history, return_index=True)[1])
-    keys = ("long_name", "units", "design")
-    attributes = {key: str(event[f"im_level_{key}"].values) for key in keys}
+    attributes: dict[str, Any] = {}
+    for key, missing in OF_EVENTS.items():
+        value = event[f"im_level_{key}"].values[()] if f"im_level_{key}" in event.coords else missing
+        if not (isinstance(missing, float) and np.isnan(value)):
+            attributes[key] = float(value) if isinstance(missing, float) else str(value)
     attributes |= unit_attributes(attributes["units"])
-    event = event.drop_vars(["event", "samples_per_history", *(f"im_level_{key}" for key in keys)])
+    event = event.drop_vars(
+        ["event", "samples_per_history", *(f"im_level_{key}" for key in OF_EVENTS)], errors="ignore"
+    )
     event["im_level"].attrs = attributes
-    return event
+    return event.assign_attrs(measure_attributes(attributes))
 
 
 def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
+from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION, measure_of_dataset
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
 from warpdyn.statistics.estimators.censored import CensoredRegression
@@ -121,7 +121,8 @@ def fragility_from_capacities(
     said = {"long_name": "pairs of a structure and a motion whose search failed", "units": "1"}
     result["excluded_pairs"] = ((), int((~known).sum()), said)
     return result.assign_attrs(
-        {name: capacities.attrs[name] for name in ("intensity_measure", "demand") if name in capacities.attrs}
+        measure_of_dataset(capacities)
+        | {name: capacities.attrs[name] for name in ("demand",) if name in capacities.attrs}
         | {
             "fragility_method": "maximum likelihood of lognormal capacities, within brackets and right-censored",
             "fragility_shape": LOGNORMAL.name,

@@ -15,14 +15,14 @@ from warpdyn.core.output_variables import (
     DIVERGED,
     LARGEST_EXCLUDED_FRACTION,
     STATUS_MEANINGS,
-    measure_of_levels,
+    measure_of_dataset,
 )
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.demands import checked_demand, refuse_portfolio
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
-from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.binomial import PENALISED
+from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.cloud import (
     DEMAND_AND_COLLAPSE,
     CloudFits,
@@ -169,13 +169,12 @@ def fragility_of_cloud(
         result[name] = ((), number, {"long_name": words, "units": "1"})
     of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
     result["damage_limit"] = ("damage_state", limit, {"long_name": f"limit of {checked.single}"} | of_demand)
-    measure = measure_of_levels(dataset["im_level"].attrs)
-    return result.assign_attrs(
-        intensity_measure=measure,
-        demand=checked.single,
-        fragility_method=METHODS[estimator],
-        fragility_shape=LOGNORMAL.name if estimator == "censored" else DEMAND_AND_COLLAPSE,
-    )
+    attributes: dict[str, object] = {
+        "demand": checked.single,
+        "fragility_method": METHODS[estimator],
+        "fragility_shape": LOGNORMAL.name if estimator == "censored" else DEMAND_AND_COLLAPSE,
+    }
+    return result.assign_attrs(measure_of_dataset(dataset) | attributes)
 
 
 def _checked_cloud(

@@ -10,7 +10,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import measure_of_levels
+from warpdyn.core.output_variables import measure_of_dataset
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_variables import (
@@ -159,7 +159,7 @@ def fragility(
         variables,
         coords=coordinates,
         attrs={
-            "intensity_measure": measure_of_levels(labels["im_level"].attrs),
+            **measure_of_dataset(labels),
             "demand": ", ".join(checked.demands),
             "fragility_method": chosen.method,
             "fragility_shape": chosen.shape.name,

@@ -10,7 +10,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import measure_of_levels
+from warpdyn.core.output_variables import measure_of_dataset
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
 from warpdyn.statistics.curve_variables import fit_flags
@@ -174,12 +174,11 @@ def _labelled(
             variables[f"fragility_{name}{suffix}"] = "damage_state", part, {"long_name": f"{words} {name}"} | of_unit
         said = {"long_name": f"posterior draw of the {name}"} | of_unit
         variables[f"replicate_{name}"] = ("replicate", "damage_state"), values, said
-    measure = measure_of_levels(dataset["im_level"].attrs)
     return xr.Dataset(
         variables,
         {"damage_state": ("damage_state", np.array(limits.states), {"long_name": "damage state"})},
         {
-            "intensity_measure": measure,
+            **measure_of_dataset(dataset),
             "demand": ", ".join(limits.demands),
             "fragility_method": "posterior of lognormal curves through stripes, by pyFragility's Metropolis sampler",
             "fragility_shape": LOGNORMAL.name,
