@@ -87,6 +87,7 @@ from .risk.risk_targets import (
 from .risk.storey_losses import storey_losses as storey_losses
 from .risk.vulnerability import hazus_loss_ratios as hazus_loss_ratios, vulnerability as vulnerability
 from .running.histories import Histories as Histories
+from .running.joining.join import join as join
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
 from .running.selections import (
     select_archetype as select_archetype,

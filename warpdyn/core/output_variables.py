@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
 import xarray as xr
 
 # Value of the attribute `design` of im_level for stripes; other designs have another value.
@@ -16,6 +17,18 @@ STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converge
 LARGEST_DRIFT_RATIO = 1e3
 LARGEST_EXCLUDED_FRACTION = 0.01  # of samples or pairs that failed; with more of them statistics are refused
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
+
+
+# The kind of each storey of a run that has isolators or a tuned mass damper, along `storey`; of a portfolio along
+# `archetype` and `storey`.
+STOREY_KIND, KIND_OF_ARCHETYPES = "storey_kind", "storey_kind_of_archetype"
+STOREY_KINDS = ("building", "isolators", "tuned_mass_damper")
+KIND_ATTRIBUTES = {
+    "long_name": "kind of the storey, and of the floor above it",
+    "units": "1",
+    "flag_values": np.arange(len(STOREY_KINDS), dtype=np.int8),
+    "flag_meanings": " ".join(STOREY_KINDS),
+}
 
 
 # How a dataset names its intensity measure: attributes of the coordinate of the intensities, beside its `units`, and of

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.checks import checked_flag, one_of, real_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
@@ -46,6 +46,7 @@ def capacities(
     ladder: float = 1.1,
     reuse_elastic: bool = True,
     keep_curves: bool = False,
+    added_storeys: bool = False,
     seed: int = 0,
     method: str | None = None,
     step: float | None = None,
@@ -93,6 +94,8 @@ def capacities(
             level.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
         keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building, and the
+            floors above them. A collapse of theirs passes every limit in either case.
         seed: Seed of every random draw.
         method: Integration method, as of `simulate`.
         step: Integration step [s], as of `simulate`.
@@ -161,13 +164,23 @@ def capacities(
     if not isinstance(keep_curves, bool):
         raise TypeError(f"keep_curves must be True or False, got {keep_curves!r}")
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
+    counts_added = checked_flag("added_storeys", added_storeys)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
     starts = range(0, own, size)
     with interruptible(), counted_histories(0) as progress:
         for start in starts:
             part = np.arange(start, min(start + size, own))
             pairs = Pairs(
-                run, part, demand, integration, queue, first, findings, progress.update, reuse_elastic=reuse_elastic
+                run,
+                part,
+                demand,
+                integration,
+                queue,
+                first,
+                findings,
+                progress.update,
+                reuse_elastic=reuse_elastic,
+                added_storeys=counts_added,
             )
             if highest is None:
                 highest = _highest_of(pairs, limit, len(design.motions))

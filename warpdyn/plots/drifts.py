@@ -31,6 +31,7 @@ from warpdyn.plots.style import (
     set_scale,
     title,
 )
+from warpdyn.running.selections import without_added_storeys
 
 OF_STRIPES = "draw a run of a ShearBuilding on stripes"
 OF_MOTIONS = "draw a run of a ShearBuilding under ground motions"
@@ -67,7 +68,7 @@ def drift_over_height(
         raise ValueError("the run is not on stripes: drift_over_height draws one curve a stripe")
     chosen = np.unique(np.linspace(0, drawn.levels.size - 1, levels).round().astype(int))
     result, (axes,) = panels("drift_over_height", ax, size=(7.0, 4.6))
-    storeys = dataset["storey"].values
+    storeys = without_added_storeys(dataset)["storey"].values
     shares, table = drawn.collapsed_share()[chosen], 100 * drawn.fractiles()[chosen]
     stripes = drawn.levels[chosen]
     for colour, level, share, (low, median, high) in zip(

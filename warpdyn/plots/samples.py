@@ -9,6 +9,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.output_variables import COLLAPSED, STRIPED, measure_name
+from warpdyn.running.selections import of_building, without_added_storeys
 from warpdyn.statistics.stripe_counts import decoded_status
 
 SHARES = (0.16, 0.5, 0.84)
@@ -96,7 +97,7 @@ def check_run(function: str, run: object, *names: str, advice: str) -> None:
 def demands_of(
     function: str, run: xr.Dataset, demand: str, advice: str, *, by_storey: bool = False, by_level: bool = True
 ) -> Demands:
-    """Return a demand of a run, the largest of all storeys or that of each.
+    """Return a demand of a run, the largest of all storeys or that of each, but of isolators and mass dampers.
 
     Args:
         function: The plot, for errors.
@@ -122,7 +123,8 @@ def demands_of(
     kept = np.flatnonzero(status <= COLLAPSED)
     if not kept.size:
         raise ValueError(f"plots.{function}: all {status.size} samples failed, and there is nothing to draw")
-    values = np.abs(run[demand].transpose("sample", ...).values[kept])  # residual drifts have a sign
+    run = without_added_storeys(run)
+    values = np.abs(of_building(run, demand).transpose("sample", ...).values[kept])  # residual drifts have a sign
     if by_storey and "archetype_index" in run.coords and np.isnan(values).any():
         raise ValueError(f"plots.{function} draws buildings of as many storeys: take some by select_archetype")
     if by_storey and values.ndim < 2:

@@ -17,6 +17,8 @@ from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
+from warpdyn.structures.shear_building import ShearBuilding
+from warpdyn.structures.structure import Structure
 
 MOST_GROUPS = 64  # of structures; more would not make the variance among them better known than that among records
 
@@ -116,6 +118,26 @@ class Population:
     def is_crossed(self) -> bool:
         """Whether the same structures run under several motions."""
         return len(self.scene.excitation.motions) > 1 and self.motions_by_place
+
+    def counted_places(self, demand: str, structures: np.ndarray, *, added_storeys: bool) -> tuple[int, int] | None:
+        """Return the first place of a demand that is counted, and that after the last; None for all of them.
+
+        Isolators are below the storeys of the building and tuned mass dampers above, so that its own are in a row.
+
+        Args:
+            demand: The demand; only those of storeys, or of the floors above them, have places that are not counted.
+            structures: Numbers of some structures, whose storeys are of the same kinds.
+            added_storeys: Whether isolators and tuned mass dampers count.
+        """
+        structure: Structure = self.scene.structure
+        if self.portfolio is not None:
+            kind = int(self.archetype[structures[0]])
+            structure = list(self.portfolio.archetypes.values())[kind].building
+        is_of_storeys = self.demand(demand).dims in (("storey",), ("floor",))
+        if added_storeys or not is_of_storeys or not isinstance(structure, ShearBuilding):
+            return None
+        own = np.flatnonzero(structure.own_storeys)
+        return None if own.size == structure.storeys else (int(own[0]), int(own[-1]) + 1)
 
     def samples(self, event: int) -> int:
         """Return the samples that a structure has in an event."""

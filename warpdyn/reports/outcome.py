@@ -8,6 +8,7 @@ import xarray as xr
 from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, OK, STATUS_MEANINGS
 from warpdyn.integration.stability_guard import LARGEST_ENERGY_ERROR
 from warpdyn.reports.markup import heading, paragraph, table
+from warpdyn.reports.summary import names_of_storeys
 from warpdyn.statistics.stripe_counts import decoded_status
 
 MEANT = {
@@ -37,7 +38,7 @@ def outcome(run: xr.Dataset) -> list[str]:
         storey = run["storey_of_collapse"].values[status == COLLAPSED]
         storeys, collapses = np.unique(storey[storey > 0], return_counts=True)
         if storeys.size:
-            pairs = zip(storeys.tolist(), collapses.tolist(), strict=True)
+            pairs = [(names_of_storeys(run, place), count) for place, count in zip(storeys, collapses, strict=True)]
             parts.append(table("Storey that collapsed first", ("storey", "samples"), pairs))
     told = [paragraph(text, is_remark=True) for text in remarks(run, status)]
     return [*parts, heading("Remarks", 3), *(told or [paragraph("None: every check of this page was passed.")])]

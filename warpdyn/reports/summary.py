@@ -7,7 +7,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.description import Text
-from warpdyn.core.output_variables import STATUS_MEANINGS
+from warpdyn.core.output_variables import STATUS_MEANINGS, STOREY_KIND, STOREY_KINDS
 from warpdyn.running.labels import BECAUSE
 from warpdyn.running.selections import select_event
 
@@ -83,7 +83,17 @@ def _collapses(run: xr.Dataset) -> list[str]:
     if not (storey > 0).any():
         return []
     storeys, counts = np.unique(storey[storey > 0], return_counts=True)
-    where = ", ".join(f"storey {number} ({count:,})" for number, count in zip(storeys, counts, strict=True))
+    where = ", ".join(
+        f"storey {names_of_storeys(run, number)} ({count:,})" for number, count in zip(storeys, counts, strict=True)
+    )
     times = time[np.isfinite(time)]
     when = f", at {times.min():.4g} to {times.max():.4g} s" if times.size else ""
     return [f"collapsed in {where}{when}"]
+
+
+def names_of_storeys(run: xr.Dataset, number: int) -> str:
+    """Return the number of a storey, with its kind if it is one of isolators or of a tuned mass damper."""
+    if STOREY_KIND not in run.coords:
+        return str(number)
+    kind = int(run[STOREY_KIND].values[run["storey"].values == number][0])
+    return f"{number}, {STOREY_KINDS[kind].replace('_', ' ')}" if kind else str(number)

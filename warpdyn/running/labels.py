@@ -105,7 +105,7 @@ def _level_attributes(level: Assignment) -> dict[str, Any]:
     striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
     name = str(level.measure.get(MEASURE, UNNAMED[1]))
     label = {"long_name": label_of_levels(name), "design": striped} | unit_attributes(level.units)
-    return label | level.measure
+    return {**label, **level.measure}
 
 
 def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
@@ -190,8 +190,8 @@ def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Datas
     }
     coordinates = {name: variables.pop(name) for name, column in columns.items() if column.is_coordinate}
     levels = levels_of(scene)
-    attributes = trace(scene.title, "simulate") | (levels[0].measure if len(levels) == 1 else {})
-    attributes |= {"scene": scene.to_json()}
+    measure = levels[0].measure if len(levels) == 1 else {}
+    attributes = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
     return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
 
 

@@ -80,6 +80,7 @@ def fragility_from_capacities(
     if "drawn_structure" in capacities.coords:
         sampling = str(capacities["drawn_structure"].attrs.get("sampling", ""))
         structure = capacities["drawn_structure"].transpose(..., "motion").values.ravel()
+        _check_pairs(structure, motion)
     observed = Observations(motion[known], structure[known], sampling, intervals_over == OVER[0])
     with np.errstate(divide="ignore"):
         low, high = np.log(lower.reshape(-1, states)[known]), np.log(upper.reshape(-1, states)[known])
@@ -128,6 +129,17 @@ def fragility_from_capacities(
             "fragility_shape": LOGNORMAL.name,
         }
     )
+
+
+def _check_pairs(structure: np.ndarray, motion: np.ndarray) -> None:
+    """Raise a ValueError if a pair of a structure and a motion is there twice, as where calls were put together."""
+    pairs = np.unique(np.column_stack([structure, motion]), axis=0)
+    if len(pairs) < structure.size:
+        raise ValueError(
+            f"fragility_from_capacities: {structure.size - len(pairs)} of {structure.size} pairs of a drawn structure "
+            "and a motion are there twice. Capacities of several calls put together, as by xr.concat, count structures "
+            "of one call as those of another: join them by wd.join([found, other])"
+        )
 
 
 def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import (
     COLLAPSED,
@@ -18,6 +18,8 @@ from warpdyn.core.output_variables import (
     measure_of_dataset,
 )
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
+from warpdyn.running.joining.duplicates import check_samples
+from warpdyn.running.selections import without_added_storeys
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.demands import checked_demand, refuse_portfolio
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
@@ -52,6 +54,7 @@ def fragility_of_cloud(
     estimator: str = "censored",
     demand: str = DRIFT,
     intervals_over: str = OVER[0],
+    added_storeys: bool = False,
     replicates: int = 1000,
     confidence: float = 0.95,
     seed: int = 0,
@@ -75,6 +78,7 @@ def fragility_of_cloud(
         estimator: "censored" or "collapse".
         demand: Variable of the run that limits are of; of one with a sign, its absolute value.
         intervals_over: "records and structures", or "records" to take the structures as given.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as of `fragility`.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
         confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
@@ -97,6 +101,8 @@ def fragility_of_cloud(
         array([0.5, 1.1])
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
+    if not checked_flag("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
     refuse_portfolio("fragility_of_cloud", dataset)
     replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
     check_confidence(confidence)
@@ -188,6 +194,7 @@ def _checked_cloud(
         if dataset[key].dims != ("sample",):
             of_one = "; take one event by `select_event`" if "event" in dataset[key].dims else ""
             raise ValueError(f"{name}: {key!r} has dimensions {dataset[key].dims}; they must be ('sample',){of_one}")
+    check_samples(name, dataset)
     status = decoded_status(dataset["status"])
     intensity = dataset["im_level"].values.astype(np.float64)
     worst = checked_demand(dataset, demand, status).max(axis=0).astype(np.float64)

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import measure_of_dataset
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
+from warpdyn.running.selections import without_added_storeys
 from warpdyn.statistics.curve_variables import (
     DISCRETISATION,
     curves,
@@ -47,6 +48,7 @@ def fragility(
     demand: str = DRIFT,
     estimator: str = "lognormal",
     intervals_over: str = OVER[0],
+    added_storeys: bool = False,
     replicates: int = 1000,
     confidence: float = 0.95,
     seed: int = 0,
@@ -54,9 +56,9 @@ def fragility(
     """Fit a lognormal fragility curve to every damage state of a run on stripes, with intervals.
 
     A sample exceeds a damage state if its demand is above the state's limit (strictly) at the worst place: the storey
-    or floor where it is largest, also if it is a storey of isolators or of a tuned mass damper (take `select_storeys`
-    of such a run first). A collapsed sample exceeds every state. Curves maximise the binomial likelihood (Baker 2015,
-    Earthquake Spectra 31(1)).
+    or floor where it is largest. Storeys of isolators or of a tuned mass damper do not count, nor the floors above
+    them, unless `added_storeys` is set. A collapsed sample exceeds every state, also if the isolators failed. Curves
+    maximise the binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
 
     Intervals cover what was sampled, the records and the structures, by a jackknife over both with Student's t. Where
     each structure runs under one record alone, records tell all. `median_variance` and `dispersion_variance` say where
@@ -82,6 +84,7 @@ def fragility(
             the interval of the median is then that of the levels where the fractions are surely below and above one
             half, and the dispersion, which such stripes hardly tell, has none.
         intervals_over: "records and structures", or "records" to take the structures as given.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions, which risks and
             losses carry on.
         confidence: Probability that the intervals cover [1].
@@ -112,6 +115,8 @@ def fragility(
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
     chosen = estimator_of(estimator)
+    if not checked_flag("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
     checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)
     labels = labels_of_run(dataset) if is_reduced(dataset) else dataset

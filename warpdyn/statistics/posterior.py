@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import measure_of_dataset
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
+from warpdyn.running.selections import without_added_storeys
 from warpdyn.statistics.curve_variables import fit_flags
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
 from warpdyn.statistics.lognormal_fit import FITTED, check_confidence, levels_to_add
@@ -30,6 +31,7 @@ def fragility_posterior(
     *,
     demand: str = DRIFT,
     priors: Mapping[str, Any] | None = None,
+    added_storeys: bool = False,
     draws: int = 4000,
     confidence: float = 0.95,
     seed: int = 0,
@@ -47,6 +49,7 @@ def fragility_posterior(
         demand: Variable of the run that plain limits are of.
         priors: Prior distributions of "median" [g, or the unit of the levels] and "dispersion" [1] of every damage
             state, as frozen distributions of scipy.stats; what has none has a flat one.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as of `fragility`.
         draws: Number of draws, after 2,000 that the sampler adapts in.
         confidence: Probability that the intervals hold [1].
         seed: Seed of the sampler.
@@ -68,6 +71,8 @@ def fragility_posterior(
         {'replicate': 500, 'damage_state': 2}
     """
     check_dataset("fragility_posterior", dataset, advice="give what simulate() returned")
+    if not checked_flag("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
     try:
         import pyFragility
     except ImportError as error:

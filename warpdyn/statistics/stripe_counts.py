@@ -13,6 +13,7 @@ import xarray as xr
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS, STRIPED
 from warpdyn.reduction.limits import DRIFT, DamageLimits
 from warpdyn.reduction.population import group_numbers
+from warpdyn.running.joining.duplicates import check_samples
 from warpdyn.statistics.demands import damage_of
 from warpdyn.statistics.reduced_counts import is_reduced, stripe_counts_of
 
@@ -84,6 +85,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     if is_reduced(dataset):
         return _counted(stripe_counts_of(dataset, limits))
     status, record, level, units = _checked_inputs(dataset)
+    check_samples("fragility", dataset)
     (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
         raise ValueError(f"all samples are on the stripe of {levels[0]} {units}; a curve needs at least 2 stripes")
@@ -191,8 +193,8 @@ def structure_label(dataset: xr.Dataset) -> xr.DataArray | None:
 def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> float:
     """Return the least drift ratio at which a storey of the run collapsed: every collapse exceeds every limit."""
     collapsed = status == COLLAPSED
-    if "storey_of_collapse" in dataset:  # it is below 1 where a storey did that select_storeys left out, as isolators
-        collapsed &= dataset["storey_of_collapse"].values > 0
+    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # another one may have, as isolators
+        collapsed &= np.isin(dataset["storey_of_collapse"].values, dataset["storey"].values)
     if DRIFT not in limits.demands or not collapsed.any():
         return np.inf
     drift = dataset[DRIFT].transpose("sample", ...).values[collapsed]
