@@ -75,6 +75,7 @@ def test_storeys_may_differ():
 def test_failed_samples_are_left_out():
     run = striped_run()
     many = run.isel(sample=np.tile(np.arange(run.sizes["sample"]), 3)).assign_coords(sample=np.arange(120))
+    many = many.assign_coords(structure=("sample", np.arange(120)))
     status = many["status"].values.copy()
     status[7] = 2
     found = wd.storey_losses(many.assign(status=("sample", status, many["status"].attrs)), DRIFT)

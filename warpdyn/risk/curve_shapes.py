@@ -135,7 +135,8 @@ def _of_cloud(
             f"{', '.join(missing)}: give all that fragility_of_cloud() returned, or fragility_curve alone as a table"
         )
     *parts, limit = (np.atleast_1d(curves[name].values).astype(np.float64) for name in OF_CLOUD)
-    fits = CloudFits(*parts[:5])
+    intercept, gradient, scatter, middle, spread_of_collapse = parts
+    fits = CloudFits(intercept, gradient, scatter, middle, spread_of_collapse)
     centre, scale = np.log(median)[:, None], dispersion[:, None]
 
     def curve(intensity: np.ndarray, medians: np.ndarray, dispersions: np.ndarray) -> np.ndarray:

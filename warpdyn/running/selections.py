@@ -172,8 +172,8 @@ def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
     kinds = run[KIND_OF_ARCHETYPES].transpose("archetype", "storey").values
     if "sample" not in values.dims or not {"storey", "floor"} & set(values.dims):
         return values
-    is_own = xr.Variable(("sample", "place"), kinds[run["archetype_index"].values] == 0)
-    return values.where(is_own.rename({"place": "storey" if "storey" in values.dims else "floor"}))
+    dims = "sample", "storey" if "storey" in values.dims else "floor"
+    return values.where(xr.DataArray(kinds[run["archetype_index"].values] == 0, dims=dims))
 
 
 def archetypes_of(run: xr.Dataset) -> np.ndarray:

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from warpdyn.core.units import unit_attributes
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, CurveShape
-from warpdyn.statistics.intervals.jackknife import LeftOut, fraction_intervals, spread_of
+from warpdyn.statistics.intervals.fractions import fraction_intervals
+from warpdyn.statistics.intervals.jackknife import LeftOut, spread_of
 from warpdyn.statistics.lognormal_fit import FITTED
 from warpdyn.statistics.stripe_counts import StripeCounts
 
@@ -103,7 +104,8 @@ def curves(
 
     slopes = np.stack([-np.exp(-worst.whole[1])[:, None] + 0 * logarithm, -scores(worst.whole)])
     interaction = (slopes**2 * worst.interaction[:, :, None]).sum(axis=0)  # without the covariance, which is small
-    spread = spread_of(scores(worst.whole), scores(worst.records), scores(worst.groups), interaction)
+    parts = scores(worst.whole), scores(worst.records), scores(worst.groups)
+    spread = spread_of(*parts, interaction, worst.strata)
     with np.errstate(over="ignore"):
         standardised = np.exp(np.where(has_interval[:, None], spread.interval(confidence), np.nan))
     bounds = shape.probability(standardised, 1.0, 1.0)
@@ -195,8 +197,9 @@ def intensities_along(highest: float) -> np.ndarray:
     return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
 
 
-def interval_method(records: int, groups: int, parts: int | None = None) -> str:
-    """Return what intervals come from: so many records, left out in so many parts, and groups of structures."""
+def interval_method(records: int, groups: int, parts: int | None = None, strata: int = 1) -> str:
+    """Return what intervals come from: records, left out in parts and compared within strata, and structures."""
+    nested = f" in {strata} sets, each at levels of its own," if strata > 1 else ""
     in_parts = "" if parts in (None, records) else f" in {parts} parts"
     and_groups = f" and {groups} groups of structures" if groups else ""
-    return f"jackknife over {records} records{in_parts}{and_groups}, less its bias, with Student's t"
+    return f"jackknife over {records} records{nested}{in_parts}{and_groups}, less its bias, with Student's t"

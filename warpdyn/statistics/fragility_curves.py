@@ -168,7 +168,7 @@ def fragility(
             "demand": ", ".join(checked.demands),
             "fragility_method": chosen.method,
             "fragility_shape": chosen.shape.name,
-            "interval_method": interval_method(len(left.records), len(left.groups))
+            "interval_method": interval_method(len(left.records), len(left.groups), strata=counts.strata.max() + 1)
             + "; stripe fractions: Korn and Graubard (1998)",
             "confidence": float(confidence),
             "replicates_seed": seed,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -29,7 +31,7 @@ def as_portfolio(identities: list[Identities], names: list[str], parts: list[xr.
                 f"join: run {each.place} is not of a ShearBuilding, and the runs are of different structures: join "
                 "runs of one structure, or of ShearBuildings"
             )
-    known = _named(identities, names)
+    known = _names_of_buildings(identities, names)
     numbers = {kind: place for place, kind in enumerate(known.values())}
     storeys = np.zeros(len(known), dtype=np.int32)
     highest = max(_storeys(each.run) for each in identities)
@@ -79,7 +81,7 @@ def as_portfolio(identities: list[Identities], names: list[str], parts: list[xr.
     return joined.assign_coords(numbered)
 
 
-def _named(identities: list[Identities], names: list[str]) -> dict[str, int]:
+def _names_of_buildings(identities: list[Identities], names: list[str]) -> dict[str, int]:
     """Return the identities of all building types by names that differ."""
     known: dict[str, int] = {}
     for each, name in zip(identities, names, strict=True):
@@ -121,5 +123,5 @@ def _filled(parts: list[xr.Dataset]) -> xr.Dataset:
                 shape = tuple(part.sizes["sample"] if dim == "sample" else other.sizes[dim] for dim in other.dims)
                 part = part.assign({name: (other.dims, np.full(shape, np.nan, other.dtype), other.attrs)})
         parts[place] = part
-    options = {"data_vars": "all", "coords": "different", "compat": "equals", "join": "outer"}
+    options: Any = {"data_vars": "all", "coords": "different", "compat": "equals", "join": "outer"}
     return xr.concat(parts, "sample", combine_attrs="override", **options)

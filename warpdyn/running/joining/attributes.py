@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -47,7 +48,7 @@ def check_comparable(runs: Sequence[xr.Dataset]) -> None:
     for place, run in enumerate(runs[1:], start=1):
         if ("im_level" in run.coords) != ("im_level" in first.coords):
             raise ValueError(f"join: run 0 or run {place} has no 'im_level'; join runs under ground motions only")
-        one, other = (measure_of_dataset(each) for each in (first, run))
+        one, other = (dict[str, Any](measure_of_dataset(each)) for each in (first, run))
         if one.keys() != other.keys() or any(not np.array_equal(one[key], other[key]) for key in one):
             raise ValueError(
                 f"join: the intensities of run {place} are of {other.get('intensity_measure')!r}, and those of run 0 "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -62,7 +63,7 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
         )
     same_motions = all(np.array_equal(each, motions[0]) for each in motions)
     same_structures = all(each.shape == drawn[0].shape and np.array_equal(each, drawn[0]) for each in drawn)
-    options = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "combine_attrs": "override"}
+    options: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "combine_attrs": "override"}
     if same_motions:
         joined = xr.concat(parts, "structure", **options)
         count = np.arange(joined.sizes["structure"], dtype=np.int32)

@@ -177,4 +177,4 @@ def _motions_of(excitation: Any) -> list[dict[str, Any]]:
     """Return what the JSON of an excitation says of its motions, in the order of their numbers."""
     if not isinstance(excitation, Mapping):
         return []
-    return [each for each in excitation.get("motions", []) if isinstance(each, Mapping) and "name" in each]
+    return [dict(each) for each in excitation.get("motions", []) if isinstance(each, Mapping) and "name" in each]

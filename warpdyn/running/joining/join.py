@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -53,7 +54,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
         >>> both.sizes["sample"], int(both["structure"].max()) + 1
         (192, 4)
     """
-    names, datasets = _checked(runs)
+    names, datasets = _checked_runs(runs)
     if any("capacity" in run for run in datasets):
         return join_capacities(datasets)
     for place, run in enumerate(datasets):
@@ -79,7 +80,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
     return joined
 
 
-def _checked(runs: object) -> tuple[list[str], list[xr.Dataset]]:
+def _checked_runs(runs: object) -> tuple[list[str], list[xr.Dataset]]:
     """Return the names of the runs, "" without any, and the runs."""
     if isinstance(runs, xr.Dataset) or not isinstance(runs, Sequence | Mapping) or isinstance(runs, str):
         raise TypeError(
@@ -141,10 +142,10 @@ def _check_duplicates(identities: list[Identities]) -> None:
                 place, theirs = np.concatenate(origin)[found[mine]]
                 raise ValueError(
                     f"join: {int((found >= 0).sum())} of the {keys.size} samples of run {each.place} are in run "
-                    f"{place} too: sample {mine} is its sample {theirs}, of the same structure under the same motion at the "
-                    "same level. They would count twice, and intervals would be too narrow. Remove one of the two runs "
-                    "from the list, or run simulate() with another seed= (of a scene without scatter, other motions or "
-                    "levels)"
+                    f"{place} too: sample {mine} is its sample {theirs}, of the same structure under the same motion "
+                    "at the same level. They would count twice, and intervals would be too narrow. Remove one of the "
+                    "two runs from the list, or run simulate() with another seed= (of a scene without scatter, with "
+                    "other motions or levels)"
                 )
         own = np.column_stack([np.full(keys.size, each.place), np.arange(keys.size)])
         seen = keys if seen is None else seen.append(keys)
@@ -176,7 +177,7 @@ def _renumbered(identities: list[Identities]) -> list[xr.Dataset]:
     for place, each in enumerate(identities):
         begin, end = of_run[place], of_run[place + 1]
         run, label = each.run, "building" if each.is_portfolio else "structure"
-        numbers = {
+        numbers: dict[str, Any] = {
             "sample": ("sample", np.arange(begin, end, dtype=np.int32), run["sample"].attrs),
             label: ("sample", structures[begin:end].astype(np.int32), run[label].attrs),
             OF_SAMPLES: ("sample", each.structures, {"long_name": "digest of what the structure is", "units": "1"}),
@@ -216,7 +217,7 @@ def _together(parts: list[xr.Dataset]) -> xr.Dataset:
                 )
     found = [part[error] for part in parts if error in part]
     rows = [part[[n for n, v in part.variables.items() if "sample" in v.dims]] for part in parts]
-    options = {"data_vars": "all", "coords": "different", "compat": "equals", "join": "outer"}
+    options: Any = {"data_vars": "all", "coords": "different", "compat": "equals", "join": "outer"}
     joined = xr.concat(rows, "sample", combine_attrs="override", **options)
     joined = joined.merge(rest, compat="override", combine_attrs="override")
     if found:  # the largest bounds every quantile over all samples
