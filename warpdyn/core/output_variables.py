@@ -19,6 +19,10 @@ LARGEST_EXCLUDED_FRACTION = 0.01  # of samples or pairs that failed; with more o
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
 
 
+# Values of the variable median_status of fragility curves: where a median lies among the intensities that were run.
+MEDIAN_STATUS, MEDIAN_MEANINGS = "median_status", ("within_levels", "extrapolated", "none")
+WITHIN_LEVELS, EXTRAPOLATED, NO_MEDIAN = range(3)
+
 # The kind of each storey of a run that has isolators or a tuned mass damper, along `storey`; of a portfolio along
 # `archetype` and `storey`.
 STOREY_KIND, KIND_OF_ARCHETYPES = "storey_kind", "storey_kind_of_archetype"

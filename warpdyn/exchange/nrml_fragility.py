@@ -17,6 +17,7 @@ from warpdyn.exchange import nrml
 from warpdyn.exchange.exceedance import check_exceedance, damage_states, fitted
 from warpdyn.exchange.measures import measure_of, to_openquake
 from warpdyn.exchange.text_files import checked_path
+from warpdyn.risk.curves import extrapolated
 from warpdyn.statistics.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
 
 FUNCTION = "write_nrml_fragility"
@@ -103,6 +104,9 @@ def write_nrml_fragility(
         raise ValueError(f"{FUNCTION}: discrete functions have intensities, not a least and a greatest one")
 
     default = f"warpdyn: {curves[first].attrs.get('fragility_method', 'fragility curves')}"
+    beyond = {taxonomy: extrapolated(dataset, tuple(states)) for taxonomy, dataset in curves.items()}
+    told = [f"{taxonomy}: {', '.join(found)}" for taxonomy, found in beyond.items() if found]
+    default += f". Extrapolated medians: {'; '.join(told)}" if told else ""
     text = nrml.checked_description(FUNCTION, description, default)
     root, model = nrml.model("fragilityModel", loss_type, text)
     ElementTree.SubElement(model, "limitStates").text = " ".join(states)

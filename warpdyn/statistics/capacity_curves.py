@@ -10,8 +10,10 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION, measure_of_dataset
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
+from warpdyn.statistics.estimators.binomial import UNDETERMINED
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.fragility_curves import OVER
+from warpdyn.statistics.intervals.extrapolation import mark, sentences
 from warpdyn.statistics.intervals.jackknife import few_groups, trusted
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import (
@@ -101,18 +103,25 @@ def fragility_from_capacities(
         logarithms[:, 0, state], logarithms[:, 1, state] = centre[:, 0], np.log(deviation)
     names = tuple(str(name) for name in capacities["damage_state"].values)
     left = observed.left_out(logarithms, influences, independent)
-    _warn(names, outcome, observed.records, high, few_groups(left, trusted(left, outcome), names))
+    attributes = capacities["capacity"].attrs
+    units = str(attributes.get("units", "g"))
+    lowest, highest = np.exp(_ends(low, high))
+    marked = mark(left, outcome, lowest, highest)
+    left, outcome = marked.left, marked.outcome
+    told = few_groups(left, trusted(left, outcome), names)
+    told += sentences(names, marked.status, outcome, marked.fitted, lowest, highest, units)
+    _warn(names, outcome, observed.records, high, told)
     medians, dispersions = np.exp(logarithms)[:, 0, :, None], np.exp(logarithms)[:, 1, :, None]
     finite = upper[np.isfinite(upper)]
-    attributes = capacities["capacity"].attrs
     result = dataset_of_curves(
         observed,
         names,
         left,
         outcome,
+        marked.status,
         curves=lambda intensity: LOGNORMAL.probability(intensity, medians, dispersions),
         highest=float(finite.max()) if finite.size else 1.0,
-        units=str(attributes.get("units", "g")),
+        units=units,
         confidence=confidence,
         replicates=replicates,
         seed=seed,
@@ -187,6 +196,16 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
+def _ends(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the logarithms of the lowest and the highest level that tell of each state, shape [2, damage_state].
+
+    Capacities that are known bound the levels, and so do the ends of those that are not.
+    """
+    from_below = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high, np.inf))
+    from_above = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, -np.inf))
+    return np.stack([from_below.min(axis=0), from_above.max(axis=0)])
+
+
 def _outcome(low: np.ndarray, high: np.ndarray) -> int:
     """Return whether the likelihood of brackets can have a maximum, before it is fitted."""
     if np.isposinf(high).all():
@@ -209,15 +228,9 @@ def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.nd
         what = advice.get(each, "see its capacities")
         if each == SEPARATED and part > 0.5:
             what = f"{100 * part:.0f} % of the capacities lie above the highest level: raise it"
-        if each != FITTED:
+        if each not in (FITTED, UNDETERMINED):
             said.append(f"damage state {name!r} has no fit ({FIT_MEANINGS[each]}); {what}")
     if records == 1:
         said.append("there is one motion: records are what intervals are over, so that none is given")
-    said += [
-        f"damage state {name!r}: {100 * part:.0f} % of the capacities lie above the highest level, so that the median "
-        "is extrapolated; raise the highest level"
-        for name, part, each in zip(names, share, outcome, strict=True)
-        if each == FITTED and part > 0.5
-    ]
     if said:
         warn_caller("\n- ".join(["fragility_from_capacities:", *said]) if len(said) > 1 else said[0])

@@ -33,6 +33,7 @@ from warpdyn.statistics.estimators.cloud import (
     fit_with_collapse,
 )
 from warpdyn.statistics.fragility_curves import OVER
+from warpdyn.statistics.intervals.extrapolation import mark, sentences
 from warpdyn.statistics.intervals.jackknife import few_groups, trusted
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import FITTED, NO_EXCEEDANCE, NO_FINITE_MEDIAN, NOT_INCREASING, check_confidence
@@ -135,6 +136,12 @@ def fragility_of_cloud(
     logarithms[:, :, ~np.isin(outcome, (FITTED, PENALISED))] = np.nan
     influences, independent = _influences(observed, regression, fits, np.where(np.isinf(limit), np.nan, logarithms[0]))
     left = observed.left_out(logarithms, influences, independent)
+    ends = float(intensity.min()), float(intensity.max())
+    marked = mark(left, outcome, *ends)
+    left, outcome = marked.left, marked.outcome
+    units = str(dataset["im_level"].attrs.get("units", "g"))
+    told = few_groups(left, trusted(left, outcome), checked.states)
+    told += sentences(checked.states, marked.status, outcome, marked.fitted, *ends, units)
     _warn(
         checked,
         outcome,
@@ -143,16 +150,17 @@ def fragility_of_cloud(
         values,
         observed.records,
         estimator,
-        few_groups(left, trusted(left, outcome), checked.states),
+        told,
     )
     result = dataset_of_curves(
         observed,
         checked.states,
         left,
         outcome,
+        marked.status,
         curves=lambda points: fits.probability(points[None, None], limit),
         highest=float(max(intensity.max(), np.nanmax(median[0], initial=0.0) * 2.0)),
-        units=str(dataset["im_level"].attrs.get("units", "g")),
+        units=units,
         confidence=confidence,
         replicates=replicates,
         seed=seed,

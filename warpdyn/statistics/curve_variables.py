@@ -8,9 +8,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.core.output_variables import MEDIAN_STATUS
 from warpdyn.core.units import unit_attributes
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, CurveShape
+from warpdyn.statistics.intervals.extrapolation import status_attributes
 from warpdyn.statistics.intervals.fractions import fraction_intervals
 from warpdyn.statistics.intervals.jackknife import LeftOut, spread_of
 from warpdyn.statistics.lognormal_fit import FITTED
@@ -31,6 +33,7 @@ def estimates(
     counts: StripeCounts,
     left: LeftOut,
     outcome: np.ndarray,
+    status: np.ndarray,
     has_interval: np.ndarray,
     confidence: float,
     over_structures: bool,
@@ -48,6 +51,7 @@ def estimates(
         "fragility_median": (median, bounds[:, 0], "median capacity", of_measure),
         "fragility_dispersion": (dispersion, bounds[:, 1], "dispersion of the capacity", {"comment": NO_FIT}),
         "fit_status": (outcome, None, "outcome of the lognormal fit", fit_flags()),
+        MEDIAN_STATUS: (status, None, "where the median lies among the levels", status_attributes()),
     }
     variables = {"exceeding_samples": variable(_OF_STRIPES, counts.total[-1], "samples exceeding, worst place")}
     for name, (values, bound, meaning, attributes) in rows.items():

@@ -25,8 +25,9 @@ from warpdyn.statistics.curve_variables import (
     variable,
     variances,
 )
-from warpdyn.statistics.estimators.binomial import PENALISED
+from warpdyn.statistics.estimators.binomial import PENALISED, UNDETERMINED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
+from warpdyn.statistics.intervals.extrapolation import mark, sentences
 from warpdyn.statistics.intervals.jackknife import SOURCES, few_groups, leave_out, trusted
 from warpdyn.statistics.lognormal_fit import (
     FITTED,
@@ -93,7 +94,9 @@ def fragility(
     Returns:
         Fractions by stripe, medians [g, or the unit of the levels], dispersions [1] and curves, each with its interval,
         for the worst place and (named `storey_...`, or after its dimension) for each. A median and a dispersion are NaN
-        if the stripes have no fit (see `fit_lognormal`; `fit_status` gives the case); bounds are also NaN where the
+        if the stripes have no fit (see `fit_lognormal`; `fit_status` gives the case), or if the median lies outside the
+        levels and the data do not determine it. `median_status` marks medians outside the levels that they do
+        determine as extrapolated, and a warning gives their values. Bounds are also NaN where the
         stripes without one of the records have no fit, or there is only one record.
 
     Raises:
@@ -122,9 +125,15 @@ def fragility(
     labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
     over_structures = intervals_over == OVER[0]
     left, outcome = leave_out(counts, chosen, over_structures=over_structures)
+    ends = float(counts.levels[0]), float(counts.levels[-1])
+    marked = mark(left, outcome, *ends)
+    left, outcome = marked.left, marked.outcome
     has_interval = trusted(left, outcome)
-    _warn(checked, counts, outcome, has_interval, few_groups(left.worst, has_interval[-1], checked.states))
-    variables = estimates(counts, left, outcome, has_interval, confidence, over_structures)
+    told = few_groups(left.worst, has_interval[-1], checked.states)
+    of_worst = marked.status[-1], outcome[-1], marked.fitted[-1]
+    told += sentences(checked.states, *of_worst, *ends, counts.units)
+    _warn(checked, counts, outcome, has_interval, told)
+    variables = estimates(counts, left, outcome, marked.status, has_interval, confidence, over_structures)
     curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
     variables |= curve
     of_discretisation = discretisation_variance(dataset, checked.single, len(checked.states))
@@ -192,7 +201,7 @@ def _warn(
     if len(counts.valid) == 1:
         said.append("the run has one record: there is no variance among records, and no interval")
     for state, name in enumerate(states):
-        if outcome[-1, state] != FITTED:
+        if outcome[-1, state] not in (FITTED, UNDETERMINED):
             meaning = FIT_MEANINGS[outcome[-1, state]]
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
             if np.isinf(limits.values[:, state]).all() and outcome[-1, state] == NO_EXCEEDANCE:
@@ -200,13 +209,13 @@ def _warn(
                     "; only collapse passes its infinite limit: the scene needs a collapse_drift_ratio, or the "
                     "building a drift_capacity or drift_ratio_capacity"
                 )
-            what = f"has no lognormal fit: {meaning}"
+            what = f" has no lognormal fit: {meaning}"
             if outcome[-1, state] == PENALISED:
                 what = (
-                    f"has stripes that are {FIT_MEANINGS[SEPARATED]}, and a fit of penalised likelihood: its median "
-                    "has the interval of the levels about it, its dispersion none"
+                    f": its stripes are {FIT_MEANINGS[SEPARATED]}, and the curve is fitted by penalised likelihood; "
+                    "the interval of the median is that of the levels around it, and the dispersion has no interval"
                 )
-            said.append(f"damage state {name!r} {what}{'; ' if advice else ''}{advice}")
+            said.append(f"damage state {name!r}{what}{'; ' if advice else ''}{advice}")
     lacking = (outcome == FITTED) & ~has_interval
     if len(counts.valid) > 1 and lacking.any():
         names = [
