@@ -202,6 +202,8 @@ def _design_of(scene: Scene) -> Design:
         raise TypeError("capacities() takes a scene of one structure, got a Portfolio: give it an archetype's scene")
     if not isinstance(design, Cloud | Stripes):
         raise TypeError(f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}")
+    if isinstance(design, Stripes):
+        design.check_scaled_to_all("capacities")
     if design.measure.power == 0:
         raise ValueError(
             f"{design.measure.name} does not grow with a motion's scale: take another intensity measure, such as "

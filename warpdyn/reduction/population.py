@@ -105,9 +105,9 @@ class Population:
             at_sites = np.asarray(design.motion)
             is_shared = bool((at_sites == at_sites[:1]).all())
             return at_sites[0, np.asarray(design.earthquake)].ravel() if is_shared else None
-        if isinstance(design, Stripes | Cloud) and design.structures_per_motion is None:
-            return np.repeat(np.arange(len(design.motions)), self.levels_of(0).size)
-        return None
+        if isinstance(design, Stripes) and design.structures_per_motion is None:
+            return design.places[0].astype(np.int64)
+        return np.arange(len(design.motions)) if isinstance(design, Cloud) else None
 
     @property
     def motions_by_place(self) -> bool:
@@ -147,6 +147,13 @@ class Population:
         """Return the levels of an event's stripes [g, or SI units of other measures]; a single 0 without any."""
         design = self.designs[event]
         return np.asarray(design.levels, dtype=np.float64) if isinstance(design, Stripes) else np.zeros(1)
+
+    def level_of_places(self, event: int) -> np.ndarray:
+        """Return the number of the level of each of a structure's samples in an event; 0 without any."""
+        design, samples = self.designs[event], self.samples(event)
+        if isinstance(design, Stripes) and design.structures_per_motion is None:
+            return design.places[1]
+        return np.arange(samples) % self.levels_of(event).size
 
     @cached_property
     def level_attributes(self) -> dict[str, object]:

@@ -77,7 +77,7 @@ def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
     if "estimated_relative_error" not in run and "estimated_relative_error_of_sample" not in run:
         told.append("No sample was run again at a finer step: checked_share= would have estimated what the step errs.")
     steps = run["integration_step"].values[status == OK] if "step" in run.attrs else np.array([])
-    shorter = int(np.count_nonzero(steps < 0.999 * float(run.attrs.get("step", 0))))
+    shorter = int(np.count_nonzero(steps < 0.999 * float(np.min(run.attrs.get("step", 0)))))
     if shorter:
         told.append(f"{shorter:,} samples took shorter steps than the others, which their stability asked for.")
     return told + _of_fits(run)

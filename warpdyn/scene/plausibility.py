@@ -204,7 +204,8 @@ def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) ->
     if band:  # a user's own measure has none
         findings.add(band, levels, where)
         findings.add(f"lowest_{band}", levels.min(), where)
-    factors = (levels / stripes.intensities[:, None]) ** (1 / stripes.measure.power)
+    motion, level = stripes.places
+    factors = (levels[level] / stripes.intensities[motion]) ** (1 / stripes.measure.power)
     findings.add("scale_factor" if is_acceleration else "scale_factor_to_level", np.median(factors), where)
 
 
