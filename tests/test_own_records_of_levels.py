@@ -79,7 +79,10 @@ def test_curves_of_samples_and_of_counts_agree_with_joined_runs_of_each_level():
     curves = wd.fragility(run, LIMITS)
     assert curves["valid_samples"].values.tolist() == [8, 8, 4]
     for other in (wd.fragility(counted), wd.fragility(joined, LIMITS)):
-        xr.testing.assert_allclose(other[list(curves.data_vars)], curves, rtol=1e-9)  # sums in another order
+        shared = [name for name in curves.data_vars if name in other]  # counts are of the worst storey alone
+        assert "fragility_median_upper" in shared
+        for name in shared:
+            np.testing.assert_allclose(other[name], curves[name], rtol=1e-9)  # sums in another order
     scene = wd.Scene.from_json(run.attrs["scene"], MOTIONS)
     assert scene.excitation.motions_of_levels == SELECTED.motions_of_levels
 
