@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 from test_simulate import MOTIONS, SEEDED, make_building
 
 import warpdyn as wd

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 import xarray as xr
+from scipy.stats import lognorm
+from test_cloud_curves import make_cloud
 from test_fragility import make_run
 
 import warpdyn as wd
@@ -140,3 +142,46 @@ def test_a_large_cloud_is_refused_with_what_to_use():
     run = make_run(generator.random(5000), generator.integers(0, 44, 5000), generator.random(5000) + 0.1)
     with pytest.raises(ValueError, match=r"up to 4,096 levels; for a larger cloud take fragility_of_cloud"):
         wd.fragility(run, LIMITS)
+
+
+# Intensity [g], whether it failed, and demand of eight analyses: Code_Aster's test zzzz233a.
+OBSERVED = np.array(
+    [
+        [0.5, 1, 0.035], [0.45, 0, 0.03], [0.3, 0, 0.028], [0.3, 1, 0.0355],
+        [0.15, 0, 0.01], [0.25, 0, 0.02], [0.9, 1, 0.05], [0.4, 1, 0.04],
+    ]
+)  # fmt: skip
+
+
+def test_single_observations_of_code_aster():
+    level, failed, _ = OBSERVED.T
+    run = make_run(np.where(failed == 1, 0.05, 0.01), np.arange(8), level)
+    curves = wd.fragility(run, {"failure": 0.03}, replicates=2)
+    # The maximum of the likelihood to 8 digits; Code_Aster prints 0.35754513 and 0.40403951, as its search stops early.
+    assert float(curves["fragility_median"][0]) == pytest.approx(0.35754191, rel=1e-7)
+    assert float(curves["fragility_dispersion"][0]) == pytest.approx(0.40400375, rel=1e-6)
+
+
+def test_the_deviation_of_a_regression_has_the_divisor_n():
+    level, _, demand = OBSERVED.T
+    curves = wd.fragility_of_cloud(make_cloud(level, demand), {"failure": 0.0315})
+    slope, intercept = np.polyfit(np.log(level), np.log(demand), 1)
+    residual = np.log(demand) - intercept - slope * np.log(level)
+    assert float(curves["regression_deviation"]) == pytest.approx(np.std(residual), rel=1e-9)
+    likelihood = sm.OLS(np.log(demand), sm.add_constant(np.log(level))).fit()
+    assert float(curves["regression_deviation"]) == pytest.approx(np.sqrt(likelihood.ssr / likelihood.nobs), rel=1e-9)
+    # With n - 1 it would be 0.2829.
+    assert float(curves["fragility_dispersion"][0]) == pytest.approx(0.2646, abs=5e-5)
+
+
+def test_the_dispersion_of_exact_capacities_has_the_divisor_n():
+    capacity = OBSERVED[:, 0]
+    found = xr.Dataset(
+        {"capacity": (("motion", "damage_state"), capacity[:, None], {"units": "g"})}, {"damage_state": ["failure"]}
+    )
+    curves = wd.fragility_from_capacities(found)
+    shape, _, scale = lognorm.fit(capacity, floc=0)  # scipy's maximum likelihood, to its search's tolerance of 1e-4
+    assert float(curves["fragility_dispersion"][0]) == pytest.approx(np.log(capacity).std(), rel=1e-12)
+    np.testing.assert_allclose(
+        [curves["fragility_median"][0], curves["fragility_dispersion"][0]], [scale, shape], rtol=1e-3
+    )

@@ -41,8 +41,9 @@ def fragility_from_capacities(
     """Fit a lognormal fragility curve to the capacities of every damage state, with intervals.
 
     Curves maximise the likelihood of what is known of each capacity: that it lies within its bracket, or above the
-    highest level that was run (right-censored), or below the lowest. Where every capacity is known exactly this is the
-    method of moments (Baker 2015, Earthquake Spectra 31(1), with n in place of n - 1). Intervals are those of
+    highest level that was run (right-censored), or below the lowest. If every capacity is known exactly, this is the
+    method of moments: mean and standard deviation of ln capacity, with divisor n as NumPy's `std` and scipy.stats'
+    `lognorm.fit` have it; Baker (2015, Earthquake Spectra 31(1)) has n - 1. Intervals are those of
     `fragility`: a jackknife over records and structures with Student's t.
 
     Args:

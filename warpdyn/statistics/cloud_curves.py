@@ -62,6 +62,10 @@ def fragility_of_cloud(
 ) -> xr.Dataset:
     """Fit fragility curves to a cloud: ln demand is a line in ln intensity, with a constant deviation.
 
+    The deviation is that of maximum likelihood: the sum of squared residuals over n samples, as in pyFragility and
+    statsmodels' likelihood. Programs that divide by n - 1 or n - 2 print dispersions sqrt(n / (n - 1)) or
+    sqrt(n / (n - 2)) times as large.
+
     A sample that collapsed has a demand of at least that up to which it was followed, which estimator "censored" takes
     as it is (right-censored): the curve of a limit c is lognormal, with the median exp((ln c - intercept) / slope) and
     the dispersion deviation / slope. Estimator "collapse" fits the line to the samples that stand, and the probability
@@ -171,7 +175,10 @@ def fragility_of_cloud(
     said = {
         "regression_intercept": (fits.intercept[0], "ln demand at an intensity of 1, of the regression"),
         "regression_slope": (fits.slope[0], "slope of ln demand on ln intensity"),
-        "regression_deviation": (fits.deviation[0], "standard deviation of ln demand about the regression"),
+        "regression_deviation": (
+            fits.deviation[0],
+            "standard deviation of ln demand about the regression, with divisor n",
+        ),
         "collapsed_samples": (int(collapsed.sum()), "samples that collapsed"),
         "valid_samples": (intensity.size, "samples counted, collapsed ones included"),
         "excluded_samples": (failed, "samples kept out"),
