@@ -55,8 +55,8 @@ def storey_losses(
     Returns:
         `loss_ratio(sample)` [1] and, of samples that stand, its parts `drift_loss_ratio(sample, storey)` and
         `acceleration_loss_ratio(sample, floor)`. Of a run on stripes also `mean_loss_ratio(intensity)`,
-        `coefficient_of_variation(intensity)` (over all samples of the stripe, with divisor n - 1) and `collapsed_share(intensity)`, which
-        `plots.vulnerability` draws.
+        `coefficient_of_variation(intensity)` (over all samples of the stripe, with divisor n - 1) and
+        `collapsed_share(intensity)`, which `plots.vulnerability` draws.
 
     Raises:
         TypeError: If `run` is no Dataset.
