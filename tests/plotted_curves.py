@@ -11,7 +11,7 @@ import warpdyn as wd
 RUN = striped_run()
 LIMITS = {"slight": 0.004, "extensive": 0.02}
 with warnings.catch_warnings():
-    warnings.filterwarnings("ignore", "(?s).*no interval is given")  # of these few records
+    warnings.filterwarnings("ignore", "(?s).*(no interval is given|is an extrapolation|an extrapolation below)")
     CURVES = wd.fragility(RUN, LIMITS)
     CLOUD = wd.fragility_of_cloud(RUN, LIMITS, estimator="collapse")
 MERGED = RUN.merge(CURVES, combine_attrs="no_conflicts")

@@ -46,7 +46,7 @@ def striped_run() -> xr.Dataset:
     ratio = drift[:, None] * np.array([1.0, 0.6, 0.3])
     residual = np.where(collapsed[:, None], np.nan, -0.1 * ratio)
     codes = {"flag_values": np.arange(len(STATUS_MEANINGS)), "flag_meanings": " ".join(STATUS_MEANINGS)}
-    im = {"long_name": "PGA of the scaled motion", "units": "g", "design": "stripes"}
+    im = {"long_name": "PGA of the scaled motion", "intensity_measure": "PGA", "units": "g", "design": "stripes"}
     time = np.linspace(0, 2, 201)
     displacement = 0.05 * np.sin(3 * time)[None, :, None] * np.array([1.0, 1.6, 1.9])
     displacement = np.repeat(displacement, 2, axis=0)

@@ -175,7 +175,7 @@ BAD = {
     "unknown": (None, {"lihgt": {}}, {}, "limits name 'lihgt'"),
     "states": (None, LIMITS | {"heavy": {"slight": 1.0}}, {}, "archetype 'heavy': its damage states are slight"),
     "order": (None, LIMITS | {"heavy": {"slight": 3.0, "complete": 2.0}}, {}, "'heavy': limits must increase"),
-    "sign": (None, LIMITS | {"heavy": {"slight": -3.0, "complete": 2.0}}, {}, "archetype 'heavy': limit of 'slight'"),
+    "sign": (None, LIMITS | {"heavy": {"slight": -3.0, "complete": 2.0}}, {}, "'heavy': the limit of .*'slight' is"),
     "events": (None, LIMITS, {"events": [0, 1]}, "each of the 4 motions, and holds 2"),
     "a word": (None, LIMITS, {"events": "aabb"}, "each of the 4 motions, and is 'aabb'"),
     "tuples": (None, LIMITS, {"events": [("a", 1)] * 4}, "events must be names or whole numbers, all of one kind"),

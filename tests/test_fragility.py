@@ -298,7 +298,7 @@ def test_estimators_by_name():
 def test_separated_stripes_have_a_penalised_fit_that_says_so():
     levels = np.array([0.5, 1.0, 1.5, 2.0])
     run = make_run(np.tile([0.01, 0.01, 0.03, 0.03], 11), np.repeat(range(11), 4), np.tile(levels, 11))
-    with pytest.warns(UserWarning, match=r"'light' has stripes that are separated.*penalised.*between 1 and"):
+    with pytest.warns(UserWarning, match=r"'light': its stripes are separated.*penalised.*between 1 and"):
         curves = wd.fragility(run, {"light": 0.02})
     assert FIT_MEANINGS_OF_ESTIMATORS[curves["fit_status"].item()] == "penalised"
     assert 1.0 < curves["fragility_median"].item() < 1.5
@@ -324,11 +324,11 @@ def test_one_record_has_no_interval():
 
 
 def test_no_interval_where_one_record_alone_makes_the_fit():
-    # One of 5 records alone exceeds: without it none does.
+    # One of 2 records alone exceeds: without it none does.
     levels = np.array([0.5, 1.0, 1.5])
-    drift = np.full((5, 3), 0.01)
+    drift = np.full((2, 3), 0.01)
     drift[0] = [0.01, 0.03, 0.03]
-    run = make_run(drift.ravel(), np.repeat(range(5), 3), np.tile(levels, 5))
+    run = make_run(drift.ravel(), np.repeat(range(2), 3), np.tile(levels, 2))
     with pytest.warns(UserWarning, match=r"no interval.*'light' \(worst place\), 'light' \(storey 1\): without one"):
         result = wd.fragility(run, {"light": 0.02})
     assert np.isfinite(result["fragility_median"]).all()
@@ -338,7 +338,7 @@ def test_no_interval_where_one_record_alone_makes_the_fit():
 
 @pytest.mark.filterwarnings("error")
 def test_a_storey_is_fitted_as_if_it_were_the_only_one():
-    run, limits = synthetic_run(12), {"light": 0.01, "heavy": 0.03}
+    run, limits = synthetic_run(12), {"light": 0.01, "heavy": 0.025}
     both = wd.fragility(run, limits)
     alone = wd.fragility(run.isel(storey=[1]), limits)
     for name in ["exceedance_fraction", "fragility_median", "fragility_dispersion"]:
@@ -358,9 +358,6 @@ def test_a_storey_is_fitted_as_if_it_were_the_only_one():
         (lambda d: d.expand_dims("event"), "dimensions.*select_event"),
         (lambda d: d.isel(sample=[]), "empty"),
         (lambda d: d.isel(sample=(d["im_level"] == 0.6).values), "stripe of 0.6 g.*at least 2"),
-        (lambda d: d.assign_coords(im_level=0.1 + d["motion_index"]), "30 values for 30 pairs.*stripes"),  # a cloud
-        # Mirrored motions share their levels two by two: the design tells, not the numbers.
-        (lambda d: d.assign_coords(im_level=d["im_level"].assign_attrs(design="of a cloud")), "of a cloud.*stripes"),
         (lambda d: d.assign_coords(im_level=d["im_level"] * np.nan), "'im_level' of sample 0 is nan"),
         (lambda d: d.assign_coords(im_level=d["im_level"] * 0), "'im_level' of sample 0 is 0.0"),
         (
@@ -388,7 +385,7 @@ def test_bad_runs_are_refused(change, message):
         ({"light": 0.02, "heavy": 0.01}, {}, ValueError, "'light' has 0.02 and 'heavy' after it 0.01"),
         ({"light": 0.02, "heavy": 0.02}, {}, ValueError, "increase"),
         ({"light": 0.0}, {}, ValueError, "'light' is 0.0"),
-        ({"light": np.inf}, {}, ValueError, "finite"),
+        ({"light": np.inf, "heavy": np.inf}, {}, ValueError, "increase"),
         ({"light": 0.02}, {"replicates": 0}, ValueError, "replicates must be a whole number of at least 1"),
         ({"light": 0.02}, {"intervals_over": "structures"}, ValueError, "records and structures"),
         ({"light": 0.02}, {"seed": -1}, ValueError, "seed must be a whole number of at least 0"),

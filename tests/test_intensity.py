@@ -75,7 +75,8 @@ def test_stripes_are_scaled_to_their_level(measure, units):
     assert (f"levels [{units}]", [0.3, 1.2]) in [(name, list(values)) for name, values in stripes.told()[:1]]
     assignment = stripes.assign(structures=[0], seed=0)
     assert assignment.units == units
-    assert assignment.measure == measure.name
+    assert assignment.measure.keys() == measure.attributes().keys()
+    assert assignment.measure["intensity_measure"] == measure.name
     for motion, scale, level in zip(assignment.motion, assignment.scale, assignment.im_level, strict=True):
         scaled = wd.GroundMotion(scale * MOTIONS[motion].acceleration, MOTIONS[motion].step)
         # Rounding of a sum over the 30 to 50 values, and of the power.

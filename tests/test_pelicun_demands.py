@@ -59,10 +59,10 @@ def test_spectral_accelerations_are_named_by_their_period(tmp_path):
         ("Sa(2 s, 5 %)", "1-SA_2-0-1"),
         ("geometric mean of Sa(1 s, 5 %)", "1-SA_1-0-1"),
     ):
-        run["im_level"].attrs["long_name"] = f"{name} of the scaled motion"
+        run["im_level"].attrs["intensity_measure"] = name
         table, _ = pandas_table(wd.write_pelicun_demands(run, tmp_path / "demands.csv", level=0.2))
         assert table.columns[-1] == column
-    run["im_level"].attrs["long_name"] = "Sa_avg(0.1 to 2 s, 20 periods, 5 %) of the scaled motion"
+    run["im_level"].attrs["intensity_measure"] = "Sa_avg(0.1 to 2 s, 20 periods, 5 %)"
     table, _ = pandas_table(wd.write_pelicun_demands(run, tmp_path / "demands.csv", level=0.2))
     assert table.columns[-1] == "1-RID-3-1"  # pelicun has no such demand
 
@@ -171,7 +171,7 @@ def test_demands_are_read_back(tmp_path):
     np.testing.assert_array_equal(again["residual_drift_ratio"], np.abs(stripe["residual_drift_ratio"]))
     np.testing.assert_allclose(again["peak_ground_acceleration"], 0.4 * G, rtol=1e-12)
     assert (again["im_level"] == 0.4).all()
-    assert again["im_level"].attrs["long_name"] == "PGA of the scaled motion"
+    assert again["im_level"].attrs["intensity_measure"] == "PGA"
     assert again["storey"].values.tolist() == [1, 2, 3]
 
 
@@ -190,7 +190,8 @@ def test_another_tool_s_file_is_read_in_si(tmp_path):
     np.testing.assert_allclose(demands["peak_floor_acceleration"], [[0.3048], [0.6096]], rtol=1e-15)
     np.testing.assert_array_equal(demands["peak_storey_drift_ratio"], [[0.02, 0.0061], [0.01, np.nan]])
     np.testing.assert_allclose(demands["im_level"], [1.0, 0.5], rtol=1e-15)
-    assert demands["im_level"].attrs["long_name"] == "Sa(0.3 s, 5 %) of the scaled motion"
+    assert demands["im_level"].attrs["intensity_measure"] == "Sa(0.3 s, 5 %)"
+    assert demands["im_level"].attrs["intensity_measure_period"] == 0.3
     assert demands["failed"].values.tolist() == [0, 1]
     assert wd.read_pelicun_demands(path, direction=2)["peak_floor_acceleration"].values.tolist() == [[9 * G], [9 * G]]
 

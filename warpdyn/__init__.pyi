@@ -69,6 +69,7 @@ from .reduction.damage.losses import DamageLoss as DamageLoss
 from .reduction.demand_histogram import DemandHistogram as DemandHistogram
 from .reduction.demand_moments import DemandMoments as DemandMoments, LargestDemand as LargestDemand
 from .reports.run_report import report as report
+from .reports.summary import summary as summary
 from .risk.annual_rates import annual_rates as annual_rates
 from .risk.collapse_margin import (
     collapse_margin as collapse_margin,
@@ -86,7 +87,7 @@ from .risk.risk_targets import (
 from .risk.storey_losses import storey_losses as storey_losses
 from .risk.vulnerability import hazus_loss_ratios as hazus_loss_ratios, vulnerability as vulnerability
 from .running.histories import Histories as Histories
-from .running.labels import summary as summary
+from .running.joining.join import join as join
 from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
 from .running.selections import (
     select_archetype as select_archetype,

@@ -67,6 +67,13 @@ def whole_number(what: str, value: Any, least: int) -> int:
     return int(value)
 
 
+def checked_flag(what: str, value: Any) -> bool:
+    """Return a truth value, or raise a TypeError that names the argument."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{what} must be True or False, got {value!r}")
+    return bool(value)
+
+
 def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
     """Return a new float64 array; raise a ValueError for text, truth values, complex numbers and ragged rows."""
     refuse_masked(what, values)

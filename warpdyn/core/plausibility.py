@@ -138,8 +138,12 @@ class PlausibilityFindings:
 
 
 def warn_of_implausible_limits(limits: Mapping[str, float], of: str = "drift_limit") -> None:
-    """Give one warning of implausible limits, each by the words for whose it is, such as " of 'slight'"."""
+    """Give one warning of implausible limits, each by the words for whose it is, such as " of 'slight'".
+
+    Infinite ones, which collapse alone passes, are in any unit.
+    """
     findings = PlausibilityFindings()
     for where, limit in limits.items():
-        findings.add(of, limit, where)
+        if np.isfinite(limit):
+            findings.add(of, limit, where)
     findings.warn()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.risk.curves import warn_of_penalised
+from warpdyn.risk.curves import warn_of_extrapolated, warn_of_penalised
 
 # Lognormal curves of different dispersions cross somewhere. A tool that subtracts one from the next gets a negative
 # share of the buildings there, which so small a probability keeps below what matters.
@@ -48,6 +48,7 @@ def fitted(what: str, curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
             if not 0 < value < np.inf:
                 raise ValueError(f"{what}: {name} of damage state {state!r} is {value:g}; it must be finite, above 0")
     warn_of_penalised(curves, tuple(states))
+    warn_of_extrapolated(curves, tuple(states))
     median, dispersion = found
     for i in np.flatnonzero(np.diff(median) < 0):
         raise ValueError(

@@ -5,8 +5,9 @@ from __future__ import annotations
 import xarray as xr
 
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.output_variables import UNNAMED
 from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.risk.hazard.measures import UNNAMED, measure_named, same_measure
+from warpdyn.risk.hazard.measures import measure_named, same_measure
 
 # Units of OpenQuake's measures (openquake.hazardlib.imt) that warpdyn has too.
 UNITS = {

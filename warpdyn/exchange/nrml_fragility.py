@@ -17,6 +17,7 @@ from warpdyn.exchange import nrml
 from warpdyn.exchange.exceedance import CHECKED_POINTS, check_exceedance, damage_states, fitted
 from warpdyn.exchange.measures import measure_of, to_openquake
 from warpdyn.exchange.text_files import checked_path
+from warpdyn.risk.curves import extrapolated
 from warpdyn.risk.integrals.intensity_limits import IntensityLimits
 from warpdyn.statistics.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
 
@@ -104,6 +105,9 @@ def write_nrml_fragility(
         raise ValueError(f"{FUNCTION}: discrete functions have intensities, not a least and a greatest one")
 
     default = f"warpdyn: {curves[first].attrs.get('fragility_method', 'fragility curves')}"
+    beyond = {taxonomy: extrapolated(dataset, tuple(states)) for taxonomy, dataset in curves.items()}
+    told = [f"{taxonomy}: {', '.join(found)}" for taxonomy, found in beyond.items() if found]
+    default += f". Extrapolated medians: {'; '.join(told)}" if told else ""
     text = nrml.checked_description(FUNCTION, description, default)
     root, model = nrml.model("fragilityModel", loss_type, text)
     ElementTree.SubElement(model, "limitStates").text = " ".join(states)

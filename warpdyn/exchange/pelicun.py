@@ -13,10 +13,12 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number, real_numbers
 from warpdyn.core.messages import tell
-from warpdyn.core.output_variables import COLLAPSED, OK, STRIPED, measure_of_levels
+from warpdyn.core.output_variables import COLLAPSED, OK, STOREY_KIND, STRIPED, measure_name
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.exchange.measures import openquake_measure
 from warpdyn.exchange.text_files import checked_path, write_text
+from warpdyn.running.joining.duplicates import check_samples
+from warpdyn.running.selections import select_storeys
 from warpdyn.statistics.stripe_counts import decoded_status
 
 FUNCTION = "write_pelicun_demands"
@@ -38,7 +40,8 @@ def write_pelicun_demands(
     `1-RID-storey-1` [rad] and peak floor accelerations `1-PFA-floor-1` [m/s2], of which floor 0 is the peak ground
     acceleration of the scaled motion. Then follow the intensity measure (`1-SA_0.75-0-1`, `1-PGA-0-1` [g], also PGV and
     PGD; others pelicun does not know, and they are left out) and, where a sample failed, `1-ERROR-0-1`, by which
-    pelicun leaves the sample out.
+    pelicun leaves the sample out. Of a building on isolators, storey 1 is the first above the isolators, and floor 0
+    the base slab. The storey of a tuned mass damper is left out.
 
     FEMA P-58 treats collapses apart: they have no demands, and pelicun knows them by a storey drift ratio of at least a
     limit: the `CensorUpper` of PID where it calibrates its demand model, the capacity of its collapse check elsewhere.
@@ -76,7 +79,9 @@ def write_pelicun_demands(
     for dimension, selection in (("archetype", "select_archetype"), ("event", "select_event")):
         if dimension in run.dims:
             raise ValueError(f"{FUNCTION}: the run has several {dimension}s; take one by {selection}(run, name)")
+    check_samples(FUNCTION, run)
     run = _at_levels(run, level)
+    ground, run = _building_alone(run)
     status = decoded_status(run["status"])
     if (status > COLLAPSED).all():
         raise ValueError(f"{FUNCTION}: every sample failed, so that pelicun would have none")
@@ -84,7 +89,7 @@ def write_pelicun_demands(
     drift = _with_collapses(run, drift, status, collapse_drift_ratio)
     columns: dict[str, tuple[str, np.ndarray]] = {}
     if "peak_floor_acceleration" in run:
-        columns[_column("PFA", 0)] = "mps2", _peak_ground_acceleration(run)
+        columns[_column("PFA", 0)] = "mps2", _peak_ground_acceleration(run) if ground is None else ground
         floors = run["peak_floor_acceleration"].transpose("floor", "sample").values
         columns |= {_column("PFA", floor): ("mps2", values) for floor, values in enumerate(floors, 1)}
     columns |= {_column("PID", storey): ("rad", values) for storey, values in enumerate(drift.T, 1)}
@@ -188,6 +193,20 @@ def _limit_of_scene(run: xr.Dataset) -> float | None:
     return told if isinstance(told, float) and told > 0 else None
 
 
+def _building_alone(run: xr.Dataset) -> tuple[np.ndarray | None, xr.Dataset]:
+    """Return the run without storeys of isolators or of a tuned mass damper, and the accelerations of the base slab.
+
+    The latter are None if the building stands on the ground, or the run has no accelerations.
+    """
+    if STOREY_KIND not in run.coords or not run[STOREY_KIND].values.any():
+        return None, run
+    own = np.flatnonzero(run[STOREY_KIND].values == 0)
+    ground = None
+    if own[0] > 0 and "peak_floor_acceleration" in run:
+        ground = run["peak_floor_acceleration"].transpose("floor", "sample").values[own[0] - 1]
+    return ground, select_storeys(run, int(own[0]) + 1, int(own[-1]) + 1)
+
+
 def _peak_ground_acceleration(run: xr.Dataset) -> np.ndarray:
     """Return the peak acceleration of each sample's scaled motion [m/s2]."""
     needed = ("motion_peak_acceleration", "motion_index", "scale_factor_of_motion")
@@ -206,7 +225,7 @@ def _intensity(run: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
         return {}
     attributes = run["im_level"].attrs
     try:
-        measure = openquake_measure(measure_of_levels(attributes))
+        measure = openquake_measure(measure_name(run))
     except ValueError:
         return {}
     kind, _, period = measure.rstrip(")").partition("(")

@@ -13,7 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import one_of, whole_number
-from warpdyn.core.output_variables import label_of_levels
+from warpdyn.core.output_variables import DAMPING, MEASURE, PERIOD, label_of_levels
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.exchange.measures import own_name
 from warpdyn.files.text import check_names, check_separator, read_csv_text
@@ -173,8 +173,9 @@ def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr
         family, _, period = kind.partition("_")
         units = INTENSITY_UNITS[family]
         measure = own_name(f"SA({period})") if period else family
-        said = {"long_name": label_of_levels(measure)} | unit_attributes(units)
+        text: dict[str, object] = {"long_name": label_of_levels(measure), MEASURE: measure, **unit_attributes(units)}
+        text |= {PERIOD: float(period), DAMPING: 0.05} if period else {}
         values = by_place[min(by_place)] / (STANDARD_GRAVITY if units == "g" else 1.0)
         name = "im_level" if len(found) == 1 else kind  # a file may have spectral accelerations at several periods
-        dataset = dataset.assign_coords({name: ("sample", values, said)})
+        dataset = dataset.assign_coords({name: ("sample", values, text)})
     return dataset

@@ -16,7 +16,7 @@ from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
-from warpdyn.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
 from warpdyn.ground_motions.plausibility import warn_of_duplicates
 
 if TYPE_CHECKING:
@@ -111,19 +111,25 @@ class Stripes(Design):
     the second. Three structures to each of 44 motions are 132 different ones, where 64 crossed ones take twenty times
     the histories; what can be known is bounded by the motions in either case.
 
+    In a multiple stripe analysis (MSA) with records selected for each level, `motions` is a list of lists: the motions
+    of the first level, of the second, and so on (Jalayer and Cornell 2009, Earthquake Engineering and Structural
+    Dynamics 38(8)). Every structure runs under all of them, each scaled to its own level.
+
     Args:
-        motions: Ground motions.
+        motions: Ground motions, or a list of ground motions for each level.
         levels: Levels of the intensity measure [g for an acceleration, else the measure's SI units], increasing, shape
             [im_level].
         measure: The intensity measure, one that grows with the scale of a motion, such as SpectralAcceleration(period)
             [g], PeakGroundVelocity() [m/s] or AriasIntensity() [m/s], which goes with the square of the scale.
         structures_per_motion: Number of structures that each motion has for itself; None where every structure runs
             under every motion.
+        motions_of_levels: Numbers of the motions of each level, if `motions` is one list and levels have different
+            motions; a list of lists sets it. None if every motion is scaled to every level.
 
     Raises:
-        ValueError: If there is no motion or no level, a level is not positive or they do not increase, the measure does
-            not grow with the scale (as durations do not), a motion has no intensity to scale (its values are all zero),
-            or `structures_per_motion` is no whole number from 1.
+        ValueError: If there is no motion or no level, lists of motions are not as many as levels, a level is not
+            positive or they do not increase, the measure does not grow with the scale (as durations do not), a motion
+            has no intensity to scale (its values are all zero), or `structures_per_motion` is no whole number from 1.
         TypeError: If a motion is no GroundMotion, or the measure is none.
 
     Example:
@@ -132,15 +138,20 @@ class Stripes(Design):
         24
         >>> wd.Stripes(motions, [0.1, 0.3, 1.0], wd.PeakGroundVelocity()).samples_per_structure  # levels in m/s
         24
+        >>> selected = [motions[:4], motions[4:]]  # for each of two levels
+        >>> wd.Stripes(selected, [0.2, 0.8], wd.PeakGroundAcceleration()).samples_per_structure
+        8
     """
 
-    motions: Sequence[GroundMotion]
+    motions: Sequence[Any]  # of GroundMotions, or of lists of them; of the former once it is checked
     levels: Sequence[float]
     measure: IntensityMeasure
     structures_per_motion: int | None = None
+    motions_of_levels: Sequence[Sequence[int]] | None = None
 
     def __post_init__(self) -> None:
-        motions = checked_motions(self.motions)
+        given, of_levels = one_list(self.motions, self.motions_of_levels)
+        motions = checked_motions(given)
         intensities = _intensities(motions, self.measure)
         units = _units(self.measure)
         levels = np.atleast_1d(real_numbers("levels", self.levels))
@@ -163,14 +174,23 @@ class Stripes(Design):
         if self.structures_per_motion is not None:
             own = whole_number("structures_per_motion", self.structures_per_motion, 1)
             object.__setattr__(self, "structures_per_motion", own)
+        if of_levels is not None:
+            of_levels = checked_sets(of_levels, len(motions), levels)
+            if self.structures_per_motion is not None:
+                raise ValueError(
+                    "structures_per_motion does not go with a list of motions for each level: leave it out, and every "
+                    "structure runs under all of them"
+                )
         warn_of_duplicates(motions, is_scaled=True)
         object.__setattr__(self, "motions", motions)
         object.__setattr__(self, "levels", levels)
+        object.__setattr__(self, "motions_of_levels", of_levels)
         object.__setattr__(self, "_intensities", intensities)
 
     def __repr__(self) -> str:
         levels = len(self.levels)
         nested = f", {self.structures_per_motion} structures a motion" if self.structures_per_motion else ""
+        nested += ", each with motions selected for it" if self.motions_of_levels else ""
         return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'}{nested})"
 
     def told(self) -> list[tuple[object, ...]]:
@@ -181,7 +201,25 @@ class Stripes(Design):
     @property
     def samples_per_structure(self) -> int:
         """Number of levels, times the number of motions unless each has structures of its own."""
-        return len(self.levels) * (1 if self.structures_per_motion else len(self.motions))
+        return len(self.levels) if self.structures_per_motion else self.places[0].size
+
+    @property
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """The motion of each sample of a structure that runs under all, and the number of its level, shape [place]."""
+        if self.motions_of_levels is None:
+            motions, levels = np.arange(len(self.motions), dtype=np.int32), np.arange(len(self.levels))
+            return np.repeat(motions, levels.size), np.tile(levels, motions.size)
+        pairs = [(motion, level) for level, of_level in enumerate(self.motions_of_levels) for motion in of_level]
+        motion, level = np.array(sorted(pairs)).T
+        return motion.astype(np.int32), level
+
+    def check_scaled_to_all(self, function: str) -> None:
+        """Raise a ValueError if levels have motions of their own, for a function that scales each motion to many."""
+        if self.motions_of_levels is not None:
+            raise ValueError(
+                f"{function}() scales every motion to many levels, and these Stripes have other motions at each level: "
+                f"give it Stripes or a Cloud of one list of motions, such as Cloud(design.motions, design.measure)"
+            )
 
     @property
     def structures_given(self) -> int:
@@ -207,16 +245,22 @@ class Stripes(Design):
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
         """Return the samples of each of these structures, given by their indices."""
         levels, structures = len(self.levels), np.asarray(structures, dtype=np.int32)
-        motions = np.arange(len(self.motions), dtype=np.int32)
         structure = np.repeat(structures, self.samples_per_structure)
         if self.structures_per_motion:
             motion = np.repeat(structures // np.int32(self.structures_per_motion), levels)
+            im_level = np.tile(self.levels, len(structures))
         else:
-            motion = np.tile(np.repeat(motions, levels), len(structures))
-        im_level = np.tile(self.levels, len(motion) // levels)
+            of_place, level = self.places
+            motion, im_level = (
+                np.tile(of_place, len(structures)),
+                np.tile(np.asarray(self.levels)[level], len(structures)),
+            )
         scale = (im_level / self._intensities[motion]) ** (1 / self.measure.power)
-        label = self.measure.name, self.intensity_units
-        return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=levels)
+        label, repeats = (
+            (self.measure.attributes(), self.intensity_units),
+            levels if self.motions_of_levels is None else 1,
+        )
+        return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=repeats)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -255,7 +299,9 @@ class Cloud(Design):
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
-        return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name, _units(self.measure))
+        return Assignment(
+            structure, motion, np.ones(structure.size), im_level, self.measure.attributes(), _units(self.measure)
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -335,7 +381,7 @@ class OneMotionPerStructure(Design):
         scale = np.asarray(self.scale)
         scale = scale[index] if scale.ndim else np.full(index.size, float(scale))
         im_level = scale**self.measure.power * self._intensities[motion]
-        return Assignment(index, motion, scale, im_level, self.measure.name, _units(self.measure))
+        return Assignment(index, motion, scale, im_level, self.measure.attributes(), _units(self.measure))
 
 
 def excitation_of(given: object) -> object:

@@ -6,7 +6,7 @@ To add one, write a subclass of Excitation; a load that kernels do not have yet 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -72,7 +72,7 @@ class Assignment:
         motion: Index of the motion, shape [sample].
         scale: Factor on the motion, shape [sample].
         im_level: Intensity measure of the scaled motion, shape [sample], or None where there is none.
-        measure: Name of that intensity measure.
+        measure: Attributes that name that intensity measure in a dataset.
         units: Its units: "g" for accelerations, SI for others.
         is_striped: Whether `im_level` takes the values of a list of stripes.
         repeats: How many samples in a row have a structure and a motion in common, throughout.
@@ -82,7 +82,7 @@ class Assignment:
     motion: np.ndarray
     scale: np.ndarray
     im_level: np.ndarray | None = None
-    measure: str = ""
+    measure: Mapping[str, object] = dataclasses.field(default_factory=dict)
     units: str = "g"
     is_striped: bool = False
     repeats: int = 1

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_number
+from warpdyn.core.output_variables import DAMPING, MEASURE, PERIOD, PERIODS
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions import motion_integrals
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
@@ -74,6 +75,12 @@ class IntensityMeasure(ABC):
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
         """Return the measure of each motion [units], shape [motion]."""
         return np.array([self.value(motion) for motion in motions])
+
+    def attributes(self) -> dict[str, object]:
+        """Return the attributes that name this measure in a dataset: its name, and period and damping if it has any."""
+        known = {PERIOD: "period", PERIODS: "periods", DAMPING: "damping_ratio"}
+        found = {key: getattr(self, name) for key, name in known.items() if hasattr(self, name)}
+        return {MEASURE: self.name} | {key: np.asarray(value, dtype=float)[()] for key, value in found.items()}
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -134,6 +134,49 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
         if not isinstance(motion, GroundMotion):
             raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
     return motions
+
+
+def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
+    """Return lists of motions, one for each level, as one list and the numbers of each level's; other input as it is.
+
+    A motion that is in several lists, by its name and its samples, is one.
+    """
+    if not isinstance(motions, list | tuple) or not any(isinstance(each, list | tuple) for each in motions):
+        return motions, of_levels
+    if of_levels is not None:
+        raise ValueError(
+            "motions_of_levels is given with a list of motions for each level, which sets it: leave it out"
+        )
+    known: dict[tuple[str, str], int] = {}
+    found: list[GroundMotion] = []
+    numbers: list[tuple[int, ...]] = []
+    for place, of_level in enumerate(motions):
+        if not isinstance(of_level, list | tuple) or not all(isinstance(each, GroundMotion) for each in of_level):
+            raise TypeError(f"motions[{place}] must be a list of GroundMotions, as those of other levels are")
+        keys = [(each.name, str(each.description()["digest"])) for each in of_level]
+        for key, motion in zip(keys, of_level, strict=True):
+            if key not in known:
+                known[key] = len(found)
+                found.append(motion)
+        numbers.append(tuple(known[key] for key in keys))
+    return found, tuple(numbers)
+
+
+def checked_sets(of_levels: Sequence[Sequence[int]], motions: int, levels: np.ndarray) -> tuple[tuple[int, ...], ...]:
+    """Return the numbers of each level's motions, or raise a ValueError."""
+    if len(of_levels) != levels.size:
+        raise ValueError(
+            f"there are motions for {len(of_levels)} levels, and levels has {levels.size} values: give one list of "
+            "motions for each level"
+        )
+    found = tuple(tuple(int(number) for number in of_level) for of_level in of_levels)
+    for level, numbers in zip(levels, found, strict=True):
+        if not numbers or len(set(numbers)) < len(numbers) or min(numbers) < 0 or max(numbers) >= motions:
+            raise ValueError(
+                f"the motions of level {level:g} are {list(numbers)}: each level needs at least one motion, each "
+                f"motion once, by numbers from 0 to {motions - 1}"
+            )
+    return found
 
 
 def motion_names(motions: Sequence[Sampled]) -> tuple:

@@ -126,7 +126,7 @@ class MotionsAtSites(Design):
         scale = np.asarray(self.scale)[site, earthquake].ravel().astype(np.float64)
         structure = np.repeat(index, self.samples_per_structure)
         im_level = scale**self.measure.power * self._intensities[motion]
-        return Assignment(structure, motion, scale, im_level, self.measure.name, _units(self.measure))
+        return Assignment(structure, motion, scale, im_level, self.measure.attributes(), _units(self.measure))
 
 
 def _indices(what: str, values: ArrayLike, ndim: int, count: int, axes: str) -> np.ndarray:

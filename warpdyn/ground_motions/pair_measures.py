@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdyn.core.checks import real_number
+from warpdyn.core.output_variables import MEASURE
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, SpectralAcceleration
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import instrument_of, orientation, pairs
@@ -72,6 +73,10 @@ class GeometricMean(PairMeasure):
     def name(self) -> str:
         """Name of this measure in results and figures."""
         return f"geometric mean of {self.measure.name}"
+
+    def attributes(self) -> dict[str, object]:
+        """Return the attributes that name this measure in a dataset, with period and damping of one component's."""
+        return self.measure.attributes() | {MEASURE: self.name}
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
         """Return the measure of each pair, shape [pair]."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.checks import checked_flag, one_of, real_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
@@ -25,6 +25,7 @@ from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.kernels.queues import open_queues, seconds_in_kernels
 from warpdyn.reduction.limits import LIMIT_BANDS, state_names
 from warpdyn.scene.arguments import takes_scene
+from warpdyn.scene.number_of_structures import number_of_structures
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
@@ -45,6 +46,7 @@ def capacities(
     ladder: float = 1.1,
     reuse_elastic: bool = True,
     keep_curves: bool = False,
+    added_storeys: bool = False,
     seed: int = 0,
     method: str | None = None,
     step: float | None = None,
@@ -79,9 +81,9 @@ def capacities(
             intensity. Its recorders are not needed.
         limits: Limit of each damage state, from the lightest on, in the units of the demand (storey drift ratio [1],
             floor acceleration [m/s2]). A limit of `math.inf` is passed by collapse alone.
-        structures: Number of structures to draw, 1 by default. Leave it out where Stripes have
-            `structures_per_motion`: then the dimension `structure` numbers the structures of each motion, and
-            `drawn_structure` says which were drawn.
+        structures: Number of structures to draw; None for 1, with a warning if parameters are scattered. Leave it out
+            if Stripes have `structures_per_motion`: then the dimension `structure` numbers the structures of each
+            motion, and `drawn_structure` says which were drawn.
         demand: Name of a recorded variable, such as "peak_floor_acceleration", of which the worst storey or floor
             counts, as an absolute value.
         tolerance: Relative width of a bracket [1]: capacity_upper / capacity_lower - 1 is at most this.
@@ -92,6 +94,8 @@ def capacities(
             level.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
         keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building, and the
+            floors above them. A collapse of theirs passes every limit in either case.
         seed: Seed of every random draw.
         method: Integration method, as of `simulate`.
         step: Integration step [s], as of `simulate`.
@@ -139,9 +143,7 @@ def capacities(
     if demand == DRIFT_RATIO:
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
-    if not scene.scatter and structures not in (None, 1):
-        warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
-    count = structures if structures is not None else scene.structures_given or 1
+    count = number_of_structures("capacities", scene, structures)
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     integration = run.integration
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
@@ -162,13 +164,23 @@ def capacities(
     if not isinstance(keep_curves, bool):
         raise TypeError(f"keep_curves must be True or False, got {keep_curves!r}")
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
+    counts_added = checked_flag("added_storeys", added_storeys)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
     starts = range(0, own, size)
     with interruptible(), counted_histories(0) as progress:
         for start in starts:
             part = np.arange(start, min(start + size, own))
             pairs = Pairs(
-                run, part, demand, integration, queue, first, findings, progress.update, reuse_elastic=reuse_elastic
+                run,
+                part,
+                demand,
+                integration,
+                queue,
+                first,
+                findings,
+                progress.update,
+                reuse_elastic=reuse_elastic,
+                added_storeys=counts_added,
             )
             if highest is None:
                 highest = _highest_of(pairs, limit, len(design.motions))
@@ -190,6 +202,8 @@ def _design_of(scene: Scene) -> Design:
         raise TypeError("capacities() takes a scene of one structure, got a Portfolio: give it an archetype's scene")
     if not isinstance(design, Cloud | Stripes):
         raise TypeError(f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}")
+    if isinstance(design, Stripes):
+        design.check_scaled_to_all("capacities")
     if design.measure.power == 0:
         raise ValueError(
             f"{design.measure.name} does not grow with a motion's scale: take another intensity measure, such as "

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS, label_of_levels
+from warpdyn.core.output_variables import DIVERGED, STATUS_MEANINGS, UNNAMED, label_of_levels
 from warpdyn.core.units import unit_attributes
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.designs import Design
@@ -147,7 +147,7 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
         "motion_name": motion_names(design.motions),
     }
     if found.keep_curves:
-        variables |= _levels_run(found, run, of_level)
+        variables |= _levels_run(found, run, of_level, design.measure.attributes())
     return xr.Dataset(
         variables,
         coords={
@@ -159,7 +159,7 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
         attrs=trace(scene.title, "capacities")
         | {
             "scene": scene.to_json(),
-            "intensity_measure": design.measure.name,
+            **design.measure.attributes(),
             "demand": found.demand,
             "capacity_method": SOURCE,
             "tolerance": found.tolerance,
@@ -181,7 +181,7 @@ def _demand_units(demand: str, run: Run) -> str:
     return "1" if demand == DRIFT_RATIO else run.model.variables[demand].units
 
 
-def _levels_run(found: Found, run: Run, of_level: dict[str, Any]) -> dict[str, tuple]:
+def _levels_run(found: Found, run: Run, of_level: dict[str, Any], measure: dict[str, object]) -> dict[str, tuple]:
     """Return the levels that were run with their demands, by pair and level."""
     structure, motion, level, demand = (np.concatenate(column) for column in zip(*found.curves, strict=True))
     status = np.where(np.isnan(demand), DIVERGED, np.isposinf(demand)).astype(np.int8)
@@ -190,7 +190,7 @@ def _levels_run(found: Found, run: Run, of_level: dict[str, Any]) -> dict[str, t
     number = {"units": "1"}
     worst = f"{found.demand.replace('_', ' ')}, the worst of the structure; NaN after a collapse"
     return {
-        "im_level": ("sample", level, {"long_name": label_of_levels("intensity measure")} | of_level),
+        "im_level": ("sample", level, {"long_name": label_of_levels(UNNAMED[1])} | measure | of_level),
         found.demand: (
             "sample",
             np.where(np.isfinite(demand), demand, np.nan),

@@ -22,6 +22,7 @@ from warpdyn.integration.settings import Integration
 from warpdyn.integration.stability_guard import Reruns, StabilityFindings, guard
 from warpdyn.integration.time_grid import build_schedule
 from warpdyn.kernels.queues import Queue
+from warpdyn.structures.shear_building import ShearBuilding
 
 DRIFT_RATIO = "peak_storey_drift_ratio"
 # Demands that an elastic response has nothing of, and demands that they never exceed: these tell where to begin.
@@ -55,6 +56,7 @@ class Pairs:
         queue: Where they run.
         first_level: Level at which the elastic response is found, so low that nothing yields.
         reuse_elastic: Whether the demand below the first yield is scaled from that run.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count.
         findings: Collects messages on the stability of the pairs.
         advance: Called with the number of histories done since its last call.
 
@@ -85,11 +87,17 @@ class Pairs:
         advance: Callable[[int], object],
         *,
         reuse_elastic: bool,
+        added_storeys: bool = False,
     ) -> None:
         design = run.model.scene.excitation
         assert isinstance(design, Design)
         self.demand, self.integration, self.reruns, self.advance = demand, integration, Reruns(), advance
         self.intensities, self.power = design.intensities, design.measure.power
+        structure = run.model.scene.structure
+        own = np.ones(structure.dofs, dtype=bool)
+        if isinstance(structure, ShearBuilding) and not added_storeys:
+            own = structure.own_storeys
+        self.counted = own
         self.structures = structures_of_pairs(design, structures)
         motions = len(design.motions)
         structures, place = np.unique(self.structures.ravel(), return_inverse=True)
@@ -99,7 +107,7 @@ class Pairs:
         place = place.astype(np.int32)
         row = place if drawn else np.zeros_like(place)
         held = structures[place].astype(np.int32), motion, np.ones(self.count), self.intensities[motion]
-        assignment = Assignment(*held, design.measure.name)
+        assignment = Assignment(*held, design.measure.attributes())
         schedule = build_schedule(run.model.scene, run.model.timeline, vibration, assignment, row)
         sample = (self.structures * motions + np.arange(motions)).ravel().astype(np.int32)
         self.first_step = uniforms(run.model.seed, sample, Purpose.LADDERS, 0)[:, 0]
@@ -196,5 +204,7 @@ class Pairs:
         values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
         if demand == DRIFT_RATIO:
             values = values / self.whole.heights[self.whole.row[pair]].T
+        if len(values) == self.counted.size:  # of storeys, or of the floors above them
+            values = values[self.counted]
         worst, status = values.max(axis=0), outputs["status"]
         return np.where(status == COLLAPSED, np.inf, np.where(status >= DIVERGED, np.nan, worst))

@@ -89,6 +89,8 @@ def cloud_regression(
     for colour, state in zip(colours_of(states, colours), states, strict=True):
         row = curves.sel(damage_state=state)
         limit, median = factor * float(row["damage_limit"]), float(row["fragility_median"])
+        if not np.isfinite(limit):  # collapse alone passes it, whose median is drawn below
+            continue
         axes.axhline(limit, color=colour, lw=1)
         said = f"{state}: median {median:.3g}" if np.isfinite(median) else f"{state}, no fit"
         # Away from the median, where the cloud is below a high limit and above a low one.

@@ -31,6 +31,7 @@ from warpdyn.plots.style import (
     set_scale,
     title,
 )
+from warpdyn.running.selections import without_added_storeys
 
 OF_STRIPES = "draw a run of a ShearBuilding on stripes"
 OF_MOTIONS = "draw a run of a ShearBuilding under ground motions"
@@ -67,7 +68,7 @@ def drift_over_height(
         raise ValueError("the run is not on stripes: drift_over_height draws one curve a stripe")
     chosen = np.unique(np.linspace(0, drawn.levels.size - 1, levels).round().astype(int))
     result, (axes,) = panels("drift_over_height", ax, size=(7.0, 4.6))
-    storeys = dataset["storey"].values
+    storeys = without_added_storeys(dataset)["storey"].values
     shares, table = drawn.collapsed_share()[chosen], 100 * drawn.fractiles()[chosen]
     stripes = drawn.levels[chosen]
     for colour, level, share, (low, median, high) in zip(
@@ -100,10 +101,11 @@ def drift_over_height(
 
 
 def limits_of(dataset: xr.Dataset) -> list[tuple[str, float]]:
-    """Return the damage states and their drift limits, if the dataset has any."""
+    """Return the damage states and their finite drift limits, if the dataset has any."""
     if "damage_limit" not in dataset or dataset["damage_limit"].attrs.get("demand") != "peak_storey_drift_ratio":
         return []
-    return list(zip(dataset["damage_state"].values, dataset["damage_limit"].values, strict=True))
+    found = zip(dataset["damage_state"].values, dataset["damage_limit"].values, strict=True)
+    return [(state, limit) for state, limit in found if np.isfinite(limit)]
 
 
 def drift_against_intensity(
@@ -294,7 +296,7 @@ def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.D
 
 def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
     """Return the demands of one stripe."""
-    stripes, units = drawn.levels, _units_of_level(drawn)
+    stripes, units = drawn.levels, drawn.units
     listed = f"{', '.join(f'{each:g}' for each in stripes)} {units}"
     if level is None and stripes.size > 1:
         raise ValueError(f"run {name!r} is on several stripes: give level=, one of {listed}")
@@ -308,9 +310,4 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
 
 def _stripe_of(drawn: Demands) -> str:
     """Return the level of a stripe in words."""
-    return f"{drawn.measure.rpartition(' [')[0]} = {drawn.level[0]:g} {_units_of_level(drawn)}"
-
-
-def _units_of_level(drawn: Demands) -> str:
-    """Return the units of levels, as the label of their axis has them."""
-    return drawn.measure.rpartition(" [")[2].removesuffix("]")
+    return f"{drawn.measure_name} = {drawn.level[0]:g} {drawn.units}"

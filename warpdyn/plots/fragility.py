@@ -10,6 +10,7 @@ from matplotlib import ticker
 from matplotlib.axes import Axes
 
 from warpdyn.core.checks import check_dataset
+from warpdyn.core.output_variables import EXTRAPOLATED, MEDIAN_STATUS
 from warpdyn.plots.drifts import checked_designs
 from warpdyn.plots.samples import label_of_measure
 from warpdyn.plots.style import (
@@ -156,6 +157,8 @@ def _limit(row: xr.Dataset) -> str:
     limit = row.get("damage_limit")
     if limit is None or limit.ndim:
         return ""
+    if np.isinf(limit):
+        return "collapse"
     demand, units = limit.attrs.get("demand", "demand"), limit.attrs.get("units", "1")
     if demand.endswith("drift_ratio"):
         name = "residual drift" if "residual" in demand else "drift"
@@ -166,8 +169,11 @@ def _limit(row: xr.Dataset) -> str:
 
 
 def _without_fit(row: xr.Dataset) -> str:
-    """Return a remark where the stripes of a damage state have no fit."""
-    return "" if np.isfinite(row["fragility_median"]) else ", no fit"
+    """Return a remark if a damage state has no fit, or a median outside the intensities that were run."""
+    if not np.isfinite(row["fragility_median"]):
+        return ", no fit"
+    is_beyond = MEDIAN_STATUS in row and int(row[MEDIAN_STATUS]) == EXTRAPOLATED
+    return ", extrapolated" if is_beyond else ""
 
 
 def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str = "-") -> None:

@@ -10,8 +10,8 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 
 from warpdyn.core.checks import check_dataset, whole_number
-from warpdyn.core.output_variables import COLLAPSED
-from warpdyn.plots.samples import check_run, label_of_measure
+from warpdyn.core.output_variables import COLLAPSED, measure_name
+from warpdyn.plots.samples import check_run
 from warpdyn.plots.style import COLLAPSE_COLOUR, COLOURS, SMALL, TITLE, Drawn, Picture, grid, legend, panels, title
 from warpdyn.statistics.stripe_counts import decoded_status
 
@@ -183,6 +183,6 @@ def _sample_title(dataset: xr.Dataset, chosen: xr.Dataset) -> str:
     if "motion_index" in own.coords and "motion_name" in dataset:
         text += f": {dataset['motion_name'].values[int(own['motion_index'])]}"
     if "im_level" in own.coords:
-        name, _, units = label_of_measure(dataset).rpartition(" [")
-        text += f", {name} = {float(own['im_level']):.3g} {units.removesuffix(']')}"
+        units = dataset["im_level"].attrs.get("units", "g")
+        text += f", {measure_name(dataset)} = {float(own['im_level']):.3g} {units}"
     return text

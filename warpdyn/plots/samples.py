@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset
-from warpdyn.core.output_variables import COLLAPSED, STRIPED, measure_of_levels
+from warpdyn.core.output_variables import COLLAPSED, STRIPED, measure_name
+from warpdyn.running.selections import of_building, without_added_storeys
 from warpdyn.statistics.stripe_counts import decoded_status
 
 SHARES = (0.16, 0.5, 0.84)
@@ -26,6 +27,8 @@ class Demands:
         motion: Index of each sample's motion, shape [sample].
         is_striped: Whether each level has many samples.
         measure: The intensity measure with its units, for the label of an axis.
+        measure_name: Its name alone.
+        units: Its units alone.
         beyond: Where a demand exceeds every value: of a collapsed sample everywhere, or of demands by storey in the
             storey that collapsed; the shape of `values`.
     """
@@ -37,6 +40,8 @@ class Demands:
     motion: np.ndarray
     is_striped: bool
     measure: str
+    measure_name: str
+    units: str
     beyond: np.ndarray
 
     @property
@@ -92,7 +97,7 @@ def check_run(function: str, run: object, *names: str, advice: str) -> None:
 def demands_of(
     function: str, run: xr.Dataset, demand: str, advice: str, *, by_storey: bool = False, by_level: bool = True
 ) -> Demands:
-    """Return a demand of a run, the largest of all storeys or that of each.
+    """Return a demand of a run, the largest of all storeys or that of each, but of isolators and mass dampers.
 
     Args:
         function: The plot, for errors.
@@ -118,7 +123,8 @@ def demands_of(
     kept = np.flatnonzero(status <= COLLAPSED)
     if not kept.size:
         raise ValueError(f"plots.{function}: all {status.size} samples failed, and there is nothing to draw")
-    values = np.abs(run[demand].transpose("sample", ...).values[kept])  # residual drifts have a sign
+    run = without_added_storeys(run)
+    values = np.abs(of_building(run, demand).transpose("sample", ...).values[kept])  # residual drifts have a sign
     if by_storey and "archetype_index" in run.coords and np.isnan(values).any():
         raise ValueError(f"plots.{function} draws buildings of as many storeys: take some by select_archetype")
     if by_storey and values.ndim < 2:
@@ -142,6 +148,8 @@ def demands_of(
         of_sample["motion_index"][kept],
         level.attrs.get("design") == STRIPED,
         label_of_measure(run),
+        measure_name(run),
+        str(level.attrs.get("units", "g")),
         beyond,
     )
 
@@ -150,10 +158,9 @@ def label_of_measure(run: xr.Dataset) -> str:
     """Return the intensity measure of a run or of its fragility curves with its units, as the label of an axis."""
     if "im_level" in run:
         attributes = run["im_level"].attrs
-        name = measure_of_levels(attributes)
-        return f"{name} [{attributes.get('units', 'g')}]"
+        return f"{measure_name(run)} [{attributes.get('units', 'g')}]"
     units = run["intensity"].attrs.get("units", "g") if "intensity" in run.coords else "g"
-    return f"{run.attrs.get('intensity_measure', 'intensity measure')} [{units}]"
+    return f"{measure_name(run)} [{units}]"
 
 
 def percent(share: float) -> str:

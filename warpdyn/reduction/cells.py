@@ -172,7 +172,7 @@ class Cells:
         population, samples = self.population, self.population.samples(event)
         levels = population.levels_of(event)
         place = np.arange(samples)
-        level, repeats = place % levels.size, levels.size
+        level, repeats = population.level_of_places(event), levels.size
         cell = np.zeros(samples, dtype=np.int64)
         if population.at_sites is not None:
             draw = place // population.at_sites.components

@@ -37,6 +37,7 @@ class DemandHistogram(Statistic):
             its bin, whose edges bound it; one in the last bin is not known, and its upper bound is infinite.
         over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
         ValueError: If the edges do not increase, a quantile is not between 0 and 1, or a label's name is not among
@@ -82,7 +83,7 @@ class HistogramReducer(Mergeable):
     def __init__(self, statistic: DemandHistogram, population: Population, threads: int) -> None:
         self.population, self.demand, cells = population, statistic.demand, statistic.cells(population)
         self.edges, self.quantiles = np.asarray(statistic.edges), np.array(statistic.quantiles)
-        self._searched = searched(self.edges[None])
+        self._searched, self._added = searched(self.edges[None]), statistic.added_storeys
         self._is_absolute = bool(population.demand(self.demand).dims)
         if self.demand == DRIFT:
             warn_of_implausible_limits({" of the last edge": float(self.edges[-1])})
@@ -97,7 +98,9 @@ class HistogramReducer(Mergeable):
         """Count the samples of a block."""
         states = workers.no_states((1, block.samples))
         kind = np.zeros(len(block.structures), dtype=np.int32)
-        find_states(block, self.demand, self._searched, kind, states, workers, is_absolute=self._is_absolute)
+        counted = self.population.counted_places(self.demand, block.structures, added_storeys=self._added)
+        given = block, self.demand, self._searched, kind, states, workers
+        find_states(*given, counted=counted, is_absolute=self._is_absolute)
         self.tally.add(block, states, workers)
 
     def variables(self) -> tuple[Variables, Coordinates]:

@@ -27,6 +27,7 @@ class DemandMoments(Statistic):
         each_place: Whether the moments at each storey (or floor) by itself are given, besides those of the largest.
         over: What the moments are taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
@@ -56,6 +57,7 @@ class LargestDemand(Statistic):
         each_place: Whether the largest at each storey (or floor) by itself is given, besides that of all.
         over: What it is taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
@@ -86,7 +88,7 @@ class SumsReducer(Mergeable):
 
     def __init__(self, statistic: DemandMoments | LargestDemand, population: Population, threads: int) -> None:
         self.population, self.demand = population, statistic.demand
-        self.is_largest = isinstance(statistic, LargestDemand)
+        self.is_largest, self._added = isinstance(statistic, LargestDemand), statistic.added_storeys
         cells = statistic.cells(population)
         dims = population.demand(self.demand).dims
         if statistic.each_place and not dims:
@@ -114,7 +116,8 @@ class SumsReducer(Mergeable):
         self.tally.add(block, none, workers)
         for place in range(places):
             self.sums[place].add(block, self.demand, True, place, workers)
-        self.sums[-1].add(block, self.demand, not self._has_places, -1, workers)
+        counted = self.population.counted_places(self.demand, block.structures, added_storeys=self._added)
+        self.sums[-1].add(block, self.demand, not self._has_places, -1, workers, counted=counted)
 
     def variables(self) -> tuple[Variables, Coordinates]:
         """Return the statistics and the numbers of samples that they are of."""

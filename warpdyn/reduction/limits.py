@@ -9,7 +9,6 @@ from numbers import Real
 
 import numpy as np
 
-from warpdyn.core.checks import real_number
 from warpdyn.core.plausibility import warn_of_implausible_limits
 
 NO_DAMAGE = "none"
@@ -68,8 +67,8 @@ class DamageLimits:
             demand: Variable that plain numbers are limits of.
 
         Raises:
-            ValueError, TypeError: If there is none, one is not finite and above 0, or those of a demand do not increase
-                from state to state.
+            ValueError, TypeError: If there is none, one is not above 0, or those of a demand do not increase from state
+                to state.
         """
         if not isinstance(limits, Mapping) or not len(limits):
             given = repr(limits) if isinstance(limits, Mapping | list | tuple | int | float) else type(limits).__name__
@@ -116,19 +115,23 @@ def state_names(limits: Mapping) -> tuple[str, ...]:
 
 
 def limit_of_state(state: str, limit: object) -> float:
-    """Return the limit of a damage state, or raise a ValueError unless it is one number, finite and above 0."""
+    """Return the limit of a damage state, or raise a ValueError unless it is one number above 0.
+
+    Collapse alone passes a limit of infinity.
+    """
     value = limit.item() if isinstance(limit, np.ndarray) and limit.size == 1 else limit
-    if not isinstance(value, Real) or isinstance(value, bool) or not 0 < float(value) < np.inf:
+    if not isinstance(value, Real) or isinstance(value, bool) or not float(value) > 0:
         hint = " (0.5 % is 0.005)" if isinstance(limit, str) and "%" in limit else ""
-        hint = "; leave the state out if it has none" if limit is None else hint
+        hint = "; remove the state from limits, or give it math.inf if only collapse counts" if limit is None else hint
         raise ValueError(
-            f"the limit of damage state {state!r} is {limit!r}; it must be one number, finite and above 0{hint}"
+            f"the limit of damage state {state!r} is {limit!r}; it must be one number above 0 (math.inf: collapse "
+            f"alone){hint}"
         )
     return float(value)
 
 
 def _check_increase(demand: str, states: tuple[str, ...], values: np.ndarray) -> None:
-    given = np.flatnonzero(np.isfinite(values))
+    given = np.flatnonzero(~np.isnan(values))
     for i, j in pairwise(given):
         if values[j] <= values[i]:
             raise ValueError(
@@ -167,8 +170,11 @@ def limits_by_archetype(
                 f"{', '.join(states)}; they must be the same"
             )
         states = list(own)
-        row = [real_number(f"archetype {str(name)!r}: limit of {state!r}", own[state], above=0) for state in states]
-        if np.any(np.diff(row) <= 0):
+        try:
+            row = [limit_of_state(state, own[state]) for state in states]
+        except ValueError as error:
+            raise ValueError(f"archetype {str(name)!r}: {error}") from None
+        if any(not after > before for before, after in pairwise(row)):
             raise ValueError(f"archetype {str(name)!r}: limits must increase, got {row}")
         rows.append(row)
     if NO_DAMAGE in states:

@@ -8,7 +8,7 @@ from numbers import Integral
 
 import numpy as np
 
-from warpdyn.core.output_variables import DRIFT_RATIO, Variable, label_of_levels
+from warpdyn.core.output_variables import DRIFT_RATIO, MEASURE, Variable, label_of_levels
 from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.designs import Cloud, Stripes
 from warpdyn.ground_motions.event_sequences import EventSequence
@@ -17,6 +17,8 @@ from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.kernels.output_table import RECORDERS
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
+from warpdyn.structures.shear_building import ShearBuilding
+from warpdyn.structures.structure import Structure
 
 MOST_GROUPS = 64  # of structures; more would not make the variance among them better known than that among records
 
@@ -103,9 +105,9 @@ class Population:
             at_sites = np.asarray(design.motion)
             is_shared = bool((at_sites == at_sites[:1]).all())
             return at_sites[0, np.asarray(design.earthquake)].ravel() if is_shared else None
-        if isinstance(design, Stripes | Cloud) and design.structures_per_motion is None:
-            return np.repeat(np.arange(len(design.motions)), self.levels_of(0).size)
-        return None
+        if isinstance(design, Stripes) and design.structures_per_motion is None:
+            return design.places[0].astype(np.int64)
+        return np.arange(len(design.motions)) if isinstance(design, Cloud) else None
 
     @property
     def motions_by_place(self) -> bool:
@@ -117,6 +119,26 @@ class Population:
         """Whether the same structures run under several motions."""
         return len(self.scene.excitation.motions) > 1 and self.motions_by_place
 
+    def counted_places(self, demand: str, structures: np.ndarray, *, added_storeys: bool) -> tuple[int, int] | None:
+        """Return the first place of a demand that is counted, and that after the last; None for all of them.
+
+        Isolators are below the storeys of the building and tuned mass dampers above, so that its own are in a row.
+
+        Args:
+            demand: The demand; only those of storeys, or of the floors above them, have places that are not counted.
+            structures: Numbers of some structures, whose storeys are of the same kinds.
+            added_storeys: Whether isolators and tuned mass dampers count.
+        """
+        structure: Structure = self.scene.structure
+        if self.portfolio is not None:
+            kind = int(self.archetype[structures[0]])
+            structure = list(self.portfolio.archetypes.values())[kind].building
+        is_of_storeys = self.demand(demand).dims in (("storey",), ("floor",))
+        if added_storeys or not is_of_storeys or not isinstance(structure, ShearBuilding):
+            return None
+        own = np.flatnonzero(structure.own_storeys)
+        return None if own.size == structure.storeys else (int(own[0]), int(own[-1]) + 1)
+
     def samples(self, event: int) -> int:
         """Return the samples that a structure has in an event."""
         return self.scene.excitation.samples_by_event[event]
@@ -126,14 +148,23 @@ class Population:
         design = self.designs[event]
         return np.asarray(design.levels, dtype=np.float64) if isinstance(design, Stripes) else np.zeros(1)
 
+    def level_of_places(self, event: int) -> np.ndarray:
+        """Return the number of the level of each of a structure's samples in an event; 0 without any."""
+        design, samples = self.designs[event], self.samples(event)
+        if isinstance(design, Stripes) and design.structures_per_motion is None:
+            return design.places[1]
+        return np.arange(samples) % self.levels_of(event).size
+
     @cached_property
     def level_attributes(self) -> dict[str, object]:
         """Attributes of the levels: of which measure, and in which units."""
         striped = [design for design in self.designs if isinstance(design, Stripes)]
-        measures = dict.fromkeys(design.measure.name for design in striped)
+        measures = {design.measure.name: design.measure.attributes() for design in striped}
         units = dict.fromkeys(design.intensity_units for design in striped)
-        label: dict[str, object] = {"long_name": label_of_levels(" or ".join(measures))}
-        return label | unit_attributes(" or ".join(units))
+        name = " or ".join(measures)
+        own = next(iter(measures.values())) if len(measures) == 1 else {MEASURE: name}
+        label: dict[str, object] = {"long_name": label_of_levels(name)}
+        return label | own | unit_attributes(" or ".join(units))
 
     @cached_property
     def demands(self) -> dict[str, Variable]:

@@ -9,7 +9,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import unmasked
+from warpdyn.core.checks import checked_flag, unmasked
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.cells import Cells, Coordinates
@@ -59,10 +59,13 @@ class Statistic:
         labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, or a
             column of an inventory in the order of its portfolio, `stock.buildings(inventory)["occupancy"]`: names or
             whole numbers, shape [structure].
+        added_storeys: Whether storeys of isolators or of a tuned mass damper, and the floors above them, count for the
+            worst storey or floor.
     """
 
     over: str | Sequence[str] = ()
     labels: Mapping[str, ArrayLike] = field(default_factory=dict)
+    added_storeys: bool = False
 
     _inventory_columns: ClassVar[tuple[str, ...]] = ()  # names of arguments that are columns of an inventory as read
 
@@ -71,6 +74,7 @@ class Statistic:
         if not isinstance(over, list | tuple) or not all(isinstance(name, str) for name in over):
             raise TypeError(f"over must be a name or several, such as ('archetype', 'motion'), got {self.over!r}")
         object.__setattr__(self, "over", tuple(over))
+        checked_flag("added_storeys", self.added_storeys)
         if not isinstance(self.labels, Mapping):
             raise TypeError(f"labels must map a name to the label of each structure, got {self.labels!r}")
         unused = [str(name) for name in self.labels if name not in over]

@@ -167,7 +167,14 @@ class Sums:
         self._included: ExactSums | None = None
 
     def add(
-        self, block: Block, demand: str, is_signed: bool, place: int, workers: Workers, rows: Rows | None = None
+        self,
+        block: Block,
+        demand: str,
+        is_signed: bool,
+        place: int,
+        workers: Workers,
+        rows: Rows | None = None,
+        counted: tuple[int, int] | None = None,
     ) -> None:
         """Add the samples of a block that are ok.
 
@@ -178,6 +185,7 @@ class Sums:
             place: The place; -1 for the worst.
             workers: The threads.
             rows: How the samples go to cells; None for as the block's do.
+            counted: First place that counts for the worst, and that after the last; None for all.
         """
         rows = block.rows(self.cells) if rows is None else rows
         if workers not in self._sums:
@@ -188,7 +196,9 @@ class Sums:
         units, cell_of_row = cell_of_unit.size, rows.cell.astype(np.int32)
         order, start, cell_of_unit = (workers.constant(values) for values in (*by_cell, cell_of_unit))
         structure = block.array_of_structures(workers, rows.structure)
-        how = rows.samples, int(is_signed), place, structure, block.status, block.demand(demand), order, start
+        values = block.demand(demand)
+        counted = counted or (0, int(values.shape[1]))
+        how = rows.samples, int(is_signed), place, *counted, structure, block.status, values, order, start
         each, copies = workers.units_of_part(units), self._copies(workers)
         parts_of_row = -(-units // each)
         kernel, least_rows = reductions().sums[block.type_of(demand)], LEAST_SAMPLES // rows.samples + 1
@@ -262,6 +272,7 @@ def find_states(
     states: Any,
     workers: Workers,
     *,
+    counted: tuple[int, int] | None = None,
     each_place: bool = False,
     is_absolute: bool = False,
 ) -> None:
@@ -274,6 +285,7 @@ def find_states(
         kind: Which of them are those of each structure of the block.
         states: The states, shape [place, sample], the worst place last.
         workers: The threads.
+        counted: First place that counts for the worst, and that after the last; None for all.
         each_place: Whether states of every place are kept, besides the worst.
         is_absolute: Whether absolute values are taken of a peak as well; else a negative one is an error.
 
@@ -285,7 +297,8 @@ def find_states(
     samples, places = block.samples // structures, int(values.shape[1])
     half = (bounds.shape[1] + 1) // 2
     rows = samples // workers.units_of_part(samples)  # of a structure, each of which a thread takes
-    how = samples // rows, rows, places, int(is_absolute or not is_peak(demand)), int(each_place)
+    counted = counted or (0, places)
+    how = samples // rows, rows, places, *counted, int(is_absolute or not is_peak(demand)), int(each_place)
     structure, kind = block.array_of_structures(workers, block.structures), workers.array(kind.astype(np.int32))
     flat = values.reshape((block.samples * places,))
     given = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from warpdyn.core.output_variables import MEDIAN_MEANINGS, MEDIAN_STATUS
 from warpdyn.plots.fragility import fragility_curves
 from warpdyn.plots.samples import label_of_measure
 from warpdyn.reports.markup import figure, heading, paragraph, table
@@ -29,12 +30,15 @@ def fragility(dataset: xr.Dataset) -> list[str]:
             values.append(float(dataset[name].values[number]))
             if f"{name}_lower" in dataset:
                 values += [float(dataset[f"{name}_{side}"].values[number]) for side in ("lower", "upper")]
+        if MEDIAN_STATUS in dataset:
+            values.append(MEDIAN_MEANINGS[int(dataset[MEDIAN_STATUS].values[number])].replace("_", " "))
         rows.append(values)
     heads = ["damage state"]
     if "damage_limit" in dataset and dataset["damage_limit"].dims == ("damage_state",):
         heads.append("limit")
     for name, words in (("fragility_median", "median"), ("fragility_dispersion", "dispersion")):
         heads += [words, *(["lower", "upper"] if f"{name}_lower" in dataset else [])]
+    heads += ["median is"] if MEDIAN_STATUS in dataset else []
     confidence = dataset.attrs.get("confidence")
     limits = f", with {float(confidence):.0%} intervals" if confidence is not None else ""
     measure = label_of_measure(dataset)

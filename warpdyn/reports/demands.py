@@ -11,6 +11,7 @@ from warpdyn.plots.histories import histories
 from warpdyn.plots.samples import fractiles, label_of_measure
 from warpdyn.plots.style import COLOURS, Drawn, grid, legend, new_figure, plain_numbers
 from warpdyn.reports.markup import figure, heading, paragraph, table
+from warpdyn.running.selections import of_building
 from warpdyn.statistics.stripe_counts import decoded_status
 
 SHARES = (0.16, 0.5, 0.84, 0.95)
@@ -33,7 +34,7 @@ MOST_LINES = len(COLOURS)  # of a figure
 
 
 def largest_of(run: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return each sample's largest value of a demand over storeys, floors or degrees of freedom.
+    """Return each sample's largest value of a demand over the building's storeys, floors or degrees of freedom.
 
     Args:
         run: The run, of one event.
@@ -44,7 +45,7 @@ def largest_of(run: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
         Magnitudes of the samples that did not fail, infinite where they collapsed, shape [sample].
     """
     kept = status <= COLLAPSED
-    values = np.abs(run[name].transpose("sample", ...).values[kept].astype(np.float64))
+    values = np.abs(of_building(run, name).transpose("sample", ...).values[kept].astype(np.float64))
     if values.ndim > 1:
         values = np.fmax.reduce(values, axis=1)  # storeys that a building of a portfolio does not have are NaN
     return np.where(status[kept] == COLLAPSED, np.inf, values)
@@ -73,7 +74,8 @@ def demands(run: xr.Dataset) -> list[str]:
         heading("Demands"),
         paragraph(
             "A demand is the largest magnitude over the storeys, floors or degrees of freedom of a sample; the columns "
-            "are what so many samples do not exceed. A collapsed sample exceeds every value, so that a fractile is "
+            "are what so many samples do not exceed. Storeys of isolators or of a tuned mass damper do not count. "
+            "A collapsed sample exceeds every value, so that a fractile is "
             "left empty where too many collapsed. Failed samples are left out."
         ),
         table("Demands of all samples", heads, rows),

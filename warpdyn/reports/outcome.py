@@ -8,6 +8,7 @@ import xarray as xr
 from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, OK, STATUS_MEANINGS
 from warpdyn.integration.stability_guard import LARGEST_ENERGY_ERROR
 from warpdyn.reports.markup import heading, paragraph, table
+from warpdyn.reports.summary import names_of_storeys
 from warpdyn.statistics.stripe_counts import decoded_status
 
 MEANT = {
@@ -37,7 +38,7 @@ def outcome(run: xr.Dataset) -> list[str]:
         storey = run["storey_of_collapse"].values[status == COLLAPSED]
         storeys, collapses = np.unique(storey[storey > 0], return_counts=True)
         if storeys.size:
-            pairs = zip(storeys.tolist(), collapses.tolist(), strict=True)
+            pairs = [(names_of_storeys(run, place), count) for place, count in zip(storeys, collapses, strict=True)]
             parts.append(table("Storey that collapsed first", ("storey", "samples"), pairs))
     told = [paragraph(text, is_remark=True) for text in remarks(run, status)]
     return [*parts, heading("Remarks", 3), *(told or [paragraph("None: every check of this page was passed.")])]
@@ -83,7 +84,7 @@ def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
     if "estimated_relative_error" not in run and "estimated_relative_error_of_sample" not in run:
         told.append("No sample was run again at a finer step: checked_share= would have estimated what the step errs.")
     steps = run["integration_step"].values[status == OK] if "step" in run.attrs else np.array([])
-    shorter = int(np.count_nonzero(steps < 0.999 * float(run.attrs.get("step", 0))))
+    shorter = int(np.count_nonzero(steps < 0.999 * float(np.min(run.attrs.get("step", 0)))))
     if shorter:
         told.append(f"{shorter:,} samples took shorter steps than the others, which their stability asked for.")
     return told + _of_fits(run)

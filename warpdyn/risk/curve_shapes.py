@@ -135,7 +135,8 @@ def _of_cloud(
             f"{', '.join(missing)}: give all that fragility_of_cloud() returned, or fragility_curve alone as a table"
         )
     *parts, limit = (np.atleast_1d(curves[name].values).astype(np.float64) for name in OF_CLOUD)
-    fits = CloudFits(*parts)
+    intercept, gradient, scatter, middle, spread_of_collapse = parts
+    fits = CloudFits(intercept, gradient, scatter, middle, spread_of_collapse)
     centre, scale = np.log(median)[:, None], dispersion[:, None]
 
     def curve(intensity: np.ndarray, medians: np.ndarray, dispersions: np.ndarray) -> np.ndarray:
@@ -145,7 +146,8 @@ def _of_cloud(
 
     slope, deviation, of_collapse, spread = (float(part[0]) for part in parts[1:])
     # Each of both parts has ended where it is _NORMAL_REACH of its own deviations from its own median.
-    middles, widths = [(np.log(limit) - float(parts[0][0])) / slope], [deviation / slope]
+    alone = (np.log(limit) - float(parts[0][0])) / slope  # but collapse alone passes an infinite limit
+    middles, widths = [np.where(np.isfinite(limit), alone, np.log(of_collapse))], [deviation / slope]
     if np.isfinite(of_collapse):
         middles.append(np.full(limit.size, np.log(of_collapse)))
         widths.append(spread)

@@ -10,8 +10,9 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.output_variables import EXTRAPOLATED, MEDIAN_STATUS, UNNAMED
 from warpdyn.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
-from warpdyn.risk.hazard.measures import UNNAMED, same_measure, warn_unless_compared
+from warpdyn.risk.hazard.measures import same_measure, warn_unless_compared
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
 from warpdyn.risk.integrals.intensity_limits import IntensityLimits, limited_shape, limited_table
 from warpdyn.risk.integrals.linear import begin_of
@@ -133,7 +134,7 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
     """
     check_dataset(function, curves, "damage_state", advice=ADVICE)
     if not curves["damage_state"].ndim:  # one that was selected, as by curves.sel(damage_state="complete")
-        own = ("fragility", "replicate", "exceedance_fraction", "fit_status", *OF_CLOUD)
+        own = ("fragility", "replicate", "exceedance_fraction", "fit_status", MEDIAN_STATUS, *OF_CLOUD)
         curves = curves[[name for name in curves if str(name).startswith(own)]].expand_dims("damage_state")
     names = tuple(str(name) for name in np.atleast_1d(curves["damage_state"].values))
     if not names:
@@ -156,6 +157,7 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
     if table is None and limits:
         shape = limited_shape(shape, limits, median, dispersion)
     warn_of_penalised(curves, names)
+    warn_of_extrapolated(curves, names)
     replicates = (None, None) if table is not None else _replicates(curves, len(names))
     return Curves(names, shape, median, dispersion, *replicates, units, measure, table, limits)
 
@@ -187,6 +189,26 @@ def warn_of_penalised(curves: xr.Dataset, names: tuple[str, ...]) -> None:
             f"the fragility curve of {' and '.join(penalised)} is of stripes that are separated: its dispersion comes "
             "of a penalised likelihood, as the stripes hardly tell it, and it has no interval, nor has what follows "
             "from it: add levels to the run where some samples exceed the state and some do not"
+        )
+
+
+def extrapolated(curves: xr.Dataset, names: tuple[str, ...]) -> list[str]:
+    """Return the names of the states whose medians are extrapolated, with their values."""
+    if MEDIAN_STATUS not in curves or curves[MEDIAN_STATUS].dims != ("damage_state",):
+        return []
+    median = curves["fragility_median"]
+    units = median.attrs.get("units", "g")
+    rows = zip(names, curves[MEDIAN_STATUS].values, median.values, strict=True)
+    return [f"{name!r} ({value:.3g} {units})" for name, status, value in rows if status == EXTRAPOLATED]
+
+
+def warn_of_extrapolated(curves: xr.Dataset, names: tuple[str, ...]) -> None:
+    """Warn of states whose medians lie outside the intensities that were run."""
+    found = extrapolated(curves, names)
+    if found:
+        warn_caller(
+            f"the median of {' and '.join(found)} is an extrapolation, outside the intensities that were run, and so "
+            "is what follows from it: add levels to the run about the median"
         )
 
 

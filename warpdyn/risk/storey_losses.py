@@ -9,9 +9,11 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
-from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_levels
+from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_dataset
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
+from warpdyn.running.joining.duplicates import check_samples
+from warpdyn.running.selections import without_added_storeys
 from warpdyn.statistics.demands import refuse_portfolio
 from warpdyn.statistics.stripe_counts import decoded_status
 
@@ -36,7 +38,8 @@ def storey_losses(
 
     A storey loss function is the expected repair cost of a storey's components at a demand, over the replacement value
     of the building; between its points it is linear, above the last one level. A collapsed sample loses
-    `collapse_loss`, and no sample loses more. Losses of samples that failed are NaN.
+    `collapse_loss`, and no sample loses more. Losses of samples that failed are NaN. Storeys of isolators or of a tuned
+    mass damper, and the floors above them, have no losses.
 
     Source: Ramirez and Miranda (2009), "Building-specific loss estimation methods and tools for simplified
     performance-based earthquake engineering", Blume Center report 171, chapter 3.
@@ -52,8 +55,8 @@ def storey_losses(
     Returns:
         `loss_ratio(sample)` [1] and, of samples that stand, its parts `drift_loss_ratio(sample, storey)` and
         `acceleration_loss_ratio(sample, floor)`. Of a run on stripes also `mean_loss_ratio(intensity)`,
-        `coefficient_of_variation(intensity)` (over all samples of the stripe) and `collapsed_share(intensity)`, which
-        `plots.vulnerability` draws.
+        `coefficient_of_variation(intensity)` (over all samples of the stripe, with divisor n - 1) and
+        `collapsed_share(intensity)`, which `plots.vulnerability` draws.
 
     Raises:
         TypeError: If `run` is no Dataset.
@@ -69,10 +72,12 @@ def storey_losses(
     """
     check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned")
     refuse_portfolio(_FUNCTION, run)
+    run = without_added_storeys(run)
     if "event" in run.dims:
         raise ValueError(f"{_FUNCTION}: the run has several events; take one by select_event(run, name)")
     if not run.sizes.get("sample", 0):
         raise ValueError(f"{_FUNCTION}: the run has no samples; give a selection that holds some")
+    check_samples(_FUNCTION, run)
     worst = real_number("collapse_loss", collapse_loss, above=0)
     if worst > 1:
         raise ValueError(
@@ -130,7 +135,6 @@ def storey_losses(
     collapsed = [
         (status[(stripe == i) & ~failed] == COLLAPSED).mean() if rows[i].size else np.nan for i in range(levels.size)
     ]
-    measure = measure_of_levels(run["im_level"].attrs)
     units = str(run["im_level"].attrs.get("units", "g"))
     of_stripe = {"long_name": "intensity of the stripe"} | unit_attributes(units)
     return (
@@ -148,7 +152,7 @@ def storey_losses(
             ),
         )
         .assign_coords(intensity=("intensity", levels, of_stripe))
-        .assign_attrs(intensity_measure=measure)
+        .assign_attrs(measure_of_dataset(run))
     )
 
 

@@ -10,9 +10,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.reliability import ATTRIBUTES as RELIABILITY, UNRELIABLE
-from warpdyn.core.checks import check_dataset
-from warpdyn.core.description import Text
-from warpdyn.core.output_variables import DRIFT_RATIO, STATUS_MEANINGS, STRIPED, label_of_levels
+from warpdyn.core.output_variables import DRIFT_RATIO, MEASURE, STATUS_MEANINGS, STRIPED, UNNAMED, label_of_levels
 from warpdyn.core.units import unit_attributes
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.excitation import Assignment
@@ -21,7 +19,7 @@ from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.ensemble import Ensemble, MapFunction
 from warpdyn.integration.model import Model
 from warpdyn.kernels.output_table import HISTORY
-from warpdyn.running.selections import select_event
+from warpdyn.running.selections import OF_EVENTS
 from warpdyn.scene.scene import Scene
 
 BECAUSE = "method_chosen_because"  # the attribute of a run that says why its method is the default
@@ -86,7 +84,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     levels = levels_of(scene)
     if len(levels) > 1:
         attributes = {
-            "long_name": label_of_levels("intensity measure"),
+            "long_name": label_of_levels(UNNAMED[1]),
             "design": "of a sequence: see select_event",
         }
         units = {level.units for level in levels}
@@ -112,10 +110,12 @@ def levels_of(scene: Scene) -> list[Assignment]:
     return [scene.excitation.assign(none, 0, event) for event in range(len(scene.excitation.event_names))]
 
 
-def _level_attributes(level: Assignment) -> dict[str, str]:
+def _level_attributes(level: Assignment) -> dict[str, Any]:
     """Return the attributes of `im_level` for the samples of a design."""
     striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
-    return {"long_name": label_of_levels(level.measure), "design": striped} | unit_attributes(level.units)
+    name = str(level.measure.get(MEASURE, UNNAMED[1]))
+    label = {"long_name": label_of_levels(name), "design": striped} | unit_attributes(level.units)
+    return {**label, **level.measure}
 
 
 def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
@@ -199,7 +199,9 @@ def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Datas
         name: xr.Variable(("sample", *column.dims), rows[name], column.attributes) for name, column in columns.items()
     }
     coordinates = {name: variables.pop(name) for name, column in columns.items() if column.is_coordinate}
-    attributes = trace(scene.title, "simulate") | {"scene": scene.to_json()}
+    levels = levels_of(scene)
+    measure = levels[0].measure if len(levels) == 1 else {}
+    attributes = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
     return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
 
 
@@ -210,9 +212,11 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
         names = np.array(excitation.event_names)
         coordinates["event"] = ("event", names, {"long_name": "event of the sequence"})
         levels = [_level_attributes(level) for level in levels_of(scene)]
-        for key in ("long_name", "units", "design"):
+        for key, missing in OF_EVENTS.items():
             text = {"long_name": f"{key} of im_level in each event"}
-            coordinates[f"im_level_{key}"] = ("event", np.array([level[key] for level in levels]), text)
+            if any(key in level for level in levels):
+                values = np.array([level.get(key, missing) for level in levels])
+                coordinates[f"im_level_{key}"] = ("event", values, text)
         copies = excitation.samples_per_structure // np.array(excitation.samples_by_event)
         text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
         coordinates["samples_per_history"] = ("event", copies.astype(np.int32), text)
@@ -260,80 +264,3 @@ def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str
         ),
     }
     return xr.Dataset(variables, coords=coordinates)
-
-
-def summary(run: xr.Dataset) -> str:
-    """Return status counts, collapses, steps and estimated errors of a run, in a few lines of text.
-
-    Args:
-        run: What `simulate` returned. With `statistics=` it has no samples: the text tells how many have failed.
-
-    Raises:
-        ValueError, TypeError: If it is something else.
-
-    Example:
-        >>> print(wd.summary(run).splitlines()[0])
-        144 samples: 144 ok
-    """
-    # Shares of damage tell the number of failed samples, too, but not by how they failed.
-    is_of_statistics = isinstance(run, xr.Dataset) and "failed_samples" in run and "failure" in run.dims
-    needed = ("step",) if is_of_statistics else ("status", "integration_step")
-    check_dataset("summary", run, *needed, advice="give what simulate() returned")
-    check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")
-    if is_of_statistics:
-        failed = run["failed_samples"].to_series()
-        told = ", ".join(f"{count:,} {name}" for name, count in failed.items() if count) or "none"
-        return Text(
-            "\n".join(
-                [
-                    f"statistics of samples that are not kept; failed samples: {told}",
-                    *_integration(run, np.atleast_1d(run.attrs["step"])),
-                ]
-            )
-        )
-    if "sample" not in run.dims:
-        raise ValueError("summary: the run has no dimension sample: select one by isel(sample=[number])")
-    if not run.sizes["sample"]:
-        raise ValueError("summary: the run has no samples: the selection it was taken by left none")
-    if "event" in run.dims:
-        names = run["event"].values.tolist()
-        return Text("\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names))
-    status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
-    outcomes = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
-    lines = [
-        f"{run.sizes['sample']:,} samples: {outcomes}",
-        *_integration(run, run["integration_step"].values),
-        *_collapses(run),
-    ]
-    if "estimated_relative_error" in run:
-        table = run["estimated_relative_error"]
-        heads = "".join(f"{name:>12}" for name in table["error_statistic"].values)
-        lines.append(f"{'estimated relative error':<26}{heads}")
-        for demand in table["demand"].values:
-            row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
-            lines.append(f"{demand:<26}{row}")
-    return Text("\n".join(lines))
-
-
-def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:
-    """Return lines on the method, why it was chosen, its steps [s] and its time."""
-    method = run.attrs["method"]
-    return [
-        f"{method} in {run.attrs['dtype']} on {run.attrs['device']}, "
-        f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
-        *([f"{method}: {run.attrs[BECAUSE]}"] if BECAUSE in run.attrs else []),
-    ]
-
-
-def _collapses(run: xr.Dataset) -> list[str]:
-    """Return a line on the storeys and times of the collapses, where there are some."""
-    if "storey_of_collapse" not in run:
-        return []
-    storey, time = run["storey_of_collapse"].values, run["time_of_collapse"].values
-    if not (storey > 0).any():
-        return []
-    storeys, counts = np.unique(storey[storey > 0], return_counts=True)
-    where = ", ".join(f"storey {number} ({count:,})" for number, count in zip(storeys, counts, strict=True))
-    times = time[np.isfinite(time)]
-    when = f", at {times.min():.4g} to {times.max():.4g} s" if times.size else ""
-    return [f"collapsed in {where}{when}"]

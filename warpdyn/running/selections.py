@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, whole_number
+from warpdyn.core.output_variables import (
+    DAMPING,
+    KIND_ATTRIBUTES,
+    KIND_OF_ARCHETYPES,
+    MEASURE,
+    PERIOD,
+    STOREY_KIND,
+    UNNAMED,
+    measure_attributes,
+)
 from warpdyn.core.units import unit_attributes
 
 OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio of all storeys
 OF_COLLAPSE = "storey_of_collapse"
+# Attributes of `im_level` that a run of an EventSequence has for each event, with what stands for one that is missing.
+OF_EVENTS: dict[str, str | float] = {
+    "long_name": "",
+    "units": "1",
+    "design": "",
+    MEASURE: UNNAMED[1],
+    PERIOD: np.nan,
+    DAMPING: np.nan,
+}
 
 
 def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
@@ -42,12 +63,17 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
     if event["samples_per_history"] > 1:
         history = event["sample"].values // int(event["samples_per_history"])
         event = event.isel(sample=np.unique(history, return_index=True)[1])
-    keys = ("long_name", "units", "design")
-    attributes = {key: str(event[f"im_level_{key}"].values) for key in keys}
+    attributes: dict[str, Any] = {}
+    for key, missing in OF_EVENTS.items():
+        value = event[f"im_level_{key}"].values[()] if f"im_level_{key}" in event.coords else missing
+        if not (isinstance(missing, float) and np.isnan(value)):
+            attributes[key] = float(value) if isinstance(missing, float) else str(value)
     attributes |= unit_attributes(attributes["units"])
-    event = event.drop_vars(["event", "samples_per_history", *(f"im_level_{key}" for key in keys)])
+    event = event.drop_vars(
+        ["event", "samples_per_history", *(f"im_level_{key}" for key in OF_EVENTS)], errors="ignore"
+    )
     event["im_level"].attrs = attributes
-    return event
+    return event.assign_attrs(measure_attributes(attributes))
 
 
 def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
@@ -74,15 +100,17 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
     part = run.isel(sample=np.flatnonzero(run["archetype_index"].values == place))
     storeys = int(run["storeys_of_archetype"].values[place])
     part = part.isel({dim: slice(storeys) for dim in ("storey", "floor") if dim in run.dims})
-    return part.drop_vars([name for name, variable in part.variables.items() if "archetype" in variable.dims])
+    kinds = part[KIND_OF_ARCHETYPES].values[place] if KIND_OF_ARCHETYPES in part.coords else np.zeros(1)
+    part = part.drop_vars([name for name, variable in part.variables.items() if "archetype" in variable.dims])
+    return part.assign_coords({STOREY_KIND: ("storey", kinds, KIND_ATTRIBUTES)}) if kinds.any() else part
 
 
 def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
-    """Return a run with some of its storeys and floors, for demands of a building without isolators or mass damper.
+    """Return a run with some of its storeys and floors, which are counted from 1 again.
 
-    The storeys are counted from 1 again. The own storeys of a building on isolators begin with the second; with a tuned
-    mass damper they end with the last but one. Variables of the largest drift ratio of all storeys are removed; the
-    status, with collapse, and variables of the whole building stay. `storey_of_collapse` is -1 where a storey collapsed
+    `fragility`, `damage_shares` and the like count the building's storeys alone, also without this selection: it is for
+    other ones, such as the isolators (storey 1). Variables of the largest drift ratio of all storeys are removed; the
+    status, with collapse, and variables of the whole building stay. `storey_of_collapse` is -1 if a storey collapsed
     that is left out.
 
     Args:
@@ -113,6 +141,39 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
         is_kept = (storey >= first) & (storey <= last)
         part[OF_COLLAPSE] = xr.where(is_kept, storey - (first - 1), -1).astype(storey.dtype).assign_attrs(storey.attrs)
     return part.drop_vars(OF_THE_LARGEST, errors="ignore")
+
+
+def without_added_storeys(run: xr.Dataset) -> xr.Dataset:
+    """Return a run without storeys of isolators or of a tuned mass damper, and the floors above them, if it has any.
+
+    Storeys keep their numbers. A run that has such storeys alone, because they were selected, keeps them.
+
+    Args:
+        run: What `simulate` returned of one structure, or of one archetype.
+    """
+    if STOREY_KIND not in run.coords or run[STOREY_KIND].dims != ("storey",):
+        return run
+    own = np.flatnonzero(run[STOREY_KIND].values == 0)
+    if own.size in (0, run.sizes["storey"]):
+        return run
+    return run.isel({dim: own for dim in ("storey", "floor") if dim in run.dims})
+
+
+def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
+    """Return a demand without storeys of isolators or of a tuned mass damper, also of a run of several archetypes.
+
+    Args:
+        run: The run.
+        demand: The demand; where an archetype of several has such a storey, it is NaN, as where it has none.
+    """
+    if STOREY_KIND in run.coords or KIND_OF_ARCHETYPES not in run.coords:
+        return without_added_storeys(run)[demand]
+    values = run[demand]
+    kinds = run[KIND_OF_ARCHETYPES].transpose("archetype", "storey").values
+    if "sample" not in values.dims or not {"storey", "floor"} & set(values.dims):
+        return values
+    dims = "sample", "storey" if "storey" in values.dims else "floor"
+    return values.where(xr.DataArray(kinds[run["archetype_index"].values] == 0, dims=dims))
 
 
 def archetypes_of(run: xr.Dataset) -> np.ndarray:

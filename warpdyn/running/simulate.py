@@ -12,10 +12,7 @@ import xarray as xr
 
 from warpdyn.core.checks import whole_number
 from warpdyn.core.interruption import interruptible
-from warpdyn.core.messages import warn_caller
 from warpdyn.files.unfinished import STORE_SUFFIX, Unfinished
-from warpdyn.ground_motions.designs import OneMotionPerStructure, Stripes
-from warpdyn.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.reduction.population import Population
 from warpdyn.reduction.reduction import Reduction, checked_statistics
@@ -26,6 +23,7 @@ from warpdyn.running.regions.job import Where
 from warpdyn.running.run_portfolio import run_portfolio
 from warpdyn.running.run_scene import Kept, SceneRun
 from warpdyn.scene.arguments import takes_scene
+from warpdyn.scene.number_of_structures import number_of_structures
 from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
@@ -73,8 +71,8 @@ def simulate(
 
         structures: Number of structures to draw; each runs under every motion, at every level, of the scene's design.
             None for as many as the scene lists (in a scatter of GivenValues, or in a design that gives each motion
-            structures of its own), and for one where it lists none. Leave it out for a portfolio: each archetype has
-            its `count`.
+            structures of its own), and for one if it lists none, with a warning if parameters are scattered. Leave it
+            out for a portfolio: each archetype has its `count`.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
 
         method: Integration method, a row of METHODS; None for the choice made for `target_error`, and otherwise, where
@@ -190,9 +188,7 @@ def simulate(
         raise ValueError("sample_error sees nothing of what resample cuts off a motion: leave out one of them")
     if sample_error is not None and len(scene.excitation.event_names) > 1:
         raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
-    if structures is None:
-        structures = 1 if scene.structure.is_many else scene.structures_given or 1
-    _warn_of_copies(scene, structures)
+    structures = number_of_structures("simulate", scene, structures)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     with interruptible():
         if cluster is not None or is_store or (asked and path is not None):
@@ -213,17 +209,3 @@ def simulate(
         count = whole_number("structures", structures, 1) if many is None else many
         with Reduction(asked, Population(scene, count), execution.cores) as reduction:
             return reduction.dataset(run(None, (reduction, np.arange(count))))
-
-
-def _warn_of_copies(scene: Scene, structures: object) -> None:
-    """Warn of structures that are all alike, and so are their histories, which statistics would take for more data."""
-    is_drawn = scene.structure.is_many or scene.scatter or not scene.excitation.is_design
-    one_each = isinstance(scene.excitation, OneMotionPerStructure | MotionsAtSites)
-    one_each |= isinstance(scene.excitation, Stripes) and scene.excitation.structures_per_motion == 1
-    if is_drawn or one_each or not isinstance(structures, int | np.integer):
-        return
-    if structures > 1:
-        warn_caller(
-            f"nothing is scattered, so that all {structures} structures are the same: each history is run {structures} "
-            "times, and statistics count it so often; leave out `structures`, or give the scene a scatter"
-        )

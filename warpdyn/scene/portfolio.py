@@ -12,6 +12,7 @@ import numpy as np
 
 from warpdyn.core.checks import whole_number
 from warpdyn.core.description import html_table
+from warpdyn.core.output_variables import KIND_ATTRIBUTES, KIND_OF_ARCHETYPES
 from warpdyn.scene.correlation import check_correlation
 from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.structures.shear_building import ShearBuilding, numbered_storeys
@@ -124,8 +125,18 @@ class Portfolio(Structure):
         return {"archetypes": told}
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return `storey` and, where accelerations are recorded, `floor`, up to the highest building's."""
-        return numbered_storeys(self.dofs, recorders)
+        """Return `storey` and, where accelerations are recorded, `floor`, up to the highest building's.
+
+        If an archetype has isolators or a tuned mass damper, the kind of each archetype's storeys follows.
+        """
+        coordinates = numbered_storeys(self.dofs, recorders)
+        buildings = [each.building for each in self.archetypes.values()]
+        if all(building.own_storeys.all() for building in buildings):
+            return coordinates
+        kinds = np.zeros((len(buildings), self.dofs), dtype=np.int8)
+        for row, building in zip(kinds, buildings, strict=True):
+            row[: building.storeys] = building.storey_kinds
+        return coordinates | {KIND_OF_ARCHETYPES: (("archetype", "storey"), kinds, KIND_ATTRIBUTES)}
 
     def _repr_html_(self) -> str:
         heads = ("archetype", "buildings", "storeys", "law", "damping", "scatter")

@@ -7,11 +7,13 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
+from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION, measure_of_dataset
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
+from warpdyn.statistics.estimators.binomial import UNDETERMINED
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.fragility_curves import OVER
+from warpdyn.statistics.intervals.extrapolation import mark, sentences
 from warpdyn.statistics.intervals.jackknife import few_groups, trusted
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import (
@@ -39,8 +41,9 @@ def fragility_from_capacities(
     """Fit a lognormal fragility curve to the capacities of every damage state, with intervals.
 
     Curves maximise the likelihood of what is known of each capacity: that it lies within its bracket, or above the
-    highest level that was run (right-censored), or below the lowest. Where every capacity is known exactly this is the
-    method of moments (Baker 2015, Earthquake Spectra 31(1), with n in place of n - 1). Intervals are those of
+    highest level that was run (right-censored), or below the lowest. If every capacity is known exactly, this is the
+    method of moments: mean and standard deviation of ln capacity, with divisor n as NumPy's `std` and scipy.stats'
+    `lognorm.fit` have it; Baker (2015, Earthquake Spectra 31(1)) has n - 1. Intervals are those of
     `fragility`: a jackknife over records and structures with Student's t.
 
     Args:
@@ -80,6 +83,7 @@ def fragility_from_capacities(
     if "drawn_structure" in capacities.coords:
         sampling = str(capacities["drawn_structure"].attrs.get("sampling", ""))
         structure = capacities["drawn_structure"].transpose(..., "motion").values.ravel()
+        _check_pairs(structure, motion)
     observed = Observations(motion[known], structure[known], sampling, intervals_over == OVER[0])
     with np.errstate(divide="ignore"):
         low, high = np.log(lower.reshape(-1, states)[known]), np.log(upper.reshape(-1, states)[known])
@@ -100,18 +104,25 @@ def fragility_from_capacities(
         logarithms[:, 0, state], logarithms[:, 1, state] = centre[:, 0], np.log(deviation)
     names = tuple(str(name) for name in capacities["damage_state"].values)
     left = observed.left_out(logarithms, influences, independent)
-    _warn(names, outcome, observed.records, high, few_groups(left, trusted(left, outcome), names))
+    attributes = capacities["capacity"].attrs
+    units = str(attributes.get("units", "g"))
+    lowest, highest = np.exp(_ends(low, high))
+    marked = mark(left, outcome, lowest, highest)
+    left, outcome = marked.left, marked.outcome
+    told = few_groups(left, trusted(left, outcome), names)
+    told += sentences(names, marked.status, outcome, marked.fitted, lowest, highest, units)
+    _warn(names, outcome, observed.records, high, told)
     medians, dispersions = np.exp(logarithms)[:, 0, :, None], np.exp(logarithms)[:, 1, :, None]
     finite = upper[np.isfinite(upper)]
-    attributes = capacities["capacity"].attrs
     result = dataset_of_curves(
         observed,
         names,
         left,
         outcome,
+        marked.status,
         curves=lambda intensity: LOGNORMAL.probability(intensity, medians, dispersions),
         highest=float(finite.max()) if finite.size else 1.0,
-        units=str(attributes.get("units", "g")),
+        units=units,
         confidence=confidence,
         replicates=replicates,
         seed=seed,
@@ -121,12 +132,24 @@ def fragility_from_capacities(
     said = {"long_name": "pairs of a structure and a motion whose search failed", "units": "1"}
     result["excluded_pairs"] = ((), int((~known).sum()), said)
     return result.assign_attrs(
-        {name: capacities.attrs[name] for name in ("intensity_measure", "demand") if name in capacities.attrs}
+        measure_of_dataset(capacities)
+        | {name: capacities.attrs[name] for name in ("demand",) if name in capacities.attrs}
         | {
             "fragility_method": "maximum likelihood of lognormal capacities, within brackets and right-censored",
             "fragility_shape": LOGNORMAL.name,
         }
     )
+
+
+def _check_pairs(structure: np.ndarray, motion: np.ndarray) -> None:
+    """Raise a ValueError if a pair of a structure and a motion is there twice, as where calls were put together."""
+    pairs = np.unique(np.column_stack([structure, motion]), axis=0)
+    if len(pairs) < structure.size:
+        raise ValueError(
+            f"fragility_from_capacities: {structure.size - len(pairs)} of {structure.size} pairs of a drawn structure "
+            "and a motion are there twice. Capacities of several calls put together, as by xr.concat, count structures "
+            "of one call as those of another: join them by wd.join([found, other])"
+        )
 
 
 def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
@@ -174,6 +197,16 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
+def _ends(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the logarithms of the lowest and the highest level that tell of each state, shape [2, damage_state].
+
+    Capacities that are known bound the levels, and so do the ends of those that are not.
+    """
+    from_below = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high, np.inf))
+    from_above = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, -np.inf))
+    return np.stack([from_below.min(axis=0), from_above.max(axis=0)])
+
+
 def _outcome(low: np.ndarray, high: np.ndarray) -> int:
     """Return whether the likelihood of brackets can have a maximum, before it is fitted."""
     if np.isposinf(high).all():
@@ -196,15 +229,9 @@ def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.nd
         what = advice.get(each, "see its capacities")
         if each == SEPARATED and part > 0.5:
             what = f"{100 * part:.0f} % of the capacities lie above the highest level: raise it"
-        if each != FITTED:
+        if each not in (FITTED, UNDETERMINED):
             said.append(f"damage state {name!r} has no fit ({FIT_MEANINGS[each]}); {what}")
     if records == 1:
         said.append("there is one motion: records are what intervals are over, so that none is given")
-    said += [
-        f"damage state {name!r}: {100 * part:.0f} % of the capacities lie above the highest level, so that the median "
-        "is extrapolated; raise the highest level"
-        for name, part, each in zip(names, share, outcome, strict=True)
-        if each == FITTED and part > 0.5
-    ]
     if said:
         warn_caller("\n- ".join(["fragility_from_capacities:", *said]) if len(said) > 1 else said[0])

@@ -3,26 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import (
     COLLAPSED,
     DIVERGED,
     LARGEST_EXCLUDED_FRACTION,
     STATUS_MEANINGS,
-    measure_of_levels,
+    measure_of_dataset,
 )
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
+from warpdyn.running.joining.duplicates import check_samples
+from warpdyn.running.selections import without_added_storeys
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.demands import checked_demand, refuse_portfolio
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
+from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.censored import CensoredRegression
-from warpdyn.statistics.estimators.cloud import DEMAND_AND_COLLAPSE, CloudFits, fit_censored, fit_with_collapse
+from warpdyn.statistics.estimators.cloud import (
+    DEMAND_AND_COLLAPSE,
+    CloudFits,
+    fit_censored,
+    fit_collapse,
+    fit_with_collapse,
+)
 from warpdyn.statistics.fragility_curves import OVER
+from warpdyn.statistics.intervals.extrapolation import mark, sentences
 from warpdyn.statistics.intervals.jackknife import few_groups, trusted
 from warpdyn.statistics.intervals.observations import Observations
 from warpdyn.statistics.lognormal_fit import FITTED, NO_EXCEEDANCE, NO_FINITE_MEDIAN, NOT_INCREASING, check_confidence
@@ -44,11 +55,16 @@ def fragility_of_cloud(
     estimator: str = "censored",
     demand: str = DRIFT,
     intervals_over: str = OVER[0],
+    added_storeys: bool = False,
     replicates: int = 1000,
     confidence: float = 0.95,
     seed: int = 0,
 ) -> xr.Dataset:
     """Fit fragility curves to a cloud: ln demand is a line in ln intensity, with a constant deviation.
+
+    The deviation is that of maximum likelihood: the sum of squared residuals over n samples, as in pyFragility and
+    statsmodels' likelihood. Programs that divide by n - 1 or n - 2 print dispersions sqrt(n / (n - 1)) or
+    sqrt(n / (n - 2)) times as large.
 
     A sample that collapsed has a demand of at least that up to which it was followed, which estimator "censored" takes
     as it is (right-censored): the curve of a limit c is lognormal, with the median exp((ln c - intercept) / slope) and
@@ -62,10 +78,12 @@ def fragility_of_cloud(
     Args:
         dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it (a run on stripes is taken as a
             cloud too): a demand, the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
-        limits: Limit of each damage state, from the lightest on, in the units of the demand.
+        limits: Limit of each damage state, from the lightest on, in the units of the demand. `math.inf` is passed by
+            collapse alone; its curve is the probit of collapse, with either estimator.
         estimator: "censored" or "collapse".
         demand: Variable of the run that limits are of; of one with a sign, its absolute value.
         intervals_over: "records and structures", or "records" to take the structures as given.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as of `fragility`.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
         confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
@@ -88,6 +106,8 @@ def fragility_of_cloud(
         array([0.5, 1.1])
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
+    if not checked_flag("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
     refuse_portfolio("fragility_of_cloud", dataset)
     replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
     check_confidence(confidence)
@@ -105,17 +125,27 @@ def fragility_of_cloud(
     of_collapse = NO_EXCEEDANCE
     if estimator == "censored":
         fits, regression = fit_censored(intensity, values, collapsed, observed.weights)
+        if np.isinf(limit).any():
+            middle, scatter, of_collapse = fit_collapse(intensity, collapsed, observed.weights)
+            fits = replace(fits, collapse_median=middle, collapse_dispersion=scatter)
     else:
         fits, of_collapse = fit_with_collapse(intensity, values, collapsed, observed.weights)
     outcome = np.full(limit.size, FITTED if fits.slope[0] > 0 else NOT_INCREASING)
+    outcome[np.isinf(limit)] = of_collapse
     median = fits.fractile(0.5, limit)
     with np.errstate(divide="ignore", invalid="ignore"):
         spread = np.log(fits.fractile(_EIGHTY_FOURTH, limit) / fits.fractile(_SIXTEENTH, limit)) / 2.0
         logarithms = np.log(np.stack([median, spread], axis=1))
     outcome[(outcome == FITTED) & ~np.isfinite(logarithms[0]).all(axis=0)] = NO_FINITE_MEDIAN
-    logarithms[:, :, outcome != FITTED] = np.nan
-    influences, independent = _influences(observed, regression, fits, logarithms[0])
+    logarithms[:, :, ~np.isin(outcome, (FITTED, PENALISED))] = np.nan
+    influences, independent = _influences(observed, regression, fits, np.where(np.isinf(limit), np.nan, logarithms[0]))
     left = observed.left_out(logarithms, influences, independent)
+    ends = float(intensity.min()), float(intensity.max())
+    marked = mark(left, outcome, *ends)
+    left, outcome = marked.left, marked.outcome
+    units = str(dataset["im_level"].attrs.get("units", "g"))
+    told = few_groups(left, trusted(left, outcome), checked.states)
+    told += sentences(checked.states, marked.status, outcome, marked.fitted, *ends, units)
     _warn(
         checked,
         outcome,
@@ -124,42 +154,48 @@ def fragility_of_cloud(
         values,
         observed.records,
         estimator,
-        few_groups(left, trusted(left, outcome), checked.states),
+        told,
     )
     result = dataset_of_curves(
         observed,
         checked.states,
         left,
         outcome,
+        marked.status,
         curves=lambda points: fits.probability(points[None, None], limit),
         highest=float(max(intensity.max(), np.nanmax(median[0], initial=0.0) * 2.0)),
-        units=str(dataset["im_level"].attrs.get("units", "g")),
+        units=units,
         confidence=confidence,
         replicates=replicates,
         seed=seed,
     )
+    for name in ("median_variance_by_sandwich", "dispersion_variance_by_sandwich"):
+        if name in result:  # it is that of the regression
+            result[name] = result[name].where(np.isfinite(limit))
     said = {
         "regression_intercept": (fits.intercept[0], "ln demand at an intensity of 1, of the regression"),
         "regression_slope": (fits.slope[0], "slope of ln demand on ln intensity"),
-        "regression_deviation": (fits.deviation[0], "standard deviation of ln demand about the regression"),
+        "regression_deviation": (
+            fits.deviation[0],
+            "standard deviation of ln demand about the regression, with divisor n",
+        ),
         "collapsed_samples": (int(collapsed.sum()), "samples that collapsed"),
         "valid_samples": (intensity.size, "samples counted, collapsed ones included"),
         "excluded_samples": (failed, "samples kept out"),
     }
-    if estimator == "collapse":
+    if estimator == "collapse" or np.isinf(limit).any():
         said["collapse_median"] = fits.collapse_median[0], "median intensity of collapse; infinite without collapses"
         said["collapse_dispersion"] = fits.collapse_dispersion[0], "dispersion of the intensity of collapse"
     for name, (number, words) in said.items():
         result[name] = ((), number, {"long_name": words, "units": "1"})
     of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
     result["damage_limit"] = ("damage_state", limit, {"long_name": f"limit of {checked.single}"} | of_demand)
-    measure = measure_of_levels(dataset["im_level"].attrs)
-    return result.assign_attrs(
-        intensity_measure=measure,
-        demand=checked.single,
-        fragility_method=METHODS[estimator],
-        fragility_shape=LOGNORMAL.name if estimator == "censored" else DEMAND_AND_COLLAPSE,
-    )
+    attributes: dict[str, object] = {
+        "demand": checked.single,
+        "fragility_method": METHODS[estimator],
+        "fragility_shape": LOGNORMAL.name if estimator == "censored" else DEMAND_AND_COLLAPSE,
+    }
+    return result.assign_attrs(measure_of_dataset(dataset) | attributes)
 
 
 def _checked_cloud(
@@ -173,6 +209,7 @@ def _checked_cloud(
         if dataset[key].dims != ("sample",):
             of_one = "; take one event by `select_event`" if "event" in dataset[key].dims else ""
             raise ValueError(f"{name}: {key!r} has dimensions {dataset[key].dims}; they must be ('sample',){of_one}")
+    check_samples(name, dataset)
     status = decoded_status(dataset["status"])
     intensity = dataset["im_level"].values.astype(np.float64)
     worst = checked_demand(dataset, demand, status).max(axis=0).astype(np.float64)
@@ -243,12 +280,20 @@ def _warn(
 ) -> None:
     """Warn of what the curves do not rest on, and of what else is told (`few`)."""
     said = [*few]
-    if (outcome != FITTED).any():
+    is_finite = np.isfinite(limits.values[0])
+    for number in np.flatnonzero(~is_finite & ~np.isin(outcome, (FITTED, PENALISED))):
         said.append(
-            f"no curve has a fit ({FIT_MEANINGS[outcome[outcome != FITTED][0]]}): the demand does not grow with the "
-            "intensity; take another intensity measure, or motions of a wider range of it"
+            f"damage state {limits.states[number]!r} has no curve: only collapse passes its infinite limit, and the "
+            f"probability of collapse has no fit ({FIT_MEANINGS[of_collapse]}; {collapsed.sum()} of {collapsed.size} "
+            "samples collapsed); add motions of intensities at which some samples collapse and some do not"
         )
-    if estimator == "collapse" and collapsed.any() and of_collapse != FITTED:
+    without = is_finite & (outcome != FITTED)
+    if without.any():
+        said.append(
+            f"no curve of a finite limit has a fit ({FIT_MEANINGS[outcome[without][0]]}): the demand does not grow "
+            "with the intensity; take another intensity measure, or motions of a wider range of it"
+        )
+    if (estimator == "collapse" or not is_finite.all()) and collapsed.any() and of_collapse != FITTED:
         said.append(
             f"the probability of collapse is {FIT_MEANINGS[of_collapse]}: {collapsed.sum()} of {collapsed.size} "
             "samples collapsed, at intensities apart from those of the others; add motions of intensities between them"
@@ -256,7 +301,8 @@ def _warn(
     if records == 1:
         said.append("there is one motion: records are what intervals are over, so that none is given")
     standing = demand[~collapsed].max()
-    above = [repr(state) for state, limit in zip(limits.states, limits.values[0], strict=True) if limit > standing]
+    finite = zip(limits.states, limits.values[0], strict=True)
+    above = [repr(state) for state, limit in finite if standing < limit < np.inf]
     if above:
         advice = "add motions of higher intensity"
         if estimator == "censored" and collapsed.any():

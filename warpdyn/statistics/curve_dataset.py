@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtr, ndtri
 
+from warpdyn.core.output_variables import MEDIAN_STATUS
 from warpdyn.core.units import unit_attributes
 from warpdyn.statistics.curve_variables import (
     draws,
@@ -20,6 +21,7 @@ from warpdyn.statistics.curve_variables import (
     variances,
     with_bounds,
 )
+from warpdyn.statistics.intervals.extrapolation import status_attributes
 from warpdyn.statistics.intervals.jackknife import SOURCES, LeftOut, spread_of, trusted
 from warpdyn.statistics.intervals.observations import Observations
 
@@ -31,6 +33,7 @@ def dataset_of_curves(
     states: tuple[str, ...],
     left: LeftOut,
     outcome: np.ndarray,
+    status: np.ndarray,
     *,
     curves: Callable[[np.ndarray], np.ndarray],
     highest: float,
@@ -46,6 +49,7 @@ def dataset_of_curves(
         states: Names of the damage states.
         left: Logarithms of median and dispersion, whole and with parts left out.
         outcome: Outcome of each fit, an index into FIT_MEANINGS.
+        status: Where each median lies among the intensities, an index into MEDIAN_MEANINGS.
         curves: Returns of intensities the probability of exceedance, for each row of weights, shape
             [row, damage_state, intensity].
         highest: Highest intensity of the curves.
@@ -72,6 +76,8 @@ def dataset_of_curves(
     variables |= variances(left, known)
     variables |= draws(left, known, replicates, seed, units, confidence)
     variables["fit_status"] = variable(of_state, outcome.astype(np.int8), "outcome of the fit", **fit_flags())
+    text = "where the median lies among the intensities that were run"
+    variables[MEDIAN_STATUS] = variable(of_state, status, text, **status_attributes())
     intensity = intensities_along(highest)
     curve, between = _curves(observed, left, curves, intensity, confidence)
     curve = np.where(np.isfinite(median)[:, None], curve, np.nan)

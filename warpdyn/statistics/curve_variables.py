@@ -8,10 +8,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.core.output_variables import MEDIAN_STATUS
 from warpdyn.core.units import unit_attributes
 from warpdyn.statistics.estimators.binomial import PENALISED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, CurveShape
-from warpdyn.statistics.intervals.jackknife import LeftOut, fraction_intervals, spread_of
+from warpdyn.statistics.intervals.extrapolation import status_attributes
+from warpdyn.statistics.intervals.fractions import fraction_intervals
+from warpdyn.statistics.intervals.jackknife import LeftOut, spread_of
 from warpdyn.statistics.lognormal_fit import FITTED
 from warpdyn.statistics.stripe_counts import StripeCounts
 
@@ -30,6 +33,7 @@ def estimates(
     counts: StripeCounts,
     left: LeftOut,
     outcome: np.ndarray,
+    status: np.ndarray,
     has_interval: np.ndarray,
     confidence: float,
     over_structures: bool,
@@ -47,6 +51,7 @@ def estimates(
         "fragility_median": (median, bounds[:, 0], "median capacity", of_measure),
         "fragility_dispersion": (dispersion, bounds[:, 1], "dispersion of the capacity", {"comment": NO_FIT}),
         "fit_status": (outcome, None, "outcome of the lognormal fit", fit_flags()),
+        MEDIAN_STATUS: (status, None, "where the median lies among the levels", status_attributes()),
     }
     variables = {"exceeding_samples": variable(_OF_STRIPES, counts.total[-1], "samples exceeding, worst place")}
     for name, (values, bound, meaning, attributes) in rows.items():
@@ -103,7 +108,8 @@ def curves(
 
     slopes = np.stack([-np.exp(-worst.whole[1])[:, None] + 0 * logarithm, -scores(worst.whole)])
     interaction = (slopes**2 * worst.interaction[:, :, None]).sum(axis=0)  # without the covariance, which is small
-    spread = spread_of(scores(worst.whole), scores(worst.records), scores(worst.groups), interaction)
+    parts = scores(worst.whole), scores(worst.records), scores(worst.groups)
+    spread = spread_of(*parts, interaction, worst.strata)
     with np.errstate(over="ignore"):
         standardised = np.exp(np.where(has_interval[:, None], spread.interval(confidence), np.nan))
     bounds = shape.probability(standardised, 1.0, 1.0)
@@ -195,8 +201,9 @@ def intensities_along(highest: float) -> np.ndarray:
     return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
 
 
-def interval_method(records: int, groups: int, parts: int | None = None) -> str:
-    """Return what intervals come from: so many records, left out in so many parts, and groups of structures."""
+def interval_method(records: int, groups: int, parts: int | None = None, strata: int = 1) -> str:
+    """Return what intervals come from: records, left out in parts and compared within strata, and structures."""
+    nested = f" in {strata} sets, each at levels of its own," if strata > 1 else ""
     in_parts = "" if parts in (None, records) else f" in {parts} parts"
     and_groups = f" and {groups} groups of structures" if groups else ""
-    return f"jackknife over {records} records{in_parts}{and_groups}, less its bias, with Student's t"
+    return f"jackknife over {records} records{nested}{in_parts}{and_groups}, less its bias, with Student's t"

@@ -10,16 +10,24 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_dataset, finite_numbers
+from warpdyn.core.checks import check_dataset, checked_flag, finite_numbers
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, OK, STRIPED
+from warpdyn.core.output_variables import (
+    COLLAPSED,
+    DIVERGED,
+    KIND_OF_ARCHETYPES,
+    LARGEST_EXCLUDED_FRACTION,
+    OK,
+    STRIPED,
+)
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import unit_attributes
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.limits import BUILDING_NUMBER, DAMAGE_COUNT, limits_by_archetype
 from warpdyn.reduction.population import numbered_events
-from warpdyn.running.selections import archetypes_of
+from warpdyn.running.joining.duplicates import check_samples
+from warpdyn.running.selections import archetypes_of, without_added_storeys
 from warpdyn.statistics.reduced_counts import counts_over, is_reduced
 from warpdyn.statistics.stripe_counts import decoded_status
 
@@ -35,13 +43,13 @@ def damage_shares(
     *,
     events: Events = None,
     number: ArrayLike | None = None,
+    added_storeys: bool = False,
 ) -> xr.Dataset:
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
     A building is in the last damage state whose limit its largest storey drift ratio is above (strictly), in "none" if
-    it is above no limit, and in the last state of all if it collapsed. Every storey counts, also that of isolators or
-    of a tuned mass damper: keep buildings on isolators in a portfolio of their own, and take `select_storeys` of its
-    run.
+    it is above no limit, and in the last state of all if it collapsed. Storeys of isolators or of a tuned mass damper
+    do not count, unless `added_storeys` is set.
 
     Args:
         run: What `simulate` returned of a portfolio, with the recorder "drift"; or its statistics, DamageCounts over
@@ -56,6 +64,8 @@ def damage_shares(
             `number`, in the order of the portfolio (`stock.buildings(inventory)["number"]`). Shares, and the buildings
             counted and failed, are of these numbers then. Counts have it from `DamageCounts(number=...)`. None for one
             building each.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building. Counts
+            have it from `DamageCounts(added_storeys=...)`.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
@@ -80,9 +90,16 @@ def damage_shares(
     if is_reduced(run):
         if number is not None:
             raise ValueError("number= is told to DamageCounts, which adds up the buildings: leave it out")
+        if checked_flag("added_storeys", added_storeys):
+            raise ValueError(
+                "damage_shares: added_storeys=True has no effect on counts, which are made already: give it to "
+                "DamageCounts(..., added_storeys=True)"
+            )
         found = _read(run, limits, events)
     else:
-        found = _count(run, limits or {}, events, number)
+        if not checked_flag("added_storeys", added_storeys):
+            run = without_added_storeys(run)  # of an archetype by itself
+        found = _count(run, limits or {}, events, number, added_storeys)
     names, states, counts, failures, event_names, levels = (
         found.names,
         found.states,
@@ -168,17 +185,18 @@ class _Counted:
     levels: np.ndarray | None
 
 
-def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | None) -> _Counted:
+def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | None, added_storeys: bool) -> _Counted:
     """Count the samples of a run; arguments as of `damage_shares`."""
     if not run.sizes.get("sample", 0):
         raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
     names = archetypes_of(run)
+    check_samples("damage_shares", run)
     states, table = limits_by_archetype(names.tolist(), limits)
     warn_of_implausible_limits(
         {f" of {state!r} of {name!r}": limit for name in limits for state, limit in limits[name].items()}
     )
     record, event_names = _events_of(run, events)
-    state = _states_of_samples(run, table)
+    state = _states_of_samples(run, table, added_storeys)
     failed_samples = int(np.count_nonzero(state == FAILED))  # those that diverged and the like
     is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
     levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
@@ -304,15 +322,20 @@ def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]
     return of_motion[record], names
 
 
-def _states_of_samples(run: xr.Dataset, table: np.ndarray) -> np.ndarray:
+def _states_of_samples(run: xr.Dataset, table: np.ndarray, added_storeys: bool) -> np.ndarray:
     """Return the damage state of every sample, 0 for no damage; FAILED if the sample failed."""
     if "peak_storey_drift_ratio" not in run:
         raise ValueError("the run has no 'peak_storey_drift_ratio': leave 'drift' in what is recorded")
     status, archetype = decoded_status(run["status"]), run["archetype_index"].values
     states = np.empty(status.size, dtype=np.int8)
+    is_added = None
+    if KIND_OF_ARCHETYPES in run.coords and not added_storeys:
+        is_added = run[KIND_OF_ARCHETYPES].transpose("archetype", "storey").values > 0
     for first in range(0, status.size, SAMPLES_AT_A_TIME):
         part = slice(first, first + SAMPLES_AT_A_TIME)
         drift = run["peak_storey_drift_ratio"][part].values
+        if is_added is not None:
+            drift = np.where(is_added[archetype[part]], np.nan, drift)
         worst = np.fmax.reduce(drift.astype(np.float64), axis=1)  # NaN are storeys that a building does not have
         bad = np.flatnonzero(np.isnan(worst) & (status[part] == OK))
         if bad.size:

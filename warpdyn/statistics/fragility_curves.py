@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import measure_of_levels
+from warpdyn.core.output_variables import measure_of_dataset
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
+from warpdyn.running.selections import without_added_storeys
 from warpdyn.statistics.curve_variables import (
     DISCRETISATION,
     curves,
@@ -24,10 +25,17 @@ from warpdyn.statistics.curve_variables import (
     variable,
     variances,
 )
-from warpdyn.statistics.estimators.binomial import PENALISED
+from warpdyn.statistics.estimators.binomial import PENALISED, UNDETERMINED
 from warpdyn.statistics.estimators.table import FIT_MEANINGS, estimator_of
+from warpdyn.statistics.intervals.extrapolation import mark, sentences
 from warpdyn.statistics.intervals.jackknife import SOURCES, few_groups, leave_out, trusted
-from warpdyn.statistics.lognormal_fit import FITTED, SEPARATED, check_confidence, levels_to_add
+from warpdyn.statistics.lognormal_fit import (
+    FITTED,
+    NO_EXCEEDANCE,
+    SEPARATED,
+    check_confidence,
+    levels_to_add,
+)
 from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 
@@ -41,6 +49,7 @@ def fragility(
     demand: str = DRIFT,
     estimator: str = "lognormal",
     intervals_over: str = OVER[0],
+    added_storeys: bool = False,
     replicates: int = 1000,
     confidence: float = 0.95,
     seed: int = 0,
@@ -48,9 +57,9 @@ def fragility(
     """Fit a lognormal fragility curve to every damage state of a run on stripes, with intervals.
 
     A sample exceeds a damage state if its demand is above the state's limit (strictly) at the worst place: the storey
-    or floor where it is largest, also if it is a storey of isolators or of a tuned mass damper (take `select_storeys`
-    of such a run first). A collapsed sample exceeds every state. Curves maximise the binomial likelihood (Baker 2015,
-    Earthquake Spectra 31(1)).
+    or floor where it is largest. Storeys of isolators or of a tuned mass damper do not count, nor the floors above
+    them, unless `added_storeys` is set. A collapsed sample exceeds every state, also if the isolators failed. Curves
+    maximise the binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
 
     Intervals cover what was sampled, the records and the structures, by a jackknife over both with Student's t. Where
     each structure runs under one record alone, records tell all. `median_variance` and `dispersion_variance` say where
@@ -67,8 +76,8 @@ def fragility(
         limits: Of each damage state, from the lightest on, the limit of the demand in the units of its variable, such
             as `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, of which the worst decides:
             `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
-            a state has reached those before it. A warning names drift limits that seem to be in percent or mm. None
-            for the limits that counts were made by.
+            a state has reached those before it; `math.inf` is passed by collapse alone. A warning names drift limits
+            that seem to be in percent or mm. None for the limits that counts were made by.
         demand: Variable of the run that plain limits are of; of one with a sign, such as the residual drift ratio, the
             absolute value is compared.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
@@ -76,6 +85,7 @@ def fragility(
             the interval of the median is then that of the levels where the fractions are surely below and above one
             half, and the dispersion, which such stripes hardly tell, has none.
         intervals_over: "records and structures", or "records" to take the structures as given.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions, which risks and
             losses carry on.
         confidence: Probability that the intervals cover [1].
@@ -84,13 +94,15 @@ def fragility(
     Returns:
         Fractions by stripe, medians [g, or the unit of the levels], dispersions [1] and curves, each with its interval,
         for the worst place and (named `storey_...`, or after its dimension) for each. A median and a dispersion are NaN
-        if the stripes have no fit (see `fit_lognormal`; `fit_status` gives the case); bounds are also NaN where the
+        if the stripes have no fit (see `fit_lognormal`; `fit_status` gives the case), or if the median lies outside the
+        levels and the data do not determine it. `median_status` marks medians outside the levels that they do
+        determine as extrapolated, and a warning gives their values. Bounds are also NaN where the
         stripes without one of the records have no fit, or there is only one record.
 
     Raises:
         ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
             an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
-            step; if limits are not positive, finite and increasing; if another argument is out of its range.
+            step; if limits are not positive and increasing; if another argument is out of its range.
         TypeError: If `dataset` is no Dataset.
 
     Example:
@@ -106,14 +118,22 @@ def fragility(
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
     chosen = estimator_of(estimator)
+    if not checked_flag("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
     checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)
     labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
     over_structures = intervals_over == OVER[0]
     left, outcome = leave_out(counts, chosen, over_structures=over_structures)
+    ends = float(counts.levels[0]), float(counts.levels[-1])
+    marked = mark(left, outcome, *ends)
+    left, outcome = marked.left, marked.outcome
     has_interval = trusted(left, outcome)
-    _warn(checked, counts, outcome, has_interval, few_groups(left.worst, has_interval[-1], checked.states))
-    variables = estimates(counts, left, outcome, has_interval, confidence, over_structures)
+    told = few_groups(left.worst, has_interval[-1], checked.states)
+    of_worst = marked.status[-1], outcome[-1], marked.fitted[-1]
+    told += sentences(checked.states, *of_worst, *ends, counts.units)
+    _warn(checked, counts, outcome, has_interval, told)
+    variables = estimates(counts, left, outcome, marked.status, has_interval, confidence, over_structures)
     curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
     variables |= curve
     of_discretisation = discretisation_variance(dataset, checked.single, len(checked.states))
@@ -153,11 +173,11 @@ def fragility(
         variables,
         coords=coordinates,
         attrs={
-            "intensity_measure": measure_of_levels(labels["im_level"].attrs),
+            **measure_of_dataset(labels),
             "demand": ", ".join(checked.demands),
             "fragility_method": chosen.method,
             "fragility_shape": chosen.shape.name,
-            "interval_method": interval_method(len(left.records), len(left.groups))
+            "interval_method": interval_method(len(left.records), len(left.groups), strata=counts.strata.max() + 1)
             + "; stripe fractions: Korn and Graubard (1998)",
             "confidence": float(confidence),
             "replicates_seed": seed,
@@ -172,7 +192,7 @@ def _warn(
     said, states = [*few], limits.states
     if np.isfinite(counts.least_drift):
         drifts = zip(states, limits.values[limits.demands.index(DRIFT)], strict=True)
-        beyond = [f"{value:g} of {name!r}" for name, value in drifts if value > counts.least_drift]
+        beyond = [f"{value:g} of {name!r}" for name, value in drifts if counts.least_drift < value < np.inf]
         if beyond:
             said.append(
                 f"the limit {', '.join(beyond)} lies above the drift at which samples collapsed "
@@ -181,16 +201,21 @@ def _warn(
     if len(counts.valid) == 1:
         said.append("the run has one record: there is no variance among records, and no interval")
     for state, name in enumerate(states):
-        if outcome[-1, state] != FITTED:
+        if outcome[-1, state] not in (FITTED, UNDETERMINED):
             meaning = FIT_MEANINGS[outcome[-1, state]]
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
-            what = f"has no lognormal fit: {meaning}"
+            if np.isinf(limits.values[:, state]).all() and outcome[-1, state] == NO_EXCEEDANCE:
+                advice += (
+                    "; only collapse passes its infinite limit: the scene needs a collapse_drift_ratio, or the "
+                    "building a drift_capacity or drift_ratio_capacity"
+                )
+            what = f" has no lognormal fit: {meaning}"
             if outcome[-1, state] == PENALISED:
                 what = (
-                    f"has stripes that are {FIT_MEANINGS[SEPARATED]}, and a fit of penalised likelihood: its median "
-                    "has the interval of the levels about it, its dispersion none"
+                    f": its stripes are {FIT_MEANINGS[SEPARATED]}, and the curve is fitted by penalised likelihood; "
+                    "the interval of the median is that of the levels around it, and the dispersion has no interval"
                 )
-            said.append(f"damage state {name!r} {what}{'; ' if advice else ''}{advice}")
+            said.append(f"damage state {name!r}{what}{'; ' if advice else ''}{advice}")
     lacking = (outcome == FITTED) & ~has_interval
     if len(counts.valid) > 1 and lacking.any():
         names = [

@@ -8,13 +8,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.output_variables import measure_of_levels
+from warpdyn.core.output_variables import (
+    EXTRAPOLATED,
+    MEDIAN_STATUS,
+    NO_MEDIAN,
+    WITHIN_LEVELS,
+    measure_of_dataset,
+)
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
+from warpdyn.running.selections import without_added_storeys
 from warpdyn.statistics.curve_variables import fit_flags
 from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
+from warpdyn.statistics.intervals.extrapolation import sentences, status_attributes
 from warpdyn.statistics.lognormal_fit import FITTED, check_confidence, levels_to_add
 from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
 from warpdyn.statistics.reduced_counts import is_reduced, labels_of_run, limits_of
@@ -30,6 +38,7 @@ def fragility_posterior(
     *,
     demand: str = DRIFT,
     priors: Mapping[str, Any] | None = None,
+    added_storeys: bool = False,
     draws: int = 4000,
     confidence: float = 0.95,
     seed: int = 0,
@@ -47,6 +56,7 @@ def fragility_posterior(
         demand: Variable of the run that plain limits are of.
         priors: Prior distributions of "median" [g, or the unit of the levels] and "dispersion" [1] of every damage
             state, as frozen distributions of scipy.stats; what has none has a flat one.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as of `fragility`.
         draws: Number of draws, after 2,000 that the sampler adapts in.
         confidence: Probability that the intervals hold [1].
         seed: Seed of the sampler.
@@ -68,6 +78,8 @@ def fragility_posterior(
         {'replicate': 500, 'damage_state': 2}
     """
     check_dataset("fragility_posterior", dataset, advice="give what simulate() returned")
+    if not checked_flag("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
     try:
         import pyFragility
     except ImportError as error:
@@ -112,12 +124,16 @@ def fragility_posterior(
         posterior = best.posterior(log_prior=log_prior, n_samples=draws, burn_in=_BURN_IN, seed=seed)
         found[:, :, state] = posterior.params.T
         effective[state] = posterior.effective_sample_size().min()
-    _warn(checked, counts, outcome)
-    return _labelled(checked, counts, found, outcome, effect, effective, confidence, seed, labels)
+    ends = float(counts.levels[0]), float(counts.levels[-1])
+    middle = np.median(found[0], axis=0)
+    status = np.where((middle < ends[0]) | (middle > ends[1]), EXTRAPOLATED, WITHIN_LEVELS)
+    status = np.where(np.isfinite(middle), status, NO_MEDIAN).astype(np.int8)
+    _warn(checked, counts, outcome, sentences(checked.states, status, outcome, middle, *ends, counts.units))
+    return _labelled(checked, counts, found, outcome, status, effect, effective, confidence, seed, labels)
 
 
-def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray) -> None:
-    said = []
+def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, told: list[str]) -> None:
+    said = [*told]
     if len(counts.valid) == 1:
         said.append("the run has one record: its samples are taken as independent, which they are not")
     for state, name in enumerate(limits.states):
@@ -138,6 +154,7 @@ def _labelled(
     counts: StripeCounts,
     found: np.ndarray,
     outcome: np.ndarray,
+    status: np.ndarray,
     effect: np.ndarray,
     effective: np.ndarray,
     confidence: float,
@@ -151,6 +168,11 @@ def _labelled(
             "damage_state",
             outcome,
             {"long_name": "outcome of the fit that it starts from"} | fit_flags(),
+        ),
+        MEDIAN_STATUS: (
+            "damage_state",
+            status,
+            {"long_name": "where the median lies among the levels"} | status_attributes(),
         ),
         "design_effect": (
             "damage_state",
@@ -174,12 +196,11 @@ def _labelled(
             variables[f"fragility_{name}{suffix}"] = "damage_state", part, {"long_name": f"{words} {name}"} | of_unit
         said = {"long_name": f"posterior draw of the {name}"} | of_unit
         variables[f"replicate_{name}"] = ("replicate", "damage_state"), values, said
-    measure = measure_of_levels(dataset["im_level"].attrs)
     return xr.Dataset(
         variables,
         {"damage_state": ("damage_state", np.array(limits.states), {"long_name": "damage state"})},
         {
-            "intensity_measure": measure,
+            **measure_of_dataset(dataset),
             "demand": ", ".join(limits.demands),
             "fragility_method": "posterior of lognormal curves through stripes, by pyFragility's Metropolis sampler",
             "fragility_shape": LOGNORMAL.name,

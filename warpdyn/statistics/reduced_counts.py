@@ -103,7 +103,7 @@ def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
     empty: dict[str, Any] = {name: ((), np.nan, {"units": each}) for name, each in zip(demands, units, strict=True)}
     empty["im_level"] = ((), np.nan, dataset["stripe"].attrs)
     places = {name: dataset[name] for name in ("storey", "floor", "dof") if name in dataset.coords}
-    return xr.Dataset(empty, places)
+    return xr.Dataset(empty, places, dataset.attrs)
 
 
 def stripe_counts_of(dataset: xr.Dataset, limits: DamageLimits) -> dict[str, Any]:

@@ -10,15 +10,18 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS, STRIPED
+from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 from warpdyn.reduction.limits import DRIFT, DamageLimits
 from warpdyn.reduction.population import group_numbers
+from warpdyn.running.joining.duplicates import check_samples
 from warpdyn.statistics.demands import damage_of
+from warpdyn.statistics.intervals.strata import strata_of_records
 from warpdyn.statistics.reduced_counts import is_reduced, stripe_counts_of
 
+MOST_LEVELS = 4096  # of single observations, each of which is a level
 _NEEDS_STRIPES = (
-    "curves are fitted to stripes, where each record is scaled to each of a list of levels; "
-    "a cloud of unscaled records and a motion for each sample have none: take fragility_of_cloud"
+    "curves are fitted to stripes, or to single observations at up to "
+    f"{MOST_LEVELS:,} levels; for a larger cloud take fragility_of_cloud"
 )
 
 
@@ -66,6 +69,11 @@ class StripeCounts:
         return np.moveaxis(self.of_records.sum(axis=0), 0, -1)
 
     @cached_property
+    def strata(self) -> np.ndarray:
+        """Stratum of each record: those that were selected for one level, or for some, are one, shape [record]."""
+        return strata_of_records(self.valid.sum(axis=1) > 0)
+
+    @cached_property
     def trials(self) -> np.ndarray:
         """Samples counted, shape [im_level]."""
         return self.valid.sum(axis=(0, 1))
@@ -84,6 +92,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     if is_reduced(dataset):
         return _counted(stripe_counts_of(dataset, limits))
     status, record, level, units = _checked_inputs(dataset)
+    check_samples("fragility", dataset)
     (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
         raise ValueError(f"all samples are on the stripe of {levels[0]} {units}; a curve needs at least 2 stripes")
@@ -191,8 +200,8 @@ def structure_label(dataset: xr.Dataset) -> xr.DataArray | None:
 def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> float:
     """Return the least drift ratio at which a storey of the run collapsed: every collapse exceeds every limit."""
     collapsed = status == COLLAPSED
-    if "storey_of_collapse" in dataset:  # it is below 1 where a storey did that select_storeys left out, as isolators
-        collapsed &= dataset["storey_of_collapse"].values > 0
+    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # another one may have, as isolators
+        collapsed &= np.isin(dataset["storey_of_collapse"].values, dataset["storey"].values)
     if DRIFT not in limits.demands or not collapsed.any():
         return np.inf
     drift = dataset[DRIFT].transpose("sample", ...).values[collapsed]
@@ -228,8 +237,6 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
     if dataset.sizes["sample"] == 0:
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     record, level = dataset["motion_index"].values, dataset["im_level"].values.astype(np.float64)
-    if dataset["im_level"].attrs.get("design", STRIPED) != STRIPED:
-        raise ValueError(f"'im_level' is {dataset['im_level'].attrs['design']}: {_NEEDS_STRIPES}")
     units = str(dataset["im_level"].attrs.get("units", "g"))
     bad = np.flatnonzero(~(np.isfinite(level) & (level > 0)))
     if bad.size:
@@ -246,8 +253,8 @@ def _check_stripes(valid: np.ndarray) -> None:
 
 
 def _check_pairs(pairs: int, levels: int, records: int) -> None:
-    """Raise a ValueError where motions share no level, which are no stripes although every sample has a level."""
-    if pairs < 2 * levels and records > 1:
+    """Raise a ValueError if motions share no level and the levels are too many to be fitted one by one."""
+    if pairs < 2 * levels and records > 1 and levels > MOST_LEVELS:
         raise ValueError(f"'im_level' has {levels} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
 
 

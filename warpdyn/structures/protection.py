@@ -63,8 +63,8 @@ class ProtectedChain:
             base_mass: Mass between the isolators and the first storey [kg].
             displacement_capacity: Displacement at which the isolators fail [m]. The height of their storey is set to
                 ten times that, so that its drift ratio is 0.1 there: with a Scene's `collapse_drift_ratio` of 0.1 a
-                building whose isolators fail has collapsed. That ratio is no drift ratio of the building: remove it by
-                `select_storeys(run, 2, n + 1)` before `fragility` or `damage_shares`.
+                building whose isolators fail has collapsed. That ratio is no drift ratio of the building: a run names
+                the storey (`storey_kind`), and fragility curves and damage shares leave it out.
             damper_coefficient: Linear viscous damping across the isolators [N s/m].
             **parameters: Stiffness of the isolators, and what their law takes where it is a name.
 

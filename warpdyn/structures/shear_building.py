@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import one_of, real_numbers
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.output_variables import KIND_ATTRIBUTES, STOREY_KIND
 from warpdyn.kernels.registry import recorders as known_recorders
 from warpdyn.laws import LAWS, Device, Law, Parameter
 from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
@@ -264,8 +265,16 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         return [("first periods", "", periods, "s"), *super().told()]
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return `storey` and, where accelerations are recorded, `floor`."""
-        return numbered_storeys(self.storeys, recorders)
+        """Return `storey` and, where accelerations are recorded, `floor`; and the kind of storeys if some are added."""
+        of_kinds = {} if self.own_storeys.all() else {STOREY_KIND: ("storey", self.storey_kinds, KIND_ATTRIBUTES)}
+        return numbered_storeys(self.storeys, recorders) | of_kinds
+
+    @property
+    def storey_kinds(self) -> np.ndarray:
+        """Kind of each storey, an index into STOREY_KINDS, shape [storey]: isolators are below, mass dampers above."""
+        place = np.arange(self.storeys)
+        first = int(np.flatnonzero(self.own_storeys)[0])
+        return np.where(self.own_storeys, 0, np.where(place < first, 1, 2)).astype(np.int8)
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped building."""

@@ -30,6 +30,8 @@ def states_kernel(dtype: str) -> wp.Kernel:
         samples: int,  # in a row
         rows: int,  # of a structure
         places: int,
+        first_counted: int,  # place that counts for the worst
+        last_counted: int,  # that after the last such place
         is_absolute: int,  # 1 to take absolute values, 0 for demands that are not negative
         each_place: int,  # 1 to keep the states of every place besides the worst
         structure: wp.array(dtype=int),  # number of each
@@ -54,7 +56,8 @@ def states_kernel(dtype: str) -> wp.Kernel:
                     if is_absolute == 1:
                         value = wp.abs(value)
                     wrong += wp.where(value >= wp.float64(0.0) and value < wp.float64(wp.inf), 0, 1)
-                    worst = wp.max(worst, value)
+                    if place >= first_counted and place < last_counted:
+                        worst = wp.max(worst, value)
                     if each_place == 1:
                         reached = bounds_below(value, bounds, of_row, half)
                         states[place, sample] = wp.max(states[place, sample], wp.uint16(reached))

@@ -122,7 +122,9 @@ def sums_kernel(dtype: str) -> wp.Kernel:
         origin: int,  # row that is the first of the sums
         samples: int,
         is_signed: int,  # 1 to take values as they are, 0 for the largest absolute one of all places
-        place: int,  # -1 for the worst of all
+        place: int,  # -1 for the worst of those that count
+        first_counted: int,
+        last_counted: int,  # that after the last place that counts
         structure: wp.array(dtype=int),  # number of each row's
         status: wp.array(dtype=wp.int8),
         demand: wp.array2d(dtype=real),  # [sample, place]
@@ -150,10 +152,10 @@ def sums_kernel(dtype: str) -> wp.Kernel:
                         if place >= 0:
                             value = wp.float64(demand[sample, place])
                         else:
-                            value = wp.float64(demand[sample, 0])
+                            value = wp.float64(demand[sample, first_counted])
                             if is_signed == 0:
                                 value = wp.abs(value)
-                                for other in range(1, demand.shape[1]):
+                                for other in range(first_counted + 1, last_counted):
                                     value = wp.max(value, wp.abs(wp.float64(demand[sample, other])))
                         if not wp.isfinite(value):
                             bad[thread] = structure[row]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,9 @@ from warpdyn.reduction.population import Population
 from warpdyn.reduction.statistic import Reducer, Statistic, Variables, failures
 from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, find_states, searched
 from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
+
+if TYPE_CHECKING:
+    from warpdyn.reduction.damage.losses import DamageLoss
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +60,7 @@ class DamageCounts(Statistic):
         over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`. For
             fragility curves ("motion", "stripe", "structure_group").
         labels: Labels of structures that `over` names.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if a limit is not positive and finite or
@@ -97,28 +101,32 @@ class Bounds:
         demands: The demands that limits are of.
         given: Limits by demand, shape [kind, state], NaN where a state has none; a kind is an archetype.
         by_archetype: Whether each archetype has limits of its own.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count.
     """
 
     states: list[str]
     demands: tuple[str, ...]
     given: list[np.ndarray]
     by_archetype: bool
+    added_storeys: bool = False
 
     @staticmethod
-    def of(limits: Mapping, demand: str, population: Population) -> Bounds:
-        """Return checked limits; of a portfolio those of each archetype."""
+    def of(statistic: DamageCounts | DamageLoss, population: Population) -> Bounds:
+        """Return the checked limits of a statistic; of a portfolio those of each archetype."""
+        limits: Mapping = statistic.limits
+        demand, added = statistic.demand, statistic.added_storeys
         if population.portfolio is None:
             checked = DamageLimits.of(limits, demand)
             if NO_DAMAGE in checked.states:
                 raise ValueError(f"{NO_DAMAGE!r} is the state of a sample above no limit; give the other states")
             rows = [values[None] for values in checked.values]
-            found = Bounds([NO_DAMAGE, *checked.states], checked.demands, rows, False)
+            found = Bounds([NO_DAMAGE, *checked.states], checked.demands, rows, False, added)
         else:
             states, table = limits_by_archetype(list(population.portfolio.archetypes), limits)
             if demand == DRIFT:
                 of_all = {f" of {s!r} of {name!r}": value for name in limits for s, value in limits[name].items()}
                 warn_of_implausible_limits(of_all)
-            found = Bounds(states, (demand,), [table], True)
+            found = Bounds(states, (demand,), [table], True, added)
         for name in found.demands:
             population.demand(name)
         return found
@@ -160,10 +168,11 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
         states = workers.no_states((places + 1, block.samples))
         kind = population.archetype[block.structures]
         for name, rows in zip(bounds.demands, bounds.compared, strict=True):
-            find_states(block, name, rows, kind, states, workers, each_place=each_place)
+            counted = population.counted_places(name, block.structures, added_storeys=bounds.added_storeys)
+            find_states(block, name, rows, kind, states, workers, counted=counted, each_place=each_place)
         return states
 
-    return block.shared((bounds.demands, each_place, bounds.values), find)
+    return block.shared((bounds.demands, each_place, bounds.added_storeys, bounds.values), find)
 
 
 class DamageReducer(Mergeable):
@@ -176,7 +185,7 @@ class DamageReducer(Mergeable):
     """
 
     def __init__(self, statistic: DamageCounts, population: Population, threads: int) -> None:
-        self.population, self.bounds = population, Bounds.of(statistic.limits, statistic.demand, population)
+        self.population, self.bounds = population, Bounds.of(statistic, population)
         cells = statistic.cells(population, statistic.events)
         demands = [population.demand(name) for name in self.bounds.demands]
         dims = demands[0].dims
@@ -206,7 +215,11 @@ class DamageReducer(Mergeable):
         """Count the samples of a block."""
         states = states_of(block, self.bounds, self.population, workers, each_place=bool(self.dim))
         self.tally.add(block, states, workers)
-        if DRIFT in self.bounds.demands and self.population.portfolio is None:
+        if DRIFT not in self.bounds.demands or self.population.portfolio is not None:
+            return
+        added = self.bounds.added_storeys
+        # If isolators do not count, it is not known which storey collapsed: theirs, or one of the building.
+        if self.population.counted_places(DRIFT, block.structures, added_storeys=added) is None:
             self._find_least(block, workers)
 
     def _find_least(self, block: Block, workers: Workers) -> None:

@@ -43,6 +43,7 @@ class DamageLoss(Statistic):
             `DamageCounts`.
         over: What losses are added up for each of, as "building" or ("archetype", "event"); see `Statistic`.
         labels: Labels of structures that `over` names.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, as of `DamageCounts`, or if a state has no
@@ -82,7 +83,7 @@ class LossReducer(Mergeable):
     """
 
     def __init__(self, statistic: DamageLoss, population: Population, threads: int) -> None:
-        self.population, self.bounds = population, Bounds.of(statistic.limits, statistic.demand, population)
+        self.population, self.bounds = population, Bounds.of(statistic, population)
         cells = statistic.cells(population, statistic.events)
         states = self.bounds.states[1:]
         names = [""] if population.portfolio is None else list(population.portfolio.archetypes)

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.output_variables import UNNAMED
 from warpdyn.core.units import STANDARD_GRAVITY
 
 SAME_PERIOD = 0.01  # relative; periods of spectral accelerations are written with two or three digits
@@ -28,7 +29,6 @@ UNDERSTOOD = (
     "PGA, PGV, PGD, IA or 'Arias intensity', CAV, D5-95, D5-75, D20-80, SA(0.75) or 'Sa(0.75 s, 5 %)', SA0P75 and "
     "AvgSA, each also as 'geometric mean of ...' or 'RotD50 ...'"
 )
-UNNAMED = ("", "intensity measure")  # what datasets and hazards say that name none
 
 # Units that a hazard curve of a measure may be in, by OpenQuake's name; the first one is advised.
 UNITS = {

@@ -16,6 +16,7 @@ from warpdyn.statistics.maximum_likelihood.links import (
 from warpdyn.statistics.maximum_likelihood.newton import Evaluation, maximise
 
 PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a fit, after those of `fit_stripes`
+UNDETERMINED = PENALISED + 1  # a median outside the levels that the data do not determine
 
 
 def penalised_likelihood(

@@ -25,6 +25,8 @@ class CloudFits:
         deviation: Standard deviation of ln demand about the line.
         collapse_median: Median intensity of collapse; infinite where collapses are not modelled apart.
         collapse_dispersion: Dispersion of that.
+        is_censored: Whether collapses are censored demands in the regression; then the model of collapse is that of
+            limits of infinity alone, which only collapse passes.
     """
 
     intercept: np.ndarray
@@ -32,6 +34,7 @@ class CloudFits:
     deviation: np.ndarray
     collapse_median: np.ndarray
     collapse_dispersion: np.ndarray
+    is_censored: bool = False
 
     def probability(self, intensity: np.ndarray, limit: np.ndarray) -> np.ndarray:
         """Return the probability that the demand exceeds limits, collapses included.
@@ -45,23 +48,28 @@ class CloudFits:
         with np.errstate(divide="ignore", invalid="ignore"):
             logarithm = np.log(intensity)
             stands = ndtr((np.log(limit)[:, None] - intercept - slope * logarithm) / deviation)
-            survives = np.where(np.isinf(median), 1.0, ndtr((np.log(median) - logarithm) / dispersion))
+            is_left_out = np.isinf(median) | (self.is_censored & np.isfinite(limit)[:, None])
+            survives = np.where(is_left_out, 1.0, ndtr((np.log(median) - logarithm) / dispersion))
         return 1.0 - stands * survives
 
     def fractile(self, share: float, limit: np.ndarray) -> np.ndarray:
         """Return the intensity at which this share exceeds each limit, shape [row, damage_state], by bisection."""
+        is_finite = np.isfinite(limit)
         with np.errstate(invalid="ignore"):
-            alone = (np.log(limit) - self.intercept[:, None]) / self.slope[:, None]
-            wide = 40.0 * (self.deviation / self.slope)[:, None]
             of_collapse = np.log(self.collapse_median)[:, None]
             spread = 40.0 * self.collapse_dispersion[:, None]
-        high = alone + wide
-        low = np.where(np.isfinite(of_collapse), np.minimum(alone - wide, of_collapse - spread), alone - wide)
+            demand = (np.log(limit) - self.intercept[:, None]) / self.slope[:, None]
+            alone = np.where(is_finite, demand, of_collapse)
+            wide = np.where(is_finite, 40.0 * (self.deviation / self.slope)[:, None], spread)
+            high = alone + wide
+            low = np.where(np.isfinite(of_collapse), np.minimum(alone - wide, of_collapse - spread), alone - wide)
         for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
+            with np.errstate(invalid="ignore"):
+                middle = 0.5 * (low + high)
             exceeds = self.probability(np.exp(middle)[..., None], limit)[..., 0] > share
             low, high = np.where(exceeds, low, middle), np.where(exceeds, middle, high)
-        return np.where(self.slope[:, None] > 0, np.exp(0.5 * (low + high)), np.nan)
+        is_known = np.where(is_finite, self.slope[:, None] > 0, np.isfinite(of_collapse))
+        return np.where(is_known, np.exp(0.5 * (low + high)), np.nan)
 
 
 def fit_censored(
@@ -81,7 +89,8 @@ def fit_censored(
     regression = _regression(intensity, demand, collapsed)
     coefficients, deviation = regression.fit(weights)
     never = np.full(len(weights), np.inf)
-    return CloudFits(coefficients[:, 0], coefficients[:, 1], deviation, never, np.ones_like(never)), regression
+    fits = CloudFits(coefficients[:, 0], coefficients[:, 1], deviation, never, np.ones_like(never), is_censored=True)
+    return fits, regression
 
 
 def fit_with_collapse(
@@ -99,13 +108,24 @@ def fit_with_collapse(
     """
     regression = _regression(intensity[~collapsed], demand[~collapsed], np.zeros(int((~collapsed).sum()), dtype=bool))
     coefficients, deviation = regression.fit(weights[:, ~collapsed])
+    median, dispersion, outcome = fit_collapse(intensity, collapsed, weights)
+    return CloudFits(coefficients[:, 0], coefficients[:, 1], deviation, median, dispersion), outcome
+
+
+def fit_collapse(
+    intensity: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Fit the probability of collapse by probit on ln intensity; arguments as of `fit_censored`.
+
+    Returns:
+        Median intensity of collapse (infinite without collapses) and its dispersion, shape [row], and the outcome of
+        the fit to all samples, an index into FIT_MEANINGS.
+    """
     levels, place = np.unique(intensity, return_inverse=True)
     is_at = (place[:, None] == np.arange(levels.size)).astype(np.float64)
-    exceeding, total = (weights * collapsed) @ is_at, weights @ is_at
-    median, dispersion, outcome = fit_probit(levels, exceeding, total)
-    median = np.where(outcome == NO_EXCEEDANCE, np.inf, median)
-    dispersion = np.where(outcome == NO_EXCEEDANCE, 1.0, dispersion)
-    return CloudFits(coefficients[:, 0], coefficients[:, 1], deviation, median, dispersion), int(outcome[0])
+    median, dispersion, outcome = fit_probit(levels, (weights * collapsed) @ is_at, weights @ is_at)
+    is_none = outcome == NO_EXCEEDANCE
+    return np.where(is_none, np.inf, median), np.where(is_none, 1.0, dispersion), int(outcome[0])
 
 
 def _regression(intensity: np.ndarray, demand: np.ndarray, collapsed: np.ndarray) -> CensoredRegression:

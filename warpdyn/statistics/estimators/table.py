@@ -15,7 +15,7 @@ from warpdyn.statistics.estimators.binomial import LOGIT, PENALISED, PROBIT, fit
 from warpdyn.statistics.estimators.ordinal import fit_ordinal, influences_of_cells as ordinal_influences
 from warpdyn.statistics.lognormal_fit import FIT_MEANINGS as UNPENALISED_MEANINGS, probability
 
-FIT_MEANINGS = (*UNPENALISED_MEANINGS, "penalised")
+FIT_MEANINGS = (*UNPENALISED_MEANINGS, "penalised", "undetermined")
 assert FIT_MEANINGS.index("penalised") == PENALISED
 
 

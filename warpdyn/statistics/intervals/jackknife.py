@@ -2,7 +2,8 @@
 
 Every structure runs under every record, so that samples share both. Leaving out each record in turn tells the variance
 among records, leaving out each structure that among structures; both hold that of their interaction, which is counted
-once. Without structures in common (nested designs) the records tell all. Estimates are corrected for the bias that the
+once. Without structures in common (nested designs) the records tell all. Records that were selected for one level each
+are compared with those of their level. Estimates are corrected for the bias that the
 jackknife finds and intervals take quantiles of Student's t: percentiles of a bootstrap over as few as 22 records are
 too narrow and lie too low, for dispersions above all (measured coverages: docs/explanation/intervals.md).
 """
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import betaincinv, gammaincinv, stdtrit
+from scipy.special import gammaincinv, stdtrit
 
 from warpdyn.statistics.estimators.table import Estimator
 from warpdyn.statistics.lognormal_fit import FITTED
@@ -95,6 +96,7 @@ class LeftOut:
         interaction: Variance of the logarithms from the interaction of record and structure, shape [2, row ...].
         binomial: Variance that they would have if all samples were independent, shape [2, row ...].
         influences: What each record adds to them, to first order, shape [record, 2, row ...].
+        strata: Stratum of each record, shape [record]; None for one stratum. See `strata_of_records`.
     """
 
     whole: np.ndarray
@@ -103,18 +105,19 @@ class LeftOut:
     interaction: np.ndarray
     binomial: np.ndarray
     influences: np.ndarray
+    strata: np.ndarray | None = None
 
     @cached_property
     def worst(self) -> LeftOut:
         """The fits at the worst place alone, which is the last of fits by place."""
         at = (slice(None), slice(None), -1)
         parts = self.whole[:, -1], self.records[at], self.groups[at]
-        return LeftOut(*parts, self.interaction[:, -1], self.binomial[:, -1], self.influences[at])
+        return LeftOut(*parts, self.interaction[:, -1], self.binomial[:, -1], self.influences[at], self.strata)
 
     @cached_property
     def spread(self) -> Spread:
         """What is known of the sampling distribution of the logarithms."""
-        return spread_of(self.whole, self.records, self.groups, self.interaction)
+        return spread_of(self.whole, self.records, self.groups, self.interaction, self.strata)
 
     @property
     def sandwich(self) -> np.ndarray:
@@ -145,19 +148,19 @@ def leave_out(
         medians, dispersions, _ = fit(counts.levels, exceeding, trials, start)
         return np.log(np.stack([medians, dispersions], axis=1))
 
-    is_crossed = _leaves_out_structures(counts, over_structures)
-    records, groups = _without_each(counts, fitted, whole.shape, is_crossed=is_crossed)
+    is_crossed = leaves_out_structures(counts, over_structures)
+    records, groups = without_each(counts, fitted, whole.shape, is_crossed=is_crossed)
     influences, binomial = estimator.influences(counts.levels, counts.exceeding, counts.valid, median, dispersion)
-    interaction = interaction_variance(influences) if is_crossed else 0 * whole
-    return LeftOut(whole, records, groups, interaction, binomial, influences.sum(axis=1)), outcome
+    interaction = interaction_variance(influences, counts.strata) if is_crossed else 0 * whole
+    return LeftOut(whole, records, groups, interaction, binomial, influences.sum(axis=1), counts.strata), outcome
 
 
-def _leaves_out_structures(counts: StripeCounts, over_structures: bool) -> bool:
+def leaves_out_structures(counts: StripeCounts, over_structures: bool) -> bool:
     """Return whether groups of structures are left out as well as records."""
     return over_structures and counts.is_crossed and counts.valid.shape[1] > 1
 
 
-def _without_each(
+def without_each(
     counts: StripeCounts,
     estimate: Callable[[np.ndarray, np.ndarray], np.ndarray],
     shape: tuple[int, ...],
@@ -182,7 +185,13 @@ def _without_each(
     return records, without(counts.of_groups, counts.valid.sum(axis=0)) if is_crossed else none
 
 
-def spread_of(estimate: np.ndarray, records: np.ndarray, groups: np.ndarray, interaction: np.ndarray) -> Spread:
+def spread_of(
+    estimate: np.ndarray,
+    records: np.ndarray,
+    groups: np.ndarray,
+    interaction: np.ndarray,
+    strata: np.ndarray | None = None,
+) -> Spread:
     """Return the spread of an estimate from its values without each record and each group of structures.
 
     Args:
@@ -190,16 +199,16 @@ def spread_of(estimate: np.ndarray, records: np.ndarray, groups: np.ndarray, int
         records: The same without each record, shape [record, ...]; without any, there is no variance to tell.
         groups: The same without each group of structures, shape [group, ...]; empty if the records tell all.
         interaction: Its variance from the interaction of both.
+        strata: Stratum of each record; None for one stratum.
     """
     if not len(records):
         none = np.full(estimate.shape, np.nan)
         return Spread(none, np.full((3, *estimate.shape), np.nan), none, np.empty((0, *estimate.shape)))
-    centre, of_records, steps = _jackknife(estimate, records)
-    freedom = len(records) - 1
+    centre, of_records, steps, freedom = _jackknife(estimate, records, strata)
     if not len(groups):
         by_source = np.stack([of_records, 0 * of_records, 0 * of_records])
-        return Spread(estimate + centre, by_source, np.full(estimate.shape, float(freedom)), steps)
-    shift, of_groups, steps_of_groups = _jackknife(estimate, groups)
+        return Spread(estimate + centre, by_source, freedom, steps)
+    shift, of_groups, steps_of_groups, _ = _jackknife(estimate, groups)
     interaction = np.minimum(interaction, np.minimum(of_records, of_groups))
     own = of_groups - interaction  # of the structures alone; the records' variance holds the interaction
     by_source = np.stack([of_records - interaction, own, interaction])
@@ -211,16 +220,40 @@ def spread_of(estimate: np.ndarray, records: np.ndarray, groups: np.ndarray, int
     return Spread(estimate + centre + shift, by_source, np.where(total > 0, total, freedom), deviations)
 
 
-def _jackknife(estimate: np.ndarray, left_out: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the correction of the bias, the variance, and the deviations whose squares it is the sum of."""
-    units = len(left_out)
-    mean = left_out.mean(axis=0)
-    deviations = np.sqrt((units - 1) / units) * (left_out - mean)
-    return (units - 1) * (estimate - mean), (deviations**2).sum(axis=0), deviations
+def _jackknife(
+    estimate: np.ndarray, left_out: np.ndarray, strata: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the correction of the bias, the variance, the deviations whose squares it is the sum of, and its freedom.
+
+    Corrections and variances of strata, each of which compares its own units alone, add up.
+    """
+    strata = np.zeros(len(left_out), dtype=np.int64) if strata is None else strata
+    correction, variance, squares = (np.zeros(estimate.shape) for _ in range(3))
+    deviations = np.empty(left_out.shape)
+    numbers, sizes = np.unique(strata, return_counts=True)
+    for number, units in zip(numbers, sizes, strict=True):
+        own = strata == number
+        mean = left_out[own].mean(axis=0)
+        deviations[own] = np.sqrt((units - 1) / units) * (left_out[own] - mean)
+        correction = correction + (units - 1) * (estimate - mean)
+        of_stratum = (deviations[own] ** 2).sum(axis=0)
+        variance = variance + of_stratum
+        squares = squares + of_stratum**2 / (units - 1)
+    freedom = np.full(estimate.shape, float(len(left_out) - numbers.size))
+    if numbers.size > 1:  # Satterthwaite (1946)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            freedom = np.where(squares > 0, variance**2 / squares, freedom)
+    return correction, variance, deviations, freedom
 
 
-def interaction_variance(influences: np.ndarray) -> np.ndarray:
-    """Return the variance of a sum over records and groups from their interaction; influences [record, group, ...]."""
+def interaction_variance(influences: np.ndarray, strata: np.ndarray | None = None) -> np.ndarray:
+    """Return the variance of a sum over records and groups from their interaction; influences [record, group, ...].
+
+    Those of strata of records, each compared with itself, add up.
+    """
+    if strata is not None and strata.any():
+        parts = [interaction_variance(influences[strata == number]) for number in np.unique(strata)]
+        return np.sum(parts, axis=0)
     records, groups = influences.shape[:2]
     of_records, of_groups = influences.mean(axis=1), influences.mean(axis=0)
     # The sum of squares of what neither the record nor the group explains (two-way analysis of variance).
@@ -228,40 +261,6 @@ def interaction_variance(influences: np.ndarray) -> np.ndarray:
     squares -= groups * (of_records**2).sum(axis=0) + records * (of_groups**2).sum(axis=0)
     squares += records * groups * of_records.mean(axis=0) ** 2
     return records * groups / ((records - 1) * (groups - 1)) * np.maximum(squares, 0.0)
-
-
-def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structures: bool = True) -> np.ndarray:
-    """Return intervals of the fractions of samples that exceed, for samples that share records and structures.
-
-    They are Clopper and Pearson's (1934) of so many independent samples as would have the variance of the fraction,
-    with Student's t for the few records that it is known from (Korn and Graubard 1998, Survey Methodology 24). Where
-    all samples exceed or none, each record counts as one sample.
-
-    Returns:
-        Lower and upper bound, shape [2, place + 1, damage_state, im_level]; NaN where there is one record.
-    """
-    total, trials = counts.total, counts.trials
-    with np.errstate(divide="ignore", invalid="ignore"):
-        fraction = total / trials
-
-        is_crossed = _leaves_out_structures(counts, over_structures)
-        interaction = 0 * fraction
-        if is_crossed:
-            expected = np.moveaxis(fraction, -1, 0) * counts.valid[..., None, None]
-            residual = (counts.exceeding - expected) / trials[:, None, None]
-            interaction = np.moveaxis(interaction_variance(residual), 0, -1)
-        left_out = _without_each(counts, np.divide, fraction.shape, is_crossed=is_crossed)
-        spread = spread_of(fraction, *left_out, interaction)
-        records = (counts.valid.sum(axis=1) > 0).sum(axis=0)
-        tail = 0.5 - 0.5 * confidence
-        effective = fraction * (1 - fraction) / spread.standard_error**2
-        effective *= (stdtrit(np.maximum(trials - 1, 1), tail) / stdtrit(spread.freedom, tail)) ** 2
-        effective = np.where((total > 0) & (total < trials), np.clip(effective, 1, trials), records)
-        exceeds = fraction * effective
-        lower = np.where(total > 0, betaincinv(np.maximum(exceeds, 1e-9), effective - exceeds + 1, tail), 0.0)
-        upper = np.where(total < trials, betaincinv(exceeds + 1, np.maximum(effective - exceeds, 1e-9), 1 - tail), 1.0)
-    known = np.isfinite(fraction) & (len(counts.valid) > 1)
-    return np.where(known, np.stack([lower, upper]), np.nan)
 
 
 def few_groups(left: LeftOut, has_interval: np.ndarray, states: tuple[str, ...]) -> list[str]:

@@ -80,6 +80,8 @@ def levels_for(
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
         given = "a Portfolio" if scene.structure.is_many else f"a {type(design).__name__}"
         raise TypeError(f"levels_for() takes a scene of one structure under a Cloud or Stripes of motions, got {given}")
+    if isinstance(design, Stripes):
+        design.check_scaled_to_all("levels_for")
     # Structures that are given belong to the run: in the pilot nominal values stand for them.
     scatter = {name: spread for name, spread in scene.scatter.items() if not isinstance(spread, GivenValues)}
     structures = math.ceil(PILOT_PAIRS / len(design.motions)) if scatter else 1

@@ -95,6 +95,8 @@ def fragility_to(
     design = scene.excitation
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
         raise TypeError("fragility_to() takes a scene of one structure under a Cloud or Stripes of motions")
+    if isinstance(design, Stripes):
+        design.check_scaled_to_all("fragility_to")
     given = [name for name, spread in scene.scatter.items() if isinstance(spread, GivenValues)]
     if given:
         raise ValueError(

@@ -1,0 +1,1 @@
+"""Several runs as one: what their samples are of, and one dataset of all."""

@@ -1,0 +1,63 @@
+"""Attributes of several runs as those of one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.core.output_variables import measure_of_dataset
+from warpdyn.files.netcdf import trace
+
+OF_ONE = ("fingerprint", "history", "Conventions", "source", "scene")  # of a run alone, or made anew
+
+
+def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, object]:
+    """Return the attributes of several runs together: equal ones as they are, of others all values.
+
+    Args:
+        function: The public function, for the history.
+        runs: The runs.
+    """
+    titles = dict.fromkeys(str(run.attrs.get("title", "")) for run in runs)
+    found: dict[str, object] = dict(trace("; ".join(titles), function))
+    names = dict.fromkeys(str(name) for run in runs for name in run.attrs)
+    for name in names:
+        values = [run.attrs[name] for run in runs if name in run.attrs]
+        if name in ("title", *OF_ONE):
+            continue
+        if name.startswith("seconds_"):
+            found[name] = float(sum(values))
+        elif all(np.array_equal(value, values[0]) for value in values):
+            found[name] = values[0]
+        elif all(np.asarray(value).dtype.kind in "iuf" for value in values):
+            found[name] = np.unique(np.concatenate([np.atleast_1d(value) for value in values]))
+        else:
+            found[name] = "; ".join(dict.fromkeys(map(str, values)))
+    scenes = dict.fromkeys(str(run.attrs.get("scene", "")) for run in runs)
+    if len(scenes) == 1:
+        found["scene"] = next(iter(scenes))
+    return found | {"joined_runs": sum(int(run.attrs.get("joined_runs", 1)) for run in runs)}
+
+
+def check_comparable(runs: Sequence[xr.Dataset]) -> None:
+    """Raise a ValueError unless the intensities of the runs are of one measure, in one unit, and of one kind."""
+    first = runs[0]
+    for place, run in enumerate(runs[1:], start=1):
+        if ("im_level" in run.coords) != ("im_level" in first.coords):
+            raise ValueError(f"join: run 0 or run {place} has no 'im_level'; join runs under ground motions only")
+        one, other = (dict[str, Any](measure_of_dataset(each)) for each in (first, run))
+        if one.keys() != other.keys() or any(not np.array_equal(one[key], other[key]) for key in one):
+            raise ValueError(
+                f"join: the intensities of run {place} are of {other.get('intensity_measure')!r}, and those of run 0 "
+                f"of {one.get('intensity_measure')!r}, which cannot be compared: join runs of one intensity measure"
+            )
+        for key in ("units", "design") if "im_level" in run.coords else ():
+            mine, theirs = first["im_level"].attrs.get(key), run["im_level"].attrs.get(key)
+            if mine != theirs:
+                raise ValueError(
+                    f"join: 'im_level' of run {place} has {key} {theirs!r}, and that of run 0 {mine!r}: join runs on "
+                    "stripes, or runs of clouds, in one unit"
+                )

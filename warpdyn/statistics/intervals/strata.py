@@ -1,0 +1,43 @@
+"""Records nested in stripes: which records were drawn together, so that a jackknife compares them with each other.
+
+In a multiple stripe analysis with a record set for each level, records of one level say nothing of the variance among
+those of another. Variances of the sets add up (stratified sampling: Cochran 1977, Sampling Techniques, section 5.3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+
+def strata_of_records(is_run: np.ndarray) -> np.ndarray:
+    """Return the stratum of each record, from 0: records are in one if they share a level, directly or by others.
+
+    Crossed records, each of which runs at every level, are one stratum. So are single observations, each of another
+    record at a level of its own: they are taken as one sample of records and levels. Of several strata, one of a single
+    record is put together with the next higher one (collapsed strata: Cochran 1977, section 5A.12), which errs on the
+    safe side.
+
+    Args:
+        is_run: Whether a record has samples at a level, shape [record, im_level], levels increasing.
+    """
+    records, levels = is_run.shape
+    record, level = np.nonzero(is_run)
+    links = coo_matrix((np.ones(record.size), (record, records + level)), shape=(records + levels,) * 2)
+    stratum = connected_components(links, directed=False)[1][:records]
+    numbers, stratum, sizes = np.unique(stratum, return_inverse=True, return_counts=True)
+    if numbers.size == 1 or (sizes == 1).all():
+        return np.zeros(records, dtype=np.int64)
+    lowest = np.full(numbers.size, levels)
+    np.minimum.at(lowest, stratum[record], level)
+    order = np.argsort(lowest, kind="stable")  # strata by their lowest level
+    merged, count, waiting = np.zeros(numbers.size, dtype=np.int64), 0, 0
+    for place in order:
+        merged[place] = count
+        waiting += sizes[place]
+        if waiting > 1:
+            count, waiting = count + 1, 0
+    if waiting == 1:  # the highest level has a single record
+        merged[order[-1]] = count - 1
+    return merged[stratum]
