@@ -123,17 +123,6 @@ def whole_file(target: Path) -> Iterator[Path]:
         part.discard()
 
 
-def owner_of_new(folder: Path) -> int:
-    """Return the number of the owner of files that this process makes in a folder, as the file system has it."""
-    path = folder / f".owner.{uuid.uuid4().hex}{PART}"
-    made = os.open(path, NEW, 0o600)
-    try:
-        return os.fstat(made).st_uid
-    finally:
-        os.close(made)
-        path.unlink()
-
-
 def sweep(target: Path) -> None:
     """Remove what killed processes left of files that were to take the place of the target.
 

@@ -150,5 +150,6 @@ def take_over_store(older: Path, store: Path) -> None:
     for folder, _, names in os.walk(store):
         if of_folders is not None:
             of_folders.apply(Path(folder))
-        for name in names if of_files is not None else ():
-            of_files.apply(Path(folder, name))
+        for name in names:
+            if of_files is not None:
+                of_files.apply(Path(folder, name))

@@ -12,10 +12,7 @@ from warpdyn.files.permissions import kind_of
 LOCK, REPLACED = "lock", "replaced"
 # Files and folders in a hidden folder: the lock, unfinished files ("part.nc" until version 0.1), the account of a run
 # with its blocks, reports and finished groups, and a store that is being replaced.
-UNFINISHED = r"\..+\.[0-9a-f]{32}\.part"
-FILES = re.compile(
-    rf"lock|part\.nc|{UNFINISHED}|run\.json|([0-9a-f]+-)?\d+-\d+(\.\d+)?\.(npz|part)|\d+\.nc|\d+\.(nc|zarr)\.json"
-)
+FILES = re.compile(r"lock|part\.nc|.+\.part|run\.json|([0-9a-f]+-)?\d+-\d+(\.\d+)?\.npz|\d+\.nc|\d+\.(nc|zarr)\.json")
 FOLDERS = re.compile(r"kept|replaced|\w+\.zarr|\.\d+\.(nc|zarr)\.unfinished")
 # Files of a Zarr store of format 2: metadata, chunks, and chunks that a killed process left unfinished. Systems add
 # files of their own: macOS one for each folder that was looked at, NFS one for each file removed while it was open.

@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import stat
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -16,7 +17,7 @@ import netCDF4
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.files.checksums import seal
 from warpdyn.files.disk_errors import disk_error, named_error
-from warpdyn.files.part_files import NO_LOCKS, PartFile, fcntl, owner_of_new, sync_folder
+from warpdyn.files.part_files import NO_LOCKS, PartFile, fcntl, sync_folder
 from warpdyn.files.permissions import Permissions, check_replaceable, kind_of, take_over_store
 from warpdyn.files.removal import LOCK, REPLACED, foreign_in, remove_tree
 
@@ -40,19 +41,20 @@ def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"path must name a file, got {path!r}")
-    path = resolved(Path(path))
+    given, path = Path(path), resolved(Path(path))
     is_store = suffix == STORE_SUFFIX
     try:
         check_replaceable(path, is_store=is_store)
         if path.suffix.lower() != suffix:
             kind = "Zarr stores" if is_store else "netCDF"
             table = "; write_table writes tables" if path.suffix.lower() in (".csv", ".parquet") else ""
+            link = f" (it is a link to {path})" if given.is_symlink() else ""
             raise ValueError(
-                f"cannot write {path}: datasets are written as {kind}, to a name that ends in {suffix!r}{table}"
+                f"cannot write {given}: datasets are written as {kind}, to a name that ends in {suffix!r}{table}{link}"
             )
         check_folder(path.parent)
     except OSError as error:
-        raise named_error(error, path) from error
+        raise named_error(error, given) from error
     if path.exists():
         attributes_of(path)
         if is_store:
@@ -77,11 +79,14 @@ def resolved(path: Path) -> Path:
     """
     try:
         found = path.resolve()
-        if not found.is_symlink():
-            return found
-    except (OSError, RuntimeError):  # until Python 3.12 the latter
-        pass
-    raise OSError(f"cannot write {path}: its symbolic links lead to each other; choose another name")
+        is_loop = found.is_symlink()
+    except (OSError, RuntimeError) as error:  # the latter until Python 3.12
+        if isinstance(error, OSError) and error.errno != errno.ELOOP:
+            raise named_error(error, path) from error
+        is_loop = True
+    if is_loop:
+        raise OSError(errno.ELOOP, f"cannot write {path}: its symbolic links lead to each other; choose another name")
+    return found
 
 
 def check_folder(folder: Path) -> None:
@@ -170,7 +175,7 @@ class Unfinished:
                 if keeps and error is not None:
                     error.add_note(
                         f"{self.path}: what is finished of the run is kept in {self.folder}; the same call goes on "
-                        "from there"
+                        "from there (remove this folder to give the run up)"
                     )
             if not keeps:
                 with suppress(OSError):  # another process that waits may have begun to use the folder
@@ -245,6 +250,7 @@ class Unfinished:
         """Make the folder and return its locked file, which is unlocked when it is closed, also by a kill."""
         mode = 0o777 if self._older is None else self._older.mode if self._is_store else self._older.of_folder
         while True:
+            is_new = not os.path.lexists(self.folder)
             with suppress(FileExistsError):
                 self.folder.mkdir(mode)
             try:
@@ -252,6 +258,11 @@ class Unfinished:
                 lock = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT | NOT_FOLLOWED, 0o644)
             except FileNotFoundError:  # the process that had it removed the folder just now
                 continue
+            except BaseException:
+                if is_new:
+                    with suppress(OSError):
+                        self.folder.rmdir()
+                raise
             try:
                 if fcntl is not None:
                     fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -274,7 +285,8 @@ class Unfinished:
             raise self._not_ours(f"is a folder with {min(there)}")
         if there and not stat.S_ISREG(os.lstat(self.folder / LOCK).st_mode):
             raise self._not_ours(f"holds {LOCK}, which is not a file")
-        owner = owner_of_new(self.folder)
+        with tempfile.TemporaryFile(dir=self.folder) as new:  # without a name, where the system can do so
+            owner = os.fstat(new.fileno()).st_uid
         if found.st_uid != owner:
             raise self._not_ours("is a folder of another user")
         if self._is_store and self._older is not None and owner not in (self._older.owner, 0):
