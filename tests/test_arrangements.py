@@ -5,6 +5,7 @@ import socket
 import stat
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -302,29 +303,29 @@ def test_nothing_else_is_touched(name, writer, tmp_path):
 
 
 @pytest.mark.skipif(not IS_ROOT, reason="only root becomes another user")
-@pytest.mark.parametrize("writer", WRITERS)
-def test_a_file_of_another_user_that_anyone_may_write_is_not_replaced(writer, tmp_path):
-    path = older(tmp_path / "folder" / writer)
-    for each in (tmp_path, path.parent, path, *path.rglob("*")):
-        each.chmod(0o777)
-    before = entries(path.parent)
-    for folder in tmp_path.parents:  # of this test, which another user is to reach
-        if folder.stat().st_uid == 0 and folder not in (Path("/"), Path("/tmp")):
-            folder.chmod(folder.stat().st_mode | 0o011)
-    program = f"""
+def test_a_file_of_another_user_that_anyone_may_write_is_not_replaced():
+    # Beside the folders of tests, which another user cannot enter.
+    with tempfile.TemporaryDirectory(prefix="warpdyn_test_") as shared:
+        paths = [older(Path(shared, "folder", writer)) for writer in WRITERS]
+        for each in (Path(shared), *Path(shared).rglob("*")):
+            each.chmod(0o777)
+        before = entries(Path(shared, "folder"))
+        program = f"""
 import os, sys
 sys.path[:0] = {[str(Path(__file__).parent), *sys.path]!r}
-import test_arrangements
-test_arrangements.older(test_arrangements.Path({str(tmp_path / "first" / writer)!r}))  # imports all it needs
+from test_arrangements import WRITERS, Path, older
+for writer in WRITERS:
+    older(Path({str(shared)!r}, "first", writer))  # which imports all that is needed
 os.setgid({NOBODY}); os.setuid({NOBODY})
-try:
-    test_arrangements.WRITERS[{writer!r}](test_arrangements.Path({str(path)!r}), 1.0)
-except PermissionError as error:
-    print(error)
+for path in {[str(path) for path in paths]!r}:
+    try:
+        WRITERS[Path(path).name](Path(path), 1.0)
+    except PermissionError as error:
+        print(error)
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert "belongs to another user" in done.stdout, done.stderr
-    assert entries(path.parent) == before
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+        assert done.stdout.count("belongs to another user") == len(WRITERS), done.stdout + done.stderr
+        assert entries(Path(shared, "folder")) == before
 
 
 @pytest.mark.parametrize("writer", OF_TEXT)

@@ -17,6 +17,7 @@ import numpy as np
 
 from warpdyn.files.part_files import whole_file
 
+NAMES = "names of all arrays"  # an array in each NumPy file
 MISSING = ""  # in place of the digest of a file that does not exist
 
 
@@ -27,14 +28,17 @@ def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
         OSError: If it cannot be written.
     """
     with whole_file(path) as part, open(part, "r+b") as file:
-        np.savez(file, **arrays)
+        np.savez(file, **arrays, **{NAMES: np.array(sorted(arrays))})
 
 
 def are_whole(path: Path) -> bool:
     """Return whether a NumPy file (.npz) is there and its checksums agree, which a zip file has of each array."""
     try:
         with zipfile.ZipFile(path) as file:
-            return file.testzip() is None
+            if file.testzip() is not None:
+                return False
+        with np.load(path) as kept:  # a zip file has no checksum of its list of files
+            return sorted(set(kept.files) - {NAMES}) == kept[NAMES].tolist()
     except Exception:  # a damaged file may announce anything: encryption, other methods, names that are no text
         return False
 
@@ -44,7 +48,7 @@ def load_arrays(path: Path) -> dict[str, np.ndarray] | None:
     if not are_whole(path):
         return None
     with np.load(path) as kept:
-        return {name: kept[name] for name in kept.files}
+        return {name: kept[name] for name in kept.files if name != NAMES}
 
 
 def digest_of(path: Path) -> str:
