@@ -5,8 +5,10 @@ It prints "begun" when what is to be interrupted begins, and "done" at its end.
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -90,6 +92,36 @@ def run(what: str, path: str, structures: int) -> None:
         wd.simulate(given, cluster=client, **settings | {"device": None}).close()
 
 
+def serve() -> None:
+    """Run what each line of the input names, in a forked process and session of its own: nothing is imported again.
+
+    A line is what is run, the path and the number of structures, divided by tabs. The answers are the number of the
+    process, when it has begun, and its exit status. What it prints is in the files `out` and `err` beside the path.
+    """
+    import warp  # noqa: F401  (before processes are forked, which takes most of their time)
+    import zarr  # noqa: F401
+
+    import warpdyn.running.regions.datasets  # noqa: F401
+
+    for line in sys.stdin:
+        what, path, structures = line.rstrip("\n").split("\t")
+        child = os.fork()
+        if not child:
+            os.setsid()
+            for name, number in (("out", 1), ("err", 2)):
+                os.dup2(os.open(Path(path).with_name(name), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644), number)
+            if what == "compile":
+                os.environ["WARP_CACHE_PATH"] = path
+            run(what, path, int(structures))
+            print("done", flush=True)
+            return  # from the child, as a program ends
+        print(child, flush=True)
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+
+
 if __name__ == "__main__":
-    run(sys.argv[1], sys.argv[2], int(sys.argv[3]))
-    print("done", flush=True)
+    if sys.argv[1] == "serve":
+        serve()
+    else:
+        run(sys.argv[1], sys.argv[2], int(sys.argv[3]))
+        print("done", flush=True)

@@ -24,8 +24,8 @@ import subprocess
 import sys
 import tempfile
 import time
-import uuid
 from collections import Counter
+from contextlib import suppress
 from itertools import chain, count, islice
 from pathlib import Path
 
@@ -33,14 +33,14 @@ import xarray as xr
 
 PROGRAM = Path(__file__).with_name("interrupted.py")
 FILES = {"table": "run.csv", "zarr": "run.zarr", "cluster": "run.zarr", "city": "run.zarr", "compile": "cache"}
-SIZES = {"write": 60, "table": 6, "simulate": 1500, "portfolio": 1500, "zarr": 400, "statistics": 400, "city": 80}
-SIZES |= {"cluster": 2000, "compile": 3}
+SIZES = {"write": 60, "table": 2, "simulate": 600, "portfolio": 500, "zarr": 200, "statistics": 400, "city": 60}
+SIZES |= {"cluster": 1000, "compile": 3}
 SELDOM = {"cluster": 4, "compile": 2}  # rounds of the other writers for each kill of these, which take long
 # Structures on a disk of so many MB at most, which they fill or not.
 LARGER, DISKS = {"write": 60, "simulate": 12000, "portfolio": 12000}, {"write": 20, "simulate": 5, "portfolio": 5}
 LONGEST_END = 2.0  # s, beyond the time from the last line of a run that is not stopped to its end
 LONGEST_ORPHAN = 10.0  # s
-MARK = "WARPDYN_STARTED_BY"
+PRINTED = ("out", "err")  # files of what programs print
 
 
 def file_of(what: str) -> str:
@@ -48,35 +48,77 @@ def file_of(what: str) -> str:
     return FILES.get(what, "run.nc")
 
 
-def start(what: str, path: Path, size: int | None = None, mark: str = "") -> subprocess.Popen[str]:
+class Program:
+    """A program that is run in a process of a server, which has imported all it needs, and can be waited for.
+
+    It has a folder of its own for what it prints, and a session: all that it starts can be found by it.
+    """
+
+    _server: subprocess.Popen[str] | None = None
+
+    def __init__(self, what: str, path: Path, size: int | None = None) -> None:
+        if Program._server is None:
+            command = [sys.executable, str(PROGRAM), "serve"]
+            Program._server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.folder = path.parent
+        (self.folder / "out").unlink(missing_ok=True)
+        Program._server.stdin.write(f"{what}\t{path}\t{size or SIZES[what]}\n")  # type: ignore[union-attr]
+        Program._server.stdin.flush()  # type: ignore[union-attr]
+        self.pid = int(self._answer())
+
+    def wait_for(self, line: str) -> None:
+        """Wait until it has printed a line."""
+        while f"{line}\n" not in self.printed("out"):
+            assert is_alive(self.pid), self.printed("err")
+            time.sleep(0.005)
+
+    def end(self) -> int:
+        """Wait until it has ended, and return its exit status."""
+        return int(self._answer())
+
+    def printed(self, name: str) -> str:
+        """Return what it has printed to "out" or "err"."""
+        path = self.folder / name
+        return path.read_text() if path.exists() else ""
+
+    def _answer(self) -> str:
+        while (line := Program._server.stdout.readline().strip()) and not line.lstrip("-").isdigit():  # type: ignore[union-attr]
+            pass  # what Warp says
+        return line
+
+
+def start(what: str, path: Path, size: int | None = None) -> Program:
     """Start a program and wait until it begins what is to be stopped."""
-    command = [sys.executable, str(PROGRAM), what, str(path), str(size or SIZES[what])]
-    more = {MARK: mark} | ({"WARP_CACHE_PATH": str(path)} if what == "compile" else {})
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | more, cwd=path.parent
-    )
-    assert process.stdout is not None
-    while (line := process.stdout.readline()) != "begun\n":  # Warp may say something before
-        assert line or process.poll() is None, process.communicate()[1]
-    return process
+    program = Program(what, path, size)
+    program.wait_for("begun")
+    return program
 
 
-def started_by(mark: str) -> list[int]:
-    """Return the processes that have a mark in their environment, which they inherit from the one that started them."""
+def is_alive(pid: int) -> bool:
+    """Return whether a process is there and has not ended."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
+
+
+def started_by(session: int) -> list[int]:
+    """Return the living processes of a session."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
-            if f"{MARK}={mark}".encode() in (folder / "environ").read_bytes():
-                found.append(int(folder.name))
+            state, _, _, of_session = (folder / "stat").read_text().rpartition(")")[2].split()[:4]
         except OSError:
             continue
+        if int(of_session) == session and state not in "ZX":
+            found.append(int(folder.name))
     return found
 
 
-def wait_for_orphans(mark: str, found: Counter) -> None:
-    """Wait until the processes with a mark have ended; count those that do not within their time."""
+def wait_for_orphans(session: int, found: Counter) -> None:
+    """Wait until the processes of a session have ended; count those that do not within their time."""
     began = time.perf_counter()
-    while (left := started_by(mark)) and time.perf_counter() - began < LONGEST_ORPHAN:
+    while (left := started_by(session)) and time.perf_counter() - began < LONGEST_ORPHAN:
         time.sleep(0.1)
     seconds = time.perf_counter() - began
     found["longest orphan [ms]"] = max(found["longest orphan [ms]"], round(1000 * seconds))
@@ -119,7 +161,7 @@ def left_beside(what: str, path: Path) -> list[str]:
             each.name for each in path.rglob("*") if "_p" in each.name and "_t" in each.name.rpartition("_p")[2]
         ] + [each.name for each in path.rglob("*") if each.suffix in (".tmp", ".compiling", ".part")]
     inside = [each.name for each in path.rglob("*") if path.suffix == ".zarr" and each.suffix in (".partial", ".part")]
-    return sorted(each.name for each in path.parent.iterdir() if each != path) + inside
+    return sorted(each.name for each in path.parent.iterdir() if each != path and each.name not in PRINTED) + inside
 
 
 def stop_once(
@@ -133,31 +175,33 @@ def stop_once(
 ) -> None:
     """Stop a program once and let the next one finish; count what happened."""
     with tempfile.TemporaryDirectory() as folder:
-        path, mark = Path(folder) / file_of(what), uuid.uuid4().hex
+        path = Path(folder) / "place" / file_of(what)
+        path.parent.mkdir()
         if what != "compile":
             subprocess.run(["cp", "-a", earlier, path], check=True)  # the same run, so that it may be replaced
-        process = start(what, path, mark=mark)
+        program = start(what, path)
         time.sleep(moment)
-        process.send_signal(number)
+        with suppress(ProcessLookupError):
+            os.kill(program.pid, number)
         sent = time.perf_counter()
-        process.wait(timeout=60)
+        program.end()
         late = time.perf_counter() - sent
         if number != signal.SIGKILL:
             found["ended late" if late > LONGEST_END + own_end[what] else "ended in time"] += 1
-        wait_for_orphans(mark, found)
-        process.communicate()
+        found["killed before its end"] += "done" not in program.printed("out")
+        wait_for_orphans(program.pid, found)
         if what != "compile" and bits(path) != truth:
             found["EARLIER FILE LOST"] += 1
         if draw.random() < 0.5:
             found[damage(path.with_name(f".{path.name}.unfinished") / "kept", draw)] += 1
-        again = start(what, path, mark=mark)
-        _, told = again.communicate(timeout=300)
+        again = start(what, path)
+        status, told = again.end(), again.printed("err")
         found["went on"] += "goes on from" in told or "finished by an earlier run" in told
-        if again.returncode != 0:
+        if status != 0:
             found["NEXT RUN FAILED"] += 1
             print(what, told, flush=True)
             return
-        wait_for_orphans(mark, found)
+        wait_for_orphans(again.pid, found)
         left = left_beside(what, path)
         found["nothing left" if not left else f"LEFT {left}"] += 1
         found["same bits" if bits(path) == truth else "OTHER BITS"] += 1
@@ -172,21 +216,22 @@ def fill_disk(what: str, megabytes: int, found: Counter) -> None:
             return
         try:
             path = Path(folder) / "run.nc"
-            process = start(what, path, LARGER[what])
-            _, told = process.communicate(timeout=300)
-            if process.returncode == 0:
+            program = start(what, path, LARGER[what])
+            status, told = program.end(), program.printed("err")
+            if status == 0:
                 found["fits"] += 1
                 return
             errors = [line for line in told.splitlines() if line.startswith("OSError")]
             named = errors and "run.nc" in errors[-1] and "No space left" in errors[-1]
             found["OSError that names the file" if named else f"NOT NAMED: {told[-300:]}"] += 1
-            left = sorted(each.name for each in Path(folder).iterdir())
+            left = sorted(each.name for each in Path(folder).iterdir() if each.name not in PRINTED)
             found["blocks kept" if left else "nothing left"] += 1
             if left not in ([], [".run.nc.unfinished"]):
                 found[f"LEFT {left}"] += 1
             subprocess.run(["mount", "-o", "remount,size=400m", folder], check=True)
-            _, told = start(what, path, LARGER[what]).communicate(timeout=300)
-            found["went on"] += "goes on from" in told
+            again = start(what, path, LARGER[what])
+            again.end()
+            found["went on"] += "goes on from" in again.printed("err")
             found["done with more room" if path.exists() else "NOT DONE WITH MORE ROOM"] += 1
         finally:
             subprocess.run(["umount", folder], check=True)
@@ -197,13 +242,11 @@ own_end: dict[str, float] = {}  # seconds from the last line of a run to its end
 
 def time_run(what: str, path: Path) -> float:
     """Run a program, and return the seconds until its last line."""
-    start(what, path).communicate()  # compiles
-    process, began = start(what, path), time.perf_counter()
-    assert process.stdout is not None
-    while process.stdout.readline() != "done\n":
-        pass
+    start(what, path).end()  # compiles
+    program, began = start(what, path), time.perf_counter()
+    program.wait_for("done")
     seconds = time.perf_counter() - began
-    process.communicate()
+    program.end()
     own_end[what] = time.perf_counter() - began - seconds
     return seconds
 
