@@ -66,6 +66,13 @@ class Program:
         Program._server.stdin.flush()  # type: ignore[union-attr]
         self.pid = int(self._answer())
 
+    @classmethod
+    def end_server(cls) -> None:
+        """End the server."""
+        if cls._server is not None:
+            cls._server.communicate()
+            cls._server = None
+
     def wait_for(self, line: str) -> None:
         """Wait until it has printed a line."""
         while f"{line}\n" not in self.printed("out"):
@@ -282,6 +289,7 @@ def main(kills: int, seed: int, writers: list[str]) -> int:
         print(f"{name:<22}", ", ".join(f"{text}: {count}" for text, count in sorted(counts.items())))
         bad += sum(count for text, count in counts.items() if text[:4].isupper() or text == "ended late")
     print(f"{bad} failures at {kills} kills")
+    Program.end_server()
     return bad
 
 

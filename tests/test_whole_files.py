@@ -13,7 +13,7 @@ import xarray as xr
 
 import warpdyn as wd
 from warpdyn.files.part_files import whole_file
-from warpdyn.files.permissions import ACL
+from warpdyn.files.targets import ACL
 
 pytestmark = [pytest.mark.fast, pytest.mark.skipif(os.name != "posix", reason="modes of POSIX")]
 

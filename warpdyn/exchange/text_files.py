@@ -8,8 +8,7 @@ from pathlib import Path
 
 from warpdyn.files.disk_errors import disk_error, named_error
 from warpdyn.files.part_files import whole_file
-from warpdyn.files.permissions import check_replaceable
-from warpdyn.files.unfinished import check_folder, resolved
+from warpdyn.files.targets import check_folder, check_replaceable, resolved
 
 
 def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path:

@@ -28,7 +28,8 @@ def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
         OSError: If it cannot be written.
     """
     with whole_file(path) as part, open(part, "r+b") as file:
-        np.savez(file, **arrays, **{NAMES: np.array(sorted(arrays))})
+        named: dict[str, Any] = {**arrays, NAMES: np.array(sorted(arrays))}
+        np.savez(file, **named)
 
 
 def are_whole(path: Path) -> bool:

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from warpdyn.files.permissions import Permissions, check_replaceable
+from warpdyn.files.targets import Permissions, check_replaceable
 
 try:
     import fcntl
@@ -72,9 +72,9 @@ class PartFile:
 
     def move_in(self) -> None:
         """Bring the content to the disk, take over the permissions, and take the place of the target."""
+        sync(self.path)
         if self._older is not None:
             self._older.apply(self.path)
-        sync(self.path)
         check_replaceable(self.target)  # what came there meanwhile, too
         os.replace(self.path, self.target)
         self._unlock()

@@ -7,7 +7,7 @@ import re
 from contextlib import suppress
 from pathlib import Path
 
-from warpdyn.files.permissions import kind_of
+from warpdyn.files.targets import kind_of
 
 LOCK, REPLACED = "lock", "replaced"
 # Files and folders in a hidden folder: the lock, unfinished files ("part.nc" until version 0.1), the account of a run

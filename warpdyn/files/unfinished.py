@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 import stat
@@ -14,12 +13,11 @@ from types import TracebackType
 
 import netCDF4
 
-from warpdyn.core.near_misses import did_you_mean
 from warpdyn.files.checksums import seal
 from warpdyn.files.disk_errors import disk_error, named_error
 from warpdyn.files.part_files import NO_LOCKS, PartFile, fcntl, sync_folder
-from warpdyn.files.permissions import Permissions, check_replaceable, kind_of, take_over_store
 from warpdyn.files.removal import LOCK, REPLACED, foreign_in, remove_tree
+from warpdyn.files.targets import Permissions, check_folder, check_replaceable, kind_of, resolved, take_over_store
 
 SUFFIX, STORE_SUFFIX = ".nc", ".zarr"
 AWAY = "move it away, or choose another name"
@@ -69,36 +67,6 @@ def _check_store(path: Path) -> None:
         raise FileExistsError(
             f"cannot write {path}: the store that is there holds {foreign}, which warpdyn did not make; move it away"
         )
-
-
-def resolved(path: Path) -> Path:
-    """Return the path that symbolic links lead to: a link that a user names stays, and its target is written.
-
-    Raises:
-        OSError: If the links lead to each other.
-    """
-    try:
-        found = path.resolve()
-        is_loop = found.is_symlink()
-    except (OSError, RuntimeError) as error:  # the latter until Python 3.12
-        if isinstance(error, OSError) and error.errno != errno.ELOOP:
-            raise named_error(error, path) from error
-        is_loop = True
-    if is_loop:
-        raise OSError(errno.ELOOP, f"cannot write {path}: its symbolic links lead to each other; choose another name")
-    return found
-
-
-def check_folder(folder: Path) -> None:
-    """Check that files may be made in a folder.
-
-    Raises:
-        OSError: If there is no such folder, or it may not be written; without the path of the file.
-    """
-    if not folder.is_dir():
-        raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}{_near(folder)}; make it first")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, f"{os.strerror(errno.EACCES)} in {folder}; choose another folder")
 
 
 def attributes_of(path: Path) -> dict[str, object]:
@@ -157,7 +125,12 @@ class Unfinished:
         try:
             self._lock = self._locked()
             self._sweep()
+            if self._older is not None and not self._is_store:
+                self._part = PartFile(self.path, self.folder)  # which may not take the place of another user's file
         except BaseException as error:
+            if self._lock is not None and os.listdir(self.folder) == [LOCK]:
+                with suppress(OSError):
+                    remove_tree(self.folder)
             self._leave()
             if isinstance(error, OSError) and self.path.name not in str(error).partition(":")[0]:
                 raise named_error(error, self.path) from error
@@ -291,15 +264,3 @@ class Unfinished:
             raise self._not_ours("is a folder of another user")
         if self._is_store and self._older is not None and owner not in (self._older.owner, 0):
             raise PermissionError(f"cannot write {self.path}: the store that is there belongs to another user; {AWAY}")
-
-
-def _near(folder: Path) -> str:
-    """Return a question about a folder whose name is like that of a folder that is missing."""
-    missing = folder
-    while not missing.parent.is_dir() and missing.parent != missing:
-        missing = missing.parent
-    try:
-        beside = [each.name for each in missing.parent.iterdir() if each.is_dir()]
-    except OSError:
-        return ""
-    return did_you_mean(missing.name, beside)

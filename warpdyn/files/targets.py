@@ -1,6 +1,7 @@
-"""What may be replaced, and the permissions that the new file takes over: mode, owner, group and access control list.
+"""Paths that are to be written: what may be replaced there, and the permissions that the new file takes over.
 
-Only regular files (or, for Zarr stores, folders) are replaced; devices, pipes and sockets never are.
+Only regular files (or, for Zarr stores, folders) are replaced; devices, pipes and sockets never are. Permissions are
+the mode, the owner, the group and the access control list.
 """
 
 from __future__ import annotations
@@ -11,6 +12,9 @@ import stat
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+
+from warpdyn.core.near_misses import did_you_mean
+from warpdyn.files.disk_errors import named_error
 
 ACL = "system.posix_acl_access"  # the extended attribute in which Linux keeps the access control list of a file
 WRITABLE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
@@ -153,3 +157,45 @@ def take_over_store(older: Path, store: Path) -> None:
         for name in names:
             if of_files is not None:
                 of_files.apply(Path(folder, name))
+
+
+def resolved(path: Path) -> Path:
+    """Return the path that symbolic links lead to: a link that a user names stays, and its target is written.
+
+    Raises:
+        OSError: If the links lead to each other.
+    """
+    try:
+        found = path.resolve()
+        is_loop = found.is_symlink()
+    except (OSError, RuntimeError) as error:  # the latter until Python 3.12
+        if isinstance(error, OSError) and error.errno != errno.ELOOP:
+            raise named_error(error, path) from error
+        is_loop = True
+    if is_loop:
+        raise OSError(errno.ELOOP, f"cannot write {path}: its symbolic links lead to each other; choose another name")
+    return found
+
+
+def check_folder(folder: Path) -> None:
+    """Check that files may be made in a folder.
+
+    Raises:
+        OSError: If there is no such folder, or it may not be written; without the path of the file.
+    """
+    if not folder.is_dir():
+        raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}{_near(folder)}; make it first")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, f"{os.strerror(errno.EACCES)} in {folder}; choose another folder")
+
+
+def _near(folder: Path) -> str:
+    """Return a question about a folder whose name is like that of a folder that is missing."""
+    missing = folder
+    while not missing.parent.is_dir() and missing.parent != missing:
+        missing = missing.parent
+    try:
+        beside = [each.name for each in missing.parent.iterdir() if each.is_dir()]
+    except OSError:
+        return ""
+    return did_you_mean(missing.name, beside)
