@@ -59,7 +59,7 @@ except OSError as error:
 
 
 def test_the_process_goes_on_after_a_full_disk(tmp_path):
-    """Without the check, the compiler ends the process with "LLVM ERROR: IO failure"."""
+    """A compiler that finds the disk full while it writes a binary ends the process: "LLVM ERROR: IO failure"."""
     environment = os.environ | {
         "WARP_CACHE_PATH": str(tmp_path),
         "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]),

@@ -39,12 +39,12 @@ def check_room(cache: Path) -> None:
     while not cache.is_dir() and cache.parent != cache:
         cache = cache.parent
     try:
-        # Quotas and limits of the process count, too, so that the room is asked for and not only looked up.
-        with tempfile.TemporaryFile(dir=cache) as file:
-            if hasattr(os, "posix_fallocate"):
+        if shutil.disk_usage(cache).free < ROOM:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        # Quotas and limits of the process count, too, so that the room is also asked for, where the system can do so.
+        if hasattr(os, "posix_fallocate"):
+            with tempfile.TemporaryFile(dir=cache) as file:
                 os.posix_fallocate(file.fileno(), 0, ROOM)
-            else:
-                file.truncate(ROOM)
     except OSError as error:
         if error.errno not in FULL:
             return  # a folder that cannot be written, or a system that cannot reserve room
