@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from interrupted import dataset
+from stop_at_random_moments import main as stop_at_random_moments
 from xarray.backends.locks import CombinedLock
 
 import warpdyn as wd
@@ -177,6 +178,7 @@ def test_a_forked_process_has_threads_of_its_own():
 MOMENTS = """
 import os, signal, sys, threading, time
 from interrupted import dataset
+from stop_at_random_moments import main as stop_at_random_moments
 import warpdyn as wd
 
 held, path = dataset(60_000), sys.argv[1]
@@ -257,3 +259,9 @@ def test_what_is_written_in_parts_is_what_is_written_at_once(tmp_path, monkeypat
                 xr.testing.assert_identical(read.load(), held)
             np.testing.assert_array_equal(read["demand_3"], held["demand_3"])
             np.testing.assert_array_equal(read["status"], held["status"])
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="processes are found in /proc")
+def test_kills_at_random_moments_leave_nothing():
+    """The script kills all writers; here are two that compile nothing."""
+    assert stop_at_random_moments(4, 1, ["write", "table"]) == 0

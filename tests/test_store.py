@@ -142,8 +142,8 @@ def test_one_process_writes_a_file_at_a_time(tmp_path):
 
 def test_the_next_one_sweeps_what_a_kill_left(tmp_path):
     folder = tmp_path / ".run.nc.unfinished"
-    (folder / "deeper").mkdir(parents=True)
-    for left in ("part.nc", "lock", "deeper/part.nc"):
+    (folder / "replaced").mkdir(parents=True)
+    for left in ("part.nc", "lock", "replaced/0.0"):
         (folder / left).write_text("half of it")
     wd.write(make_dataset(), tmp_path / "run.nc")
     assert os.listdir(tmp_path) == ["run.nc"]
@@ -156,7 +156,7 @@ def test_no_permission(tmp_path, monkeypatch):
     before = path.read_bytes()
     with monkeypatch.context() as patch:
         patch.setattr(os, "access", lambda *arguments: False)
-        with pytest.raises(PermissionError, match=r"cannot write .*run\.nc: .*read-only; choose another folder"):
+        with pytest.raises(PermissionError, match=r"cannot write .*run\.nc: .*read-only; allow writing"):
             check_writable(path)
 
     def refuse(*arguments, **options):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
-from warpdyn.files.unfinished import disk_error
+from warpdyn.files.disk_errors import disk_error, named_error
+from warpdyn.files.part_files import whole_file
+from warpdyn.files.targets import check_folder, check_replaceable, resolved
 
 
 def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path:
@@ -19,9 +20,10 @@ def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path
         suffixes: Endings that its name may have, in any case.
 
     Raises:
-        TypeError: If it is no path.
+        TypeError: If it is not a path.
         ValueError: If its name has another ending.
-        OSError: If there is no such folder, or a folder has that name.
+        OSError: If there is no such folder, or something of that name is not a file (a folder, a device, a pipe), is
+            read-only or belongs to another user.
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"{function}: path must name a file, got {path!r}")
@@ -29,34 +31,32 @@ def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path
     if path.suffix.lower() not in suffixes:
         allowed = " or ".join(repr(suffix) for suffix in suffixes)
         raise ValueError(f"{function}: the name of {path} must end in {allowed}")
-    if path.is_dir():
-        raise IsADirectoryError(f"{function}: {path} is a folder; name a file in it")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{function}: there is no folder {path.parent}; make it first")
+    target = resolved(path)
+    try:
+        check_folder(target.parent)
+        check_replaceable(target)
+    except OSError as error:
+        raise named_error(error, path, function) from error
     return path
 
 
 def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
-    """Write a file beside its place and move it there when it is complete; an older one is replaced.
+    """Write a file under another name and move it into its place when it is complete; an older one is replaced.
+
+    If threads or processes write the same file at a time, each writes a file of its own, and the last one stays.
 
     Args:
-        path: The file.
+        path: The file. If it is a symbolic link, the link stays, and its target is replaced.
         write: Writes the file whose name it is given.
 
     Raises:
         OSError: If it cannot be written; the message names it, and not the file beside it.
     """
-    target = path.resolve()  # a link stays, and its target is written
-    part = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
     try:
-        write(str(part))
-        os.replace(part, target)
-    except BaseException as error:
-        with suppress(OSError):
-            part.unlink()
-        if isinstance(error, OSError):
-            raise disk_error(error, path) from error
-        raise
+        with whole_file(resolved(path)) as part:
+            write(str(part))
+    except OSError as error:
+        raise disk_error(error, path) from error
     return path
 
 

@@ -6,11 +6,13 @@ processes do not run the user's script again, as those of the standard library d
 few kernels of a processor are compiled by threads before a process would have begun.
 """
 
+import os
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from pathlib import Path
+from threading import Thread
 
 import warp as wp
 from loky import ProcessPoolExecutor
@@ -18,7 +20,7 @@ from loky import ProcessPoolExecutor
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.thread_pool import as_finished, result_of
 from warpdyn.kernels.build import build_kernel, load_kernel
-from warpdyn.kernels.kernel_cache import block_size
+from warpdyn.kernels.kernel_cache import block_size, folder_of, is_compiled_in
 from warpdyn.kernels.plan import Plan
 
 # A process takes three to four seconds until it has compiled its first kernel, as long as two kernels take, and half a
@@ -27,16 +29,13 @@ MOST_PROCESSES, FEWEST_KERNELS = 8, 3
 # A processor's compiler leaves the interpreter's lock, for three quarters of a large kernel's time.
 MOST_KERNELS_OF_THREADS = 4
 ONE_BY_ONE = "kernels are compiled one by one: a process that compiled them side by side failed"
+LOOKS_FOR_PARENT = 0.5  # seconds between looks
 CONFIGURATION = (bool, int, float, str, type(None))  # types of settings that a process is started with
 
 
 def is_compiled(plan: Plan, device: str) -> bool:
     """Return whether the kernel of a plan is in the kernel cache, compiled for a kind of device."""
-    wp.init()  # which sets the cache's folder
-    module = build_kernel(plan).module
-    folder = Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block_size(device))
-    endings = (".o",) if device == "cpu" else (".cubin", ".ptx")
-    return any(path.suffix in endings for path in folder.glob("*"))
+    return is_compiled_in(folder_of(build_kernel(plan).module, block_size(device)), device)
 
 
 def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> None:
@@ -57,7 +56,7 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
     missing.sort(key=lambda plan: plan.dofs)
     left = deque(missing)
     try:
-        processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(),))
+        processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(), os.getpid()))
         with ThreadPoolExecutor(helpers) as threads_that_wait:
             # Helpers begin with what takes longest. This process is ready at once: it compiles from the other end. None
             # is handed a kernel before it has done the last one, so that all end at about the same time.
@@ -98,7 +97,7 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
     if helpers < 1:
         yield lambda some: None
         return
-    processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(),))
+    processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(), os.getpid()))
 
     def compile_missing(plan: Plan) -> Future[None] | None:
         return None if is_compiled(plan, device) else processes.submit(_compile, plan, device)
@@ -163,11 +162,42 @@ def _settings() -> dict[str, object]:
     }
 
 
-def _configure(settings: dict[str, object]) -> None:
-    """Configure Warp in a process as in the one that started it, so that they share the cache's entries."""
+def _configure(settings: dict[str, object], parent: int) -> None:
+    """Configure Warp in a process as in the one that started it, so that they share the cache's entries.
+
+    Args:
+        settings: What `_settings` returned there.
+        parent: Number of the process that started it, with which it ends.
+    """
+    Thread(target=_end_with, args=(parent,), daemon=True, name="warpdyn parent").start()
     wp.init()  # which would add the version to the cache's folder, once more
     for name, value in settings.items():
         setattr(wp.config, name, value)
+
+
+def _end_with(parent: int) -> None:
+    """End this process when the one that started it has ended, also by a kill, which tells nobody.
+
+    Linux could send a signal instead (PR_SET_PDEATHSIG), but does so as soon as the *thread* ends that started the
+    process, and loky starts processes in threads that end before the processes are done.
+    """
+    if os.name == "nt":
+        _wait_on_windows(parent)
+    else:
+        while os.getppid() == parent:  # a process whose parent has ended is given another one
+            time.sleep(LOOKS_FOR_PARENT)
+    os._exit(1)  # also while another thread compiles, which nothing else stops
+
+
+def _wait_on_windows(parent: int) -> None:
+    """Wait for the end of a process on Windows, where the number of a parent stays when it has ended."""
+    import ctypes
+
+    kernel, synchronize, forever = ctypes.WinDLL("kernel32"), 0x00100000, 0xFFFFFFFF  # type: ignore[attr-defined]
+    kernel.OpenProcess.restype = ctypes.c_void_p
+    handle = kernel.OpenProcess(synchronize, False, parent)
+    if handle:
+        kernel.WaitForSingleObject(ctypes.c_void_p(handle), forever)
 
 
 def _compile(plan: Plan, device: str) -> None:

@@ -3,7 +3,6 @@
 It holds precompiled headers, too, which Warp itself would make anew in every process.
 """
 
-import atexit
 import hashlib
 import json
 import os
@@ -12,7 +11,7 @@ import tempfile
 import threading
 from collections import defaultdict
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,12 +19,15 @@ import warp as wp
 
 from warpdyn.core.messages import say, warn_caller
 from warpdyn.core.thread_pool import in_background
+from warpdyn.files.part_files import whole_file
+from warpdyn.kernels.unfinished_builds import check_room, folder_of_this_process, noted
 
 SEAL = "warpdyn.json"  # digests of the files of a module, beside them
 THREADS_OF_A_BLOCK = 128
 COMPILATION_IS_TOLD = 1.0  # seconds after which a compilation is told of
 
-COMPILED = (".o", ".ptx", ".cubin")
+COMPILED = {"cpu": (".o",), "cuda": (".ptx", ".cubin")}  # endings of binaries
+SEALED = (*COMPILED["cpu"], *COMPILED["cuda"], ".meta", ".pch")
 
 _headers_checked: set[Path] = set()  # folders of headers that this process has found undamaged
 _loaded: set[tuple[wp.Module, str]] = set()
@@ -50,6 +52,11 @@ def folder_of(module: wp.Module, block_size: int) -> Path:
     """Return the folder of a module in the kernel cache."""
     initialise()  # which sets the cache's folder
     return Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block_size)
+
+
+def is_compiled_in(folder: Path, device: str) -> bool:
+    """Return whether a folder of the kernel cache holds a binary for a kind of device."""
+    return any(path.suffix in COMPILED["cpu" if device == "cpu" else "cuda"] for path in folder.glob("*"))
 
 
 def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.Kernel:
@@ -85,16 +92,22 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
         module: The module.
         device: The device.
         block_size: Threads of a block.
+
+    Raises:
+        OSError: If it is to be compiled, and the disk of the cache has too little room.
     """
     folder = folder_of(module, block_size)
     if folder.is_dir() and _is_damaged(folder):
         _discard(folder, "files differ from what was compiled")
+    if not is_compiled_in(folder, device):
+        check_room(folder.parent)
     try:
         _load(module, device, block_size)
     except Exception as error:  # Warp raises Exception itself
         if not folder.is_dir():
             raise
         _discard(folder, f"{type(error).__name__}: {error}")
+        check_room(folder.parent)
         module.mark_modified()
         _load(module, device, block_size)
     _seal(folder_of(module, block_size))
@@ -102,13 +115,15 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
 
 def _load(module: wp.Module, device: str, block_size: int) -> None:
     """Load a module; compile into a folder for this process alone if the cache cannot be written."""
+    folder = folder_of(module, block_size)
     try:
-        with _kept_headers(device, folder_of(module, block_size)):
+        with nullcontext() if is_compiled_in(folder, device) else noted(folder), _kept_headers(device, folder):
             module.load(wp.get_device(device), block_dim=block_size)
     except OSError as error:
         if _takes_files(Path(wp.config.kernel_cache_dir)):
             raise
         _move_elsewhere(error)
+        check_room(Path(wp.config.kernel_cache_dir))
         module.mark_modified()
         module.load(wp.get_device(device), block_dim=block_size)
 
@@ -126,8 +141,7 @@ def _kept_headers(device: str, folder: Path) -> Iterator[None]:
         folder: Folder of the module; nothing is to be compiled where it holds what was.
     """
     of_threads = getattr(getattr(wp._src.context, "runtime", None), "_pch_dirs", None)
-    there = folder.is_dir() and any(path.suffix in COMPILED for path in folder.iterdir())
-    if device != "cpu" or there or not isinstance(of_threads, dict):
+    if device != "cpu" or is_compiled_in(folder, device) or not isinstance(of_threads, dict):
         yield
         return
     headers = _folder_of_headers()
@@ -163,8 +177,7 @@ def _folder_of_headers() -> Path:
 def _move_elsewhere(error: OSError) -> None:
     """Have this process compile its kernels into a temporary folder, and say so."""
     cache = wp.config.kernel_cache_dir or os.environ.get("WARP_CACHE_PATH", "of this user")
-    wp.config.kernel_cache_dir = tempfile.mkdtemp(prefix="warpdyn_kernels_")
-    atexit.register(shutil.rmtree, wp.config.kernel_cache_dir, ignore_errors=True)
+    wp.config.kernel_cache_dir = str(folder_of_this_process())
     warn_caller(
         f"the kernel cache {cache} cannot be written ({error}): kernels are compiled anew in this process, into "
         f"{wp.config.kernel_cache_dir}; set WARP_CACHE_PATH to a folder that can be written"
@@ -204,14 +217,13 @@ def _seal(folder: Path) -> None:
         text = json.dumps(_digests(folder))
         if (folder / SEAL).is_file() and (folder / SEAL).read_text() == text:
             return
-        part = folder / f"{SEAL}.{os.getpid()}"
-        part.write_text(text)
-        os.replace(part, folder / SEAL)
+        with whole_file(folder / SEAL) as part:
+            part.write_text(text)
     except OSError:
         pass  # a cache that cannot be written is read as it is
 
 
 def _digests(folder: Path) -> dict[str, str]:
     """Return the digests of binaries and their descriptions, by name."""
-    files = (path for path in sorted(folder.iterdir()) if path.suffix in (*COMPILED, ".meta", ".pch"))
+    files = (path for path in sorted(folder.iterdir()) if path.suffix in SEALED)
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files if path.is_file()}

@@ -7,8 +7,6 @@ same order, so that a run which goes on has the bits of one that was never inter
 from __future__ import annotations
 
 import json
-import os
-import zipfile
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -19,6 +17,9 @@ import numpy as np
 
 from warpdyn.core.description import fingerprint
 from warpdyn.core.messages import tell
+from warpdyn.files.checksums import are_whole, is_sealed, load_arrays, save_arrays
+from warpdyn.files.part_files import whole_file
+from warpdyn.files.removal import remove_tree
 from warpdyn.files.unfinished import Unfinished, attributes_of
 from warpdyn.files.versions import version_of
 from warpdyn.integration.dynamics import Arrays
@@ -84,15 +85,15 @@ class Journal:
         self._write_header()
 
     def _write_header(self) -> None:
-        with self._unfinished.named_errors():
-            _replace(self._header, json.dumps({FINGERPRINT: self._digest, "settled": self.settled}).encode())
+        with self._unfinished.named_errors(), whole_file(self._header) as part:
+            part.write_text(json.dumps({FINGERPRINT: self._digest, "settled": self.settled}))
 
     def blocks(self, events: int, structures: int) -> list[range]:
         """Return the structures of the blocks that are finished, from the first structure on, and say how many."""
         ends = {}
         for path in self.folder.glob(f"*.{events - 1}.npz"):
             first, last = map(int, path.name.split(".")[0].split("-"))
-            if all(zipfile.is_zipfile(self._file(first, last, event)) for event in range(events)):
+            if self.has(range(first, last), events):
                 ends[first] = last
         found: list[range] = []
         first = 0
@@ -104,8 +105,8 @@ class Journal:
         return found
 
     def has(self, structures: range, events: int) -> bool:
-        """Return whether a block is finished, and its files are whole."""
-        return all(zipfile.is_zipfile(self._file(structures.start, structures.stop, event)) for event in range(events))
+        """Return whether a block is finished, and the checksums of its files agree."""
+        return all(are_whole(self._file(structures.start, structures.stop, event)) for event in range(events))
 
     def keep(
         self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns, in_float64: int
@@ -122,29 +123,26 @@ class Journal:
         """
         columns = dict(zip(("intervals", "substeps", "step", "residual_steps"), run.schedule.columns, strict=True))
         arrays = {f"output_{name}": found[name] for name in run.model.shapes} | columns
-        path = self._file(structures.start, structures.stop, event)
-        part = path.with_suffix(".part")
+        counts: dict[str, Any] = {"reruns": json.dumps(reruns.state), "in_float64": in_float64}
         with self._unfinished.named_errors():
-            with open(part, "wb") as file:
-                counts: dict[str, Any] = {"reruns": json.dumps(reruns.state), "in_float64": in_float64}
-                np.savez(file, **counts, **arrays)  # type: ignore[arg-type]
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(part, path)
+            save_arrays(self._file(structures.start, structures.stop, event), counts | arrays)
 
     def restore(self, structures: range, event: int, run: Ensemble, found: Arrays, reruns: Reruns) -> int:
         """Fill in what `keep` kept; return how many samples were run again in float64."""
         path = self._file(structures.start, structures.stop, event)
+        kept = load_arrays(path)
         try:
-            with np.load(path) as kept:
-                for name in run.model.shapes:
-                    np.copyto(found[name], kept[f"output_{name}"])
-                columns = [kept[name] for name in ("intervals", "substeps", "step", "residual_steps")]
-                reruns.state = json.loads(str(kept["reruns"]))
-                in_float64 = int(kept["in_float64"])
-        except (zipfile.BadZipFile, KeyError, ValueError) as error:
+            if kept is None:
+                raise KeyError(path)
+            for name in run.model.shapes:
+                np.copyto(found[name], kept[f"output_{name}"])
+            columns = [kept[name] for name in ("intervals", "substeps", "step", "residual_steps")]
+            reruns.state = json.loads(str(kept["reruns"]))
+            in_float64 = int(kept["in_float64"])
+        except (KeyError, ValueError) as error:
             raise OSError(
-                f"{path}, from which the run of {self.path} was to go on, is damaged: give overwrite=True"
+                f"{path} was damaged while the run of {self.path} read it: make the same call again, which runs the "
+                "structures of this file again"
             ) from error
         run.schedule = replace(
             run.schedule, run_intervals=columns[0], substeps=columns[1], step=columns[2], residual_steps=columns[3]
@@ -155,6 +153,22 @@ class Journal:
         return self.folder / f"{first}-{last}.{event}.npz"
 
 
+def is_finished(path: Path, digest: str) -> bool:
+    """Return whether an earlier call has finished a group of a portfolio; one that is damaged is removed.
+
+    Args:
+        path: The file or the Zarr store of the group, in the folder of a run that is kept.
+        digest: Fingerprint of the run of the group.
+    """
+    if is_sealed(path) and attributes_of(path).get(FINGERPRINT) == digest:
+        return True
+    if path.is_dir():
+        remove_tree(path)
+    else:
+        path.unlink(missing_ok=True)
+    return False
+
+
 def _read_header(path: Path) -> dict[str, Any]:
     """Return what `run.json` holds; nothing if it is missing or damaged."""
     with suppress(OSError, ValueError):
@@ -162,9 +176,3 @@ def _read_header(path: Path) -> dict[str, Any]:
         if isinstance(header, dict) and isinstance(header.get(FINGERPRINT), str):
             return header if isinstance(header.get("settled"), dict) else {}
     return {}
-
-
-def _replace(path: Path, content: bytes) -> None:
-    part = path.with_suffix(".part")
-    part.write_bytes(content)
-    os.replace(part, path)

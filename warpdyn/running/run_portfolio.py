@@ -25,7 +25,7 @@ from warpdyn.kernels.queues import open_queues
 from warpdyn.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
 from warpdyn.portfolio.labels import Joined, common_attributes, largest_estimate
 from warpdyn.reduction.reduction import Reduction
-from warpdyn.running.journal import FINGERPRINT, Journal
+from warpdyn.running.journal import FINGERPRINT, Journal, is_finished
 from warpdyn.running.run_scene import Kept, SceneRun, fingerprint_of_run, machines_of, plans_of
 from warpdyn.scene.portfolio import Portfolio
 from warpdyn.scene.scene import Scene
@@ -92,7 +92,8 @@ def run_portfolio(
                 own_digest = _digest_of(group, integration, execution, kept, seed)
                 run = _finished(unfinished, number, own_digest)
                 if run is None:
-                    with group.named_in_messages(), Unfinished(unfinished.kept / f"{number}.nc") as place:
+                    of_group = Unfinished(unfinished.kept / f"{number}.nc", is_group=True)
+                    with group.named_in_messages(), of_group as place:
                         run = begin(group, place, own_digest).finish()
                 stack.callback(run.close)
                 runs.append(run)
@@ -179,14 +180,10 @@ def _digest_of(group: Group, integration: Integration, execution: Execution, kep
 def _finished(unfinished: Unfinished, number: int, digest: str) -> xr.Dataset | None:
     """Return the dataset of a group that an earlier run has finished, and say so; None if there is none."""
     path = unfinished.kept / f"{number}.nc"
-    if not path.exists():
+    if not is_finished(path, digest):
         return None
-    run = xr.open_dataset(path, engine="netcdf4")
-    if run.attrs.get(FINGERPRINT) == digest:
-        tell(f"{unfinished.path}: group {number + 1} has been finished by an earlier run")
-        return run
-    run.close()
-    return None
+    tell(f"{unfinished.path}: group {number + 1} has been finished by an earlier run")
+    return xr.open_dataset(path, engine="netcdf4")
 
 
 def plans_of_group(

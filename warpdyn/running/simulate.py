@@ -108,11 +108,12 @@ def simulate(
             as it does near a bifurcation, where no step settles them. A warning counts both. It costs some three to six
             times the run; an EventSequence has none.
         path: NetCDF file (run.nc) or Zarr store (run.zarr) to write the samples to, block by block. It appears when the
-            run has finished; a file of the same run that stood there before stays until then. A run that was stopped or
-            killed goes on from its finished blocks when the same call is made again, and the results have the same
-            bits; these blocks stand in a hidden folder beside the file, and take as much room as the demands. During
-            the run of a portfolio, files of its groups stand there too. The returned dataset reads values from the file
-            when they are asked for: close it when done. None to return the dataset in memory.
+            run has finished; a file of the same run that was there before remains until then. A run that was stopped or
+            killed, or whose disk was full, resumes from its finished blocks when the same call is made again, and the
+            results have the same bits. These blocks are in a hidden folder beside the file, and take as much room as
+            the demands; their checksums are verified. During the run of a portfolio, files of its groups are there,
+            too. The returned dataset reads values from the file when they are asked for: close it when done. None to
+            return the dataset in memory.
         overwrite: Whether a run of another scene, seed or arguments that stands at `path` is replaced.
 
         device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the

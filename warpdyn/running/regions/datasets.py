@@ -12,11 +12,11 @@ import xarray as xr
 
 from warpdyn.core.checks import whole_number
 from warpdyn.core.messages import tell
-from warpdyn.files.unfinished import STORE_SUFFIX, SUFFIX, Unfinished, attributes_of
+from warpdyn.files.unfinished import STORE_SUFFIX, SUFFIX, Unfinished
 from warpdyn.files.zarr_stores import check_zarr
 from warpdyn.integration.settings import Execution, Integration
 from warpdyn.portfolio.labels import Joined
-from warpdyn.running.journal import FINGERPRINT, Journal
+from warpdyn.running.journal import FINGERPRINT, Journal, is_finished
 from warpdyn.running.regions.drive import RegionRun, run_in_regions
 from warpdyn.running.regions.job import Where
 from warpdyn.running.regions.reduced import simulate_statistics
@@ -94,7 +94,8 @@ def _portfolio(
                 continue
             place = None
             if unfinished is not None:
-                place = places.enter_context(Unfinished(_store_of(unfinished, number), STORE_SUFFIX))
+                store = Unfinished(_store_of(unfinished, number), STORE_SUFFIX, is_group=True)
+                place = places.enter_context(store)
             with group.named_in_messages():
                 runs[number] = RegionRun(*arguments, kept, seed, workers, where, place)
         seconds = time.perf_counter() - started
@@ -115,7 +116,7 @@ def _store_of(unfinished: Unfinished, number: int) -> Path:
 def _finished(unfinished: Unfinished | None, number: int, digest: str) -> xr.Dataset | None:
     """Return the dataset of a group that an earlier run has finished, and say so; None if there is none."""
     path = None if unfinished is None else _store_of(unfinished, number)
-    if unfinished is None or path is None or not path.is_dir() or attributes_of(path).get(FINGERPRINT) != digest:
+    if unfinished is None or path is None or not is_finished(path, digest):
         return None
     tell(f"{unfinished.path}: group {number + 1} has been finished by an earlier run")
     return xr.open_zarr(path)

@@ -17,7 +17,7 @@ from warpdyn.core.description import fingerprint
 from warpdyn.core.messages import tell, warn_caller
 from warpdyn.core.progress import counted_histories
 from warpdyn.files.unfinished import Unfinished
-from warpdyn.files.zarr_stores import complete, lay_out
+from warpdyn.files.zarr_stores import complete, damaged_regions, is_laid_out, lay_out
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.settings import Integration
 from warpdyn.integration.stability_guard import Reruns, StabilityFindings
@@ -171,12 +171,12 @@ class RegionRun:
         """Lay out the store, or take what an earlier run has done of it."""
         assert self.unfinished is not None
         assert self.job.store is not None
-        laid_out = journal.settled.get("structures_per_region") is not None and self.job.store.is_dir()
+        laid_out = is_laid_out(self.job.store, journal.settled.get("store"))
         if not laid_out:
             region = size * (self.samples // self.job.structures)
             with self.unfinished.named_errors():
-                lay_out(self.job.store, self.layout.template, self.samples, region)
-            journal.settle(structures_per_region=size, **self.chosen)
+                files = lay_out(self.job.store, self.layout.template, self.samples, region)
+            journal.settle(structures_per_region=size, store=files, **self.chosen)
         self.workers.check_store(self.job)
         if laid_out:
             self._take_finished(self.job.report_of)
@@ -188,6 +188,10 @@ class RegionRun:
             report = Report.load(path_of(structures))
             if report is not None and report.structures == (structures.start, structures.stop):
                 self.reports[place] = report
+        if self.job.store is not None:  # whose chunks may have been damaged since they were written
+            places = list(self.reports)
+            for damaged in damaged_regions(self.job.store, [self.reports[place].chunks for place in places]):
+                del self.reports[places[damaged]]
         done = sum(len(self.regions[place]) for place in self.reports)
         if done:
             tell(

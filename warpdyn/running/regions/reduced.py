@@ -17,6 +17,7 @@ import xarray as xr
 
 from warpdyn.core.checks import whole_number
 from warpdyn.files.netcdf import write_at_once
+from warpdyn.files.removal import remove_tree
 from warpdyn.files.unfinished import STORE_SUFFIX, Unfinished
 from warpdyn.files.zarr_stores import complete
 from warpdyn.integration.settings import Execution, Integration
@@ -177,5 +178,7 @@ def _write(result: xr.Dataset, unfinished: Unfinished) -> None:
         return
     store = unfinished.kept / f"statistics{STORE_SUFFIX}"
     with unfinished.named_errors():
+        if store.is_dir():  # of a process that was killed before it was complete
+            remove_tree(store)
         complete(store, result)
         unfinished.move_in_store(store)

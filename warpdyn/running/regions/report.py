@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import uuid
-import zipfile
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -14,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from warpdyn.files.checksums import load_arrays, save_arrays
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.integration.stability_guard import StabilityFindings
 from warpdyn.running.regions.rerun_budget import Decisions
@@ -35,6 +33,7 @@ class Report:
         longest_period: The longest first period [s].
         seconds: Time of sampling, integrating and in kernels [s].
         messages: Warnings.
+        chunks: What `write_region` returned, where samples are written to a Zarr store: digests of their files.
         statistics: What `Reduction.partial` returns of the region, where samples are reduced to statistics.
         rows: Values of the samples by name, where they are neither in a store nor reduced.
     """
@@ -48,6 +47,7 @@ class Report:
     longest_period: float
     seconds: dict[str, float]
     messages: list[str]
+    chunks: dict[str, str] = field(default_factory=dict)
     statistics: Arrays = field(default_factory=dict)
     rows: Arrays = field(default_factory=dict)
 
@@ -63,36 +63,29 @@ class Report:
         for slot, found in enumerate(self.errors):
             for place, errors in enumerate(found):
                 arrays |= {f"errors/{slot}/{place}/{name}": values for name, values in errors.items()}
-        # Two workers may write it at a time, one of which the scheduler takes for dead: each to a file of its own.
-        part = path.with_name(f"{path.stem}.{uuid.uuid4().hex}.part")
-        try:
-            with open(part, "wb") as file:
-                header: dict[str, Any] = {"header": json.dumps(plain | counts)}
-                np.savez(file, **header, **arrays)  # type: ignore[arg-type]
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(part, path)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
+        # Two workers may write it at a time, one of which the scheduler takes for dead: each writes a file of its own.
+        save_arrays(path, {"header": json.dumps(plain | counts)} | arrays)
 
     @classmethod
     def load(cls, path: Path) -> Report | None:
         """Return the report of a file; None if it is missing or damaged, so that the region is run again."""
-        with suppress(OSError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as kept:
+        kept = load_arrays(path)
+        if kept is None:
+            return None
+        with suppress(KeyError, ValueError, IndexError):
             header = json.loads(str(kept["header"]))
             parts: dict[str, list[list[Arrays]]] = {
                 kind: [[{} for _ in range(count)] for count in header[kind]] for kind in ("decisions", "errors")
             }
             outcomes, statistics = {}, {}
-            for name in kept.files:
+            for name, values in kept.items():
                 kind, *rest = name.split("/")
                 if kind == "outcomes":
-                    outcomes[int(rest[0])] = kept[name]
+                    outcomes[int(rest[0])] = values
                 elif kind == "statistics":
-                    statistics["/".join(rest)] = kept[name]
+                    statistics["/".join(rest)] = values
                 elif kind in parts:
-                    parts[kind][int(rest[0])][int(rest[1])][rest[2]] = kept[name]
+                    parts[kind][int(rest[0])][int(rest[1])][rest[2]] = values
             plain = {name: header[name] for name in PLAIN}
             plain["structures"] = tuple(plain["structures"])
             decisions = [[Decisions.of_arrays(one) for one in made] for made in parts["decisions"]]
@@ -102,7 +95,7 @@ class Report:
         return None
 
 
-PLAIN = ("structures", "histories", "findings", "longest_period", "seconds", "messages")
+PLAIN = ("structures", "histories", "findings", "longest_period", "seconds", "messages", "chunks")
 
 
 def state_of(findings: StabilityFindings) -> dict[str, Any]:

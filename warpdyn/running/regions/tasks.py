@@ -114,7 +114,7 @@ def run_region(
     if job.store is None:
         report.rows = table.rows
     else:  # where a worker has several threads, another of its tasks integrates meanwhile
-        write_region(job.store, structures.start * (run.samples // run.structures), table.rows)
+        report.chunks = write_region(job.store, structures.start * (run.samples // run.structures), table.rows)
         report.save(job.report_of(structures))
     return report
 

@@ -1,0 +1,41 @@
+"""Errors of the disk, with the path that the user asked for instead of the name of a temporary file."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from pathlib import Path
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # no space, no quota, larger than the process may write
+
+
+def disk_error(error: BaseException, path: Path) -> OSError:
+    """Return the reason why a file was not written, as an OSError that names the file.
+
+    netCDF reports "HDF error" for a full disk, too; the free space in the message shows the difference.
+
+    Args:
+        error: The error that was raised.
+        path: The file.
+    """
+    if isinstance(error, OSError) and error.errno not in (None, *FULL) and error.errno > 0:
+        return named_error(error, path)
+    reason = f"{os.strerror(errno.ENOSPC)}, or another error of the disk ({error}); {free_space(path.parent)}"
+    return OSError(errno.ENOSPC, f"cannot write {path}: {reason}")
+
+
+def named_error(error: OSError, path: Path, function: str = "") -> OSError:
+    """Return an error of the system with the path that it is about, and the public function that was to write it."""
+    named = type(error)(f"{f'{function}: ' if function else ''}cannot write {path}: {error.strerror or error}")
+    named.errno = error.errno
+    return named
+
+
+def free_space(folder: Path) -> str:
+    """Return the free space of the disk of a folder as text."""
+    try:
+        free = shutil.disk_usage(folder).free
+    except OSError:
+        free = 0
+    return f"{free / 1e6:.3g} MB are free there"
