@@ -12,6 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from warpdyn.core.messages import warn_caller
+from warpdyn.ground_motions.records.formats.content import (
+    bytes_of,
+    decoded,
+    refuse_other_content,
+    refuse_other_text,
+)
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
 # Of a number whose digits are all written 0: what stands before the point, behind it, and the exponent.
@@ -23,19 +29,12 @@ FEWEST_ALIKE = 12
 LARGEST_SHARE_OF_OTHERS = 0.02
 
 
-def text_of(path: str | Path) -> str:
-    """Return the text of a file, or raise an error that gives the reason why there is none."""
-    if not isinstance(path, str | PathLike):
-        raise TypeError(f"path must be the name of a file, got {path!r}")
-    if Path(path).is_dir():
-        raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    text = Path(path).read_bytes().decode("utf-8-sig", errors="replace")
-    if "\r" in text:
-        text = text.replace("\r\n", "\n").replace("\r", "\n")
-    if not text.strip():
-        raise ValueError(f"{path}: the file is empty")
+def text_of(path: str | PathLike) -> str:
+    """Return the text of a file, or raise an error that names what the file is instead."""
+    data = bytes_of(path)
+    refuse_other_content(path, data)
+    text = decoded(data)
+    refuse_other_text(path, text)
     return text
 
 
