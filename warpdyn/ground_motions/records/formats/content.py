@@ -96,7 +96,7 @@ def refuse_other_content(path: str | PathLike, data: bytes) -> None:
         found = "a SAC file", _OBSPY
     else:
         found = next(((what, remedy) for start, what, remedy in _FIRST_BYTES if data.startswith(start)), None)
-    if found is None and b"\x00" in data[:_LARGEST_HEAD] and not _is_utf_16(data):
+    if found is None and b"\x00" in data.rstrip(b"\x00")[:_LARGEST_HEAD] and not _is_utf_16(data):
         found = "a binary file of unknown format", _ARRAY
     if found is not None:
         raise _refusal(path, *found)
@@ -146,7 +146,7 @@ def decoded(data: bytes) -> str:
 
     Encodings are UTF-8, UTF-16 and otherwise Latin-1, in which each byte is a letter. Line ends are LF, CR LF, CR, LF CR
     and CR CR LF, which a program writes that translates CR LF a second time. What DOS programs fill the end of a file
-    with, control-Z and zeros behind it, is left out.
+    with, control-Z or zero bytes behind the last line, is left out.
 
     Args:
         data: The bytes of the file.
@@ -159,8 +159,8 @@ def decoded(data: bytes) -> str:
             text = data.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = data.decode("latin-1").removeprefix("\xef\xbb\xbf")
-    if "\x1a" in text:
-        text = re.sub(r"\x1a[\x1a\x00\s]*\Z", "", text)
+    if "\x1a" in text or "\x00" in text:
+        text = re.sub(r"(?:(?<=\n)\x00|\x1a)[\x1a\x00\s]*\Z", "", text)
     if "\r" in text:
         if "\n\r" in text and "\r\n" not in text:
             text = text.replace("\n\r", "\n")

@@ -1,0 +1,101 @@
+"""Checks of values against what a header states about them: peak, duration, number, and markers of missing values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+
+from warpdyn.ground_motions.records.text import number
+from warpdyn.ground_motions.records.units import checked_step
+
+# Written instead of a value that is missing: 999, -9999, 99999.9, -999.25, 1E20, 1.7E+38 (SMC), 3.4E+38.
+_MARKER = re.compile(r"9{3,}(\.[09]+)?|9{2,}\.9{2,}|999\.25|1e\+[23]\d|1\.70*(e\+38)|3\.40\d+e\+38")
+# A marker is far from all other values. Peaks of records, such as 999 gal, are close to their neighbours.
+FARTHEST_PEAK = 3.0
+
+
+def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> None:
+    """Raise a ValueError if the largest values are markers of missing ones, such as 9999 among values below 10.
+
+    Args:
+        values: The values in the unit of the file.
+        place_of: Returns the file and line of a value, by its position.
+    """
+    if values.size == 0:
+        return
+    sizes = np.abs(values)
+    first = int(np.argmax(sizes))
+    peak = float(sizes[first])
+    if not _MARKER.fullmatch(f"{peak:.10g}"):
+        return
+    others = sizes[sizes < peak]
+    if others.size and peak > FARTHEST_PEAK * float(others.max()):
+        count = int(np.sum(sizes == peak))
+        raise ValueError(
+            f"{place_of(first)}: the value {values[first]:g} ({count} times in the file) marks a missing value, since all "
+            f"others are at most {others.max():g}: replace it, or get the record without gaps"
+        )
+
+
+def printed_precision(text: str) -> float:
+    """Return the unit in the last place of a printed number: 0.001 for "-0.083", 0.01 for "1.234E+01"."""
+    mantissa, _, exponent = text.strip().lower().replace("d", "e").partition("e")
+    return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+
+
+def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: float = 0.0) -> None:
+    """Raise a ValueError unless the largest absolute value is the peak that a header prints.
+
+    Args:
+        values: The values in the unit of the stated peak.
+        stated: The peak as it is printed; 0 states nothing.
+        place: File and line of the header.
+        precision: Unit in the last place of the values, if the header prints more digits than they have.
+
+    The tolerance is one unit in the last place of both numbers, since programs round or cut off.
+    """
+    told, peak = abs(number(stated.strip(), place)), float(np.abs(values).max())
+    tolerance = printed_precision(stated) + precision
+    if told != 0 and abs(peak - told) > tolerance * (1 + 1e-6):
+        raise ValueError(
+            f"{place}: the header states a peak of {told:g}, but the largest value is {peak:g}: the header or the values "
+            "are damaged. Get another copy of the file"
+        )
+
+
+def check_duration(count: int, step: float, stated: str, place: str) -> None:
+    """Raise a ValueError unless a number of values lasts as long as a header states.
+
+    Headers state the time of the last value or that of one step later, rounded to their digits; 0.5 % is allowed for
+    steps that are rounded.
+
+    Args:
+        count: Number of values.
+        step: Step [s].
+        stated: The duration [s] as it is printed.
+        place: File and line of the header.
+    """
+    told = number(stated, place)
+    allowed = 1.01 * step + printed_precision(stated) + 5e-3 * told
+    if told > 0 and abs((count - 0.5) * step - told) > allowed:
+        raise ValueError(
+            f"{place}: the header states a duration of {told:g} s, but {count} values at steps of {step:g} s last "
+            f"{(count - 1) * step:g} s: one of these numbers is damaged"
+        )
+
+
+def stated_count(text: str, place: str) -> int:
+    """Return a number of values that a header states."""
+    if not re.fullmatch(r"\s*\d{1,9}\s*", text, re.ASCII) or int(text) < 2:
+        raise ValueError(f"{place}: the number of values must be a whole number of at least 2, got {text.strip()!r}")
+    return int(text)
+
+
+def stated_step(text: str, place: str, *, is_rate: bool = False) -> float:
+    """Return the step [s] that a header states, or its inverse, the sampling rate [Hz]."""
+    found = number(text.strip(), place)
+    if found <= 0:
+        raise ValueError(f"{place}: the {'sampling rate' if is_rate else 'step'} must be above 0, got {text.strip()!r}")
+    return checked_step(1.0 / found if is_rate else found, f"{place}: the step")
