@@ -10,7 +10,7 @@ import numpy as np
 from warpdyn.core.checks import real_number
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, SpectralAcceleration
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.components import pairs
+from warpdyn.ground_motions.records.components import instrument_of, orientation, pairs
 
 ANGLES = np.arange(180)  # degrees; a turn by 180 changes signs alone
 
@@ -27,13 +27,14 @@ class PairMeasure(IntensityMeasure):
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
         """Return the measure of each motion's pair, shape [motion]."""
         both = pairs(motions)
-        of_record = dict(zip((first.record for first, _ in both), self.pair_values(both), strict=True))
+        values = self.pair_values(both)
+        of_instrument = {instrument_of(each): value for pair, value in zip(both, values, strict=True) for each in pair}
         for motion in motions:
-            if motion.record not in of_record:
+            if instrument_of(motion) not in of_instrument:
                 raise ValueError(
                     f"{self.name}: record {motion.record!r} of {motion.name!r} has no horizontal components"
                 )
-        return np.array([of_record[motion.record] for motion in motions])
+        return np.array([of_instrument[instrument_of(motion)] for motion in motions])
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
         """Return the measure of each pair, shape [pair]."""
@@ -82,7 +83,8 @@ class GeometricMean(PairMeasure):
 class RotatedSpectralAcceleration(PairMeasure):
     """A percentile, over all horizontal directions, of the pseudo-spectral acceleration (RotD50, RotD100) [m/s2].
 
-    The two components, zero after their ends, are turned by each degree from 0 to 179.
+    The two components, zero after their ends, are turned by each degree from 0 to 179. If their azimuths are known and not
+    90 degrees apart, the component perpendicular to the first one is calculated before.
 
     Source: Boore (2010), "Orientation-independent, nongeometric-mean measures of seismic intensity from two horizontal
     components of motion".
@@ -136,5 +138,11 @@ def _turned(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
     rows = np.zeros((2, max(first.acceleration.size, second.acceleration.size)))
     rows[0, : first.acceleration.size] = first.acceleration
     rows[1, : second.acceleration.size] = second.acceleration
+    first_azimuth, second_azimuth = (orientation(motion.component).azimuth for motion in (first, second))
+    if first_azimuth is not None and second_azimuth is not None:
+        # The component perpendicular to the first one, if the sensors were not perpendicular.
+        apart = np.radians(second_azimuth - first_azimuth)
+        if abs(np.cos(apart)) > 1e-9:
+            rows[1] = (rows[1] - np.cos(apart) * rows[0]) / np.sin(apart)
     angles = np.radians(ANGLES)
     return [GroundMotion(row, first.step, first.name) for row in np.c_[np.cos(angles), np.sin(angles)] @ rows]

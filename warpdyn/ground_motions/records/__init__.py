@@ -1,10 +1,11 @@
 """Readers of recorded ground motions, pairs of components, and what is mostly done to a record before it is used."""
 
 from warpdyn.ground_motions.records.arrays import from_array, from_dataset
-from warpdyn.ground_motions.records.at2 import read_at2, read_directory
+from warpdyn.ground_motions.records.at2 import read_at2
 from warpdyn.ground_motions.records.columns import read_text
 from warpdyn.ground_motions.records.components import pairs
 from warpdyn.ground_motions.records.cosmos import read_cosmos
+from warpdyn.ground_motions.records.directories import read_directory
 from warpdyn.ground_motions.records.esm import read_esm
 from warpdyn.ground_motions.records.fema_p695 import far_field, near_field
 from warpdyn.ground_motions.records.formats.reading import read

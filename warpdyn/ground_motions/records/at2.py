@@ -1,19 +1,16 @@
-"""Reader of PEER .AT2 files, one by one or of a directory."""
+"""Reader of PEER .AT2 files."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
-from fnmatch import fnmatchcase
-from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from warpdyn.core.checks import one_of
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.components import COMPONENTS, record_and_component
+from warpdyn.ground_motions.records.components import component_of_header, record_and_component, record_of_header
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_forms,
@@ -47,7 +44,8 @@ def read_at2(path: str | Path) -> GroundMotion:
         path: The file; its name without the suffix names the motion.
 
     Returns:
-        The motion [m/s2].
+        The motion [m/s2], with its record and its component (from line 2 of the file, else from its
+        name), which are empty if neither contains them.
 
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
@@ -55,7 +53,8 @@ def read_at2(path: str | Path) -> GroundMotion:
             number of values and a step, a value is not a finite number or is written in another form than all others
             (a lost point or digit), there are fewer or more values than the header says, or the last one is cut. If a
             line is laid out otherwise than all others (a lost sign), or no newline ends the file and its values have
-            no common form, a warning says that this cannot be decided.
+            no common form, a warning says that this cannot be decided. A warning says so, too, if line 2 and the
+            name of the file give different components.
         TypeError: If `path` names no file.
 
     Example:
@@ -63,6 +62,14 @@ def read_at2(path: str | Path) -> GroundMotion:
         >>> motion.step, len(motion.acceleration)
         (0.01, 200)
     """
+    motion, title = read_at2_and_title(path)
+    component = component_of_header(title)
+    record, label = record_and_component(Path(path).name, component, place=str(path))
+    return replace(motion, record=record or record_of_header(title), component=label)
+
+
+def read_at2_and_title(path: str | Path) -> tuple[GroundMotion, str]:
+    """Return the motion of a file, without its record and component, and line 2, which names event and station."""
     text = text_of(path)
     lines = lines_of(text)
     if len(lines) < 4:
@@ -79,7 +86,7 @@ def read_at2(path: str | Path) -> GroundMotion:
         raise ValueError(f"{path}: holds {len(values)} values, more than the {count} that its header announces")
     check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], path)
     check_forms(numbers)
-    return GroundMotion(factor * values, step, Path(path).stem, str(path))
+    return GroundMotion(factor * values, step, Path(path).stem, str(path)), lines[1]
 
 
 def _unit_of(line: str, place: str) -> float:
@@ -109,46 +116,3 @@ def _sizes_of(line: str, place: str) -> tuple[int, float]:
     if "." not in sizes["step"] and "E" not in sizes["step"].upper() and factor == 1.0:
         warn_caller(f"{place}: DT= {sizes['step']} s has no decimal point, which may be lost")
     return int(sizes["count"]), step * factor
-
-
-def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "horizontal") -> list[GroundMotion]:
-    """Read every PEER .AT2 file of a directory whose name matches a pattern, but for vertical components.
-
-    Args:
-        path: The directory; its subdirectories are not searched.
-        pattern: Shell pattern of the file names, upper and lower case alike.
-        components: "horizontal", "vertical" or "all", by the end of the names ("-UP", "DWN", "-V"); a name that tells
-            no component counts as horizontal.
-
-    Returns:
-        The motions [m/s2], in the order of their file names, with `record` and `component` where the names tell them.
-
-    Raises:
-        FileNotFoundError: If there is no such directory, or no file in it matches, or none is such a component.
-        ValueError: If a file is not a sound record, as `read_at2` says, or `components` is another word.
-        TypeError: If `path` names no directory.
-
-    Example:
-        >>> [motion.name for motion in wd.records.read_directory(".", pattern="RSN*.AT2")]
-        ['RSN6_IMPVALL.I_I-ELC180']
-    """
-    one_of("components", components, COMPONENTS)
-    if not isinstance(path, str | PathLike):
-        raise TypeError(f"path must be the name of a directory, got {path!r}")
-    directory = Path(path)
-    if not directory.is_dir():
-        raise FileNotFoundError(f"{path}: no such directory (to read records {pattern!r} from)")
-    files = [file for file in directory.iterdir() if fnmatchcase(file.name.lower(), pattern.lower()) and file.is_file()]
-    if not files:
-        raise FileNotFoundError(f"{path}: no file in this directory matches {pattern!r}")
-    chosen = [file for file in files if COMPONENTS[components](record_and_component(file.stem)[1])]
-    if not chosen:
-        raise FileNotFoundError(
-            f"{path}: none of the {len(files)} files that match {pattern!r} is a {components} component by its name; "
-            "components='all' reads them"
-        )
-    motions = []
-    for file in sorted(chosen, key=lambda file: (file.name.lower(), file.name)):
-        record, component = record_and_component(file.stem)
-        motions.append(replace(read_at2(file), record=record, component=component))
-    return motions

@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.core.checks import one_of
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.components import COMPONENTS
+from warpdyn.ground_motions.records.components import COMPONENTS, azimuth_label, chosen_components
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_count,
@@ -83,8 +83,7 @@ def read_cosmos(path: str | Path, components: str = "horizontal") -> list[Ground
             motion, at = _read_data(path, text, lines, at, data, reals)
             if motion is not None:
                 orientation = int(integers[_AZIMUTH]) if integers.size > _AZIMUTH else int(_UNKNOWN)
-                is_azimuth = 0 <= orientation <= 360
-                component = f"{orientation:03d}" if is_azimuth else _ORIENTATIONS.get(orientation, "")
+                component = azimuth_label(orientation) or _ORIENTATIONS.get(orientation, "")
                 station = re.search(r"Code:\s*(\S+)", " ".join(lines[first : first + 6]))
                 record = " ".join([station[1] if station else "", lines[first + 1].strip()]).strip()
                 name = f"{Path(path).stem} {component}".strip()
@@ -95,7 +94,14 @@ def read_cosmos(path: str | Path, components: str = "horizontal") -> list[Ground
                 raise ValueError(f"{path}: truncated: no line 'End-of-data' follows the values that end at line {at}")
             at += 1
             break
-    chosen = [motion for motion in motions if COMPONENTS[components](motion.component)]
+    is_chosen = chosen_components(
+        [motion.component for motion in motions],
+        components,
+        [motion.name for motion in motions],
+        [motion.record for motion in motions],
+        str(path),
+    )
+    chosen = [motion for motion, is_such in zip(motions, is_chosen, strict=True) if is_such]
     if not chosen:
         raise ValueError(
             f"{path}: none of its {len(motions)} accelerations is {components}; components='all' reads all"

@@ -10,8 +10,8 @@ import numpy as np
 
 from warpdyn.core.units import STANDARD_GRAVITY
 
-#: Factor from each unit of acceleration to m/s2. Upper and lower case are alike, and other spellings are read, too, such
-#: as "m/s²", "CM/SEC^2", "cm/s/s", "cm.s-2", "Gals" and "ft/sec/sec".
+#: Factor from each unit of acceleration to m/s2. Upper and lower case are alike. Other spellings are read, too, such as
+#: "m/s²", "CM/SEC^2", "cm/s/s", "cm.s-2", "Gals" and "ft/sec/sec".
 UNITS = {
     "m/s2": 1.0,
     "m s-2": 1.0,

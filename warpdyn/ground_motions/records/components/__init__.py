@@ -1,20 +1,29 @@
 """Components of a record: labels of directions, names of files, and pairs of horizontal components."""
 
-from warpdyn.ground_motions.records.components.file_names import record_and_component
+from warpdyn.ground_motions.records.components.file_names import record_and_component, records_and_components
+from warpdyn.ground_motions.records.components.headers import component_of_header, record_of_header
 from warpdyn.ground_motions.records.components.orientations import (
     Orientation,
+    angle_between,
     azimuth_label,
     is_vertical,
     orientation,
 )
-from warpdyn.ground_motions.records.components.pairing import COMPONENTS, pairs
+from warpdyn.ground_motions.records.components.pairing import instrument_of, pairs
+from warpdyn.ground_motions.records.components.selection import COMPONENTS, chosen_components
 
 __all__ = [
     "COMPONENTS",
     "Orientation",
+    "angle_between",
     "azimuth_label",
+    "chosen_components",
+    "component_of_header",
+    "instrument_of",
     "is_vertical",
     "orientation",
     "pairs",
     "record_and_component",
+    "record_of_header",
+    "records_and_components",
 ]

@@ -1,32 +1,240 @@
-"""Record and component from the name of a file."""
+"""Record and component from the names of files.
+
+A name may contain the component behind a separator ("ELC-UP", "STA.HNZ"), glued to a station's code ("ELC180",
+"05C00EW", "CHY074V"), in the middle ("IV.ACER..HNE.D.20161030.ACC") or as the suffix ("AKT0131103111446.EW2"). Each
+place where a label is possible is a candidate. Candidates are ranked by how distinctive the label is, where it is, and
+whether other files of the folder have the same name with another direction.
+"""
 
 from __future__ import annotations
 
 import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import PurePath
 
-VERTICAL = ("UP", "DN", "DOWN", "DWN", "VER", "VERT", "VRT", "V", "Z", "UD", "UD1", "UD2")
-HORIZONTAL = ("N", "S", "E", "W", "NS", "EW", "NS1", "NS2", "EW1", "EW2", "L", "T", "H1", "H2", "X", "Y")
-# A component stands at the end of a file's name, behind a separator, or is glued to the station's code: an azimuth of
-# three digits or "DWN". Some tools add "-hor1" or "-up" to PEER's names.
-_COMPONENT = re.compile(
-    rf"[-_.]+(?P<apart>{'|'.join(sorted((*VERTICAL, *HORIZONTAL), key=len, reverse=True))}|\d{{3}}|[BEH][HLN][NEZ12])"
-    r"(?:[-_](?:hor\d?|up|ver))?$|(?P<glued>\d{3}|DWN)(?:[-_](?:hor\d?|up|ver))?$",
+from warpdyn.core.messages import warn_caller
+from warpdyn.ground_motions.records.components.orientations import Orientation, angle_between, orientation
+
+_PEER_NUMBER = re.compile(r"(?:NGA[A-Z]*)?RSN_?\d+", re.IGNORECASE)
+_PACKED = re.compile(r"\.(?:gz|bz2|xz|zip)$", re.IGNORECASE)
+_SUFFIX = re.compile(r"\.(?P<suffix>[A-Za-z][A-Za-z0-9]{0,5})$")
+_TOKEN = re.compile(r"[^\s\-_.,;()\[\]{}+#=~]+")
+# What programs add behind the component: "ELC180_acc", "HNE.D.20161030.064018.C.ACC", "ELC180-hor1".
+_PROCESSING = re.compile(
+    r"ACC\w{0,10}|RAWACC|A|AT2?|VT2|DT2|C|COR\w*|UNCOR\w*|UNC|RAW|PROC\w*|FILT\w*|BP|BPF|SCALED?|FINAL|ORIG\w*|TH|TS|TXT|"
+    r"DAT|CSV|G|GAL|CMS2|MS2|SEC|DT\w*|COPY|NEW|HOR\d?|BASELINE|BLC|DETREND\w*|RESAMPLED?|\d+|--",
     re.IGNORECASE,
 )
-_PEER_NUMBER = re.compile(r"RSN\d+", re.IGNORECASE)
+# Tools repeat the kind of component behind PEER's names: "ELC180-hor1", "PULDWN-up".
+_ADDED_KIND = re.compile(r"[-_](?:HOR\d?|UP|VER)", re.IGNORECASE)
+_NAMES_NET_STATION = re.compile(
+    r"(?P<net>[A-Z0-9]{1,2})\.(?P<station>[A-Z0-9]{1,7})\.(?P<location>[A-Z0-9-]{0,2})\.$", re.I
+)
+_GLUED_AZIMUTH = re.compile(r"(?P<code>.*[A-Za-z].*?|[A-Za-z])(?P<label>\d{3})$")
+_GLUED_WORD = re.compile(
+    r"(?P<code>.+?)(?P<label>(?:EW|WE|NS|UD)[12]?|UP|DN|DWN|DOWN|VER|VERT|VRT|LONG|TRAN|[EHB][HNL][ENZ12])$",
+    re.IGNORECASE,
+)
+_GLUED_LETTER = re.compile(r"(?P<code>.+)(?P<label>[NSEWVZULTXY]|[LTV][1-9])$", re.IGNORECASE)
+_YEAR_OR_DATE = re.compile(r"(?:19|20)\d\d(?:\d\d){0,5}$|\d{7,}$")
+# Orders of distinctiveness.
+_SURE, _USUAL, _POSSIBLE, _ONLY_IN_SETS = 3, 2, 1, 0
+_OF_ONE_LETTER = frozenset("NSEWVZULTXYRH")
 
 
-def record_and_component(name: str) -> tuple[str, str]:
-    """Return the record and the component that the name of a PEER file tells; both are empty where it tells none.
+@dataclass(frozen=True)
+class _Candidate:
+    """A place in a name where a label may be."""
+
+    orientation: Orientation
+    before: str
+    after: str
+    distinctive: int
+    is_last: bool  # nothing follows but what programs add
+
+    @property
+    def key(self) -> tuple[str, str]:
+        return self.before.rstrip(" -_.~").upper(), self.after.strip(" -_.~").upper()
+
+    @property
+    def record(self) -> str:
+        after = self.after.strip(" -_.~") if not _is_added(self.after) else ""
+        return f"{self.before.rstrip(' -_.~')} {after}".strip()
+
+
+def record_and_component(name: str, header: str = "", among: Iterable[str] = (), place: str = "") -> tuple[str, str]:
+    """Return the record and the component of a file, each empty if neither its header nor its name contains it.
 
     Args:
-        name: The name without suffix, such as "RSN6_IMPVALL.I_I-ELC180".
+        name: The file's name, with or without folder and suffix, such as "RSN6_IMPVALL.I_I-ELC180.AT2".
+        header: The label of the component in the file's header, which comes first; empty if there is none.
+        among: Names of other files of the same set, which show where the names differ.
+        place: The file, for warnings if header and name contradict each other; no warning if it is empty.
 
     Example:
         `record_and_component("RSN6_IMPVALL.I_I-ELC180")` is `("RSN6", "180")`: PEER's numbers are unique.
     """
-    found = _COMPONENT.search(name)
-    if not found or ((found["glued"] or found["apart"]).isdigit() and int(found["glued"] or found["apart"]) > 360):
-        return "", ""
-    number = _PEER_NUMBER.match(name)
-    return number[0].upper() if number else name[: found.start()], (found["apart"] or found["glued"]).upper()
+    return records_and_components([name, *among], [header], [place])[0]
+
+
+def records_and_components(
+    names: Sequence[str], headers: Sequence[str] = (), places: Sequence[str] = ()
+) -> list[tuple[str, str]]:
+    """Return the record and the component of each file of a set, as `record_and_component` does.
+
+    Args:
+        names: Names of the files.
+        headers: Labels in the files' headers, in the same order; those of the last files may be missing.
+        places: The files, for warnings; those of the last files may be missing.
+    """
+    stems = [_stem(name) for name in names]
+    found = [list(_candidates(stem)) for stem in stems]
+    directions: defaultdict[tuple[str, str], set[Orientation]] = defaultdict(set)
+    for candidates in found:
+        for candidate in candidates:
+            directions[candidate.key].add(candidate.orientation)
+    answers = []
+    for stem, candidates, header, place in zip_longest(stems, found, headers, places, fillvalue=""):
+        told = orientation(header)
+        best = _best(stem, candidates, directions, told)
+        label = _settled(told, best.orientation if best else orientation(""), place)
+        number = _PEER_NUMBER.match(stem)
+        record = number[0].upper() if number else best.record if best and label else ""
+        answers.append((record, label))
+    return answers
+
+
+def _settled(header: Orientation, name: Orientation, place: str) -> str:
+    """Return the label that counts: the header's, unless the name says that the record is vertical."""
+    if header.kind == "unknown":
+        return name.label or (header.label if header.family else "")
+    if name.kind == "unknown":
+        return header.label
+    both_known = header.azimuth is not None and name.azimuth is not None
+    is_turned = both_known and angle_between(header.azimuth or 0.0, name.azimuth or 0.0) > 45.0
+    if (header.kind != name.kind or is_turned) and place:
+        used = name.label if name.kind == "vertical" else header.label
+        warn_caller(
+            f"{place}: the component is {header.label!r} in the header and {name.label!r} in the file's name; "
+            f"{used!r} is used. Compare the file with its source, and rename it"
+        )
+    return name.label if name.kind == "vertical" != header.kind else header.label
+
+
+def _stem(name: str) -> str:
+    """Return a file's name without folder and suffix, unless the suffix is a component, as ".EW" of K-NET is."""
+    stem = _PACKED.sub("", PurePath(name).name)
+    suffix = _SUFFIX.search(stem)
+    if suffix is None or len(suffix[0]) == len(stem):
+        return stem
+    is_label = orientation(suffix["suffix"]).kind != "unknown" and not re.fullmatch(r"V[1-4]", suffix["suffix"], re.I)
+    return stem if is_label else stem[: suffix.start()]
+
+
+def _candidates(stem: str) -> Iterator[_Candidate]:
+    tokens = list(_TOKEN.finditer(stem))
+    for i, token in enumerate(tokens):
+        # "N-S" and "FAULT_NORMAL" are two tokens.
+        for last in (i + 1, i):
+            if last < len(tokens):
+                before, label, after = (
+                    stem[: token.start()],
+                    stem[token.start() : tokens[last].end()],
+                    stem[tokens[last].end() :],
+                )
+                if distinctive := _of_whole(label, before, last - i):
+                    yield _Candidate(orientation(label), before, after, distinctive, _is_added(after))
+        before, after = stem[: token.start()], stem[token.end() :]
+        for label, distinctive in _glued(token[0], stem):
+            code = token[0][: -len(label)]
+            yield _Candidate(orientation(label), before + code, after, distinctive, _is_added(after))
+
+
+def _is_added(after: str) -> bool:
+    """Return whether what follows a label is only what programs add to a name."""
+    return all(_PROCESSING.fullmatch(token[0]) for token in _TOKEN.finditer(after))
+
+
+def _of_whole(label: str, before: str, separators: int) -> int | None:
+    """Return how distinctive a label is that separators enclose; None if it is not a label."""
+    found = orientation(label)
+    if found.kind == "unknown" and found.family != "seed":
+        return None
+    letters = re.sub(r"[^A-Z]", "", found.label)
+    if separators:
+        return _SURE if found.family == "compass axes" or len(letters) >= 8 else None
+    if found.family == "azimuth":
+        digits = re.sub(r"\D", "", label)
+        return _SURE if letters else (_USUAL if len(digits) == 3 and label.isdigit() else None)
+    if found.family == "seed":
+        return _SURE if _NAMES_NET_STATION.search(before) else _USUAL
+    if len(letters) == 1 or found.label in ("SN", "SP", "H"):
+        return _POSSIBLE
+    return _SURE
+
+
+def _glued(token: str, stem: str) -> Iterator[tuple[str, int]]:
+    """Yield the labels that may end a token behind a station's code, and how distinctive they are."""
+    if (found := _GLUED_AZIMUTH.match(token)) and int(found["label"]) <= 360:
+        yield found["label"], _USUAL
+    elif re.fullmatch(r"\d{4,}", token) and int(token[-3:]) <= 360 and not _YEAR_OR_DATE.match(token):
+        yield token[-3:], _POSSIBLE if _PEER_NUMBER.match(stem) else _ONLY_IN_SETS
+    if found := _GLUED_WORD.match(token):
+        behind_digit = found["code"][-1].isdigit()
+        # "DWN" ends no name of a place, as "VER" and "UP" do.
+        is_known = found["label"] == "DWN" or bool(_PEER_NUMBER.match(stem))
+        yield found["label"], _USUAL if behind_digit else _POSSIBLE if is_known else _ONLY_IN_SETS
+    if found := _GLUED_LETTER.match(token):
+        behind_digit = found["code"][-1].isdigit() and found["label"].isupper() and len(found["code"]) > 2
+        yield found["label"], _POSSIBLE if behind_digit else _ONLY_IN_SETS
+
+
+def _best(
+    stem: str,
+    candidates: Sequence[_Candidate],
+    directions: dict[tuple[str, str], set[Orientation]],
+    header: Orientation,
+) -> _Candidate | None:
+    """Return the most likely candidate, or None if no candidate is likely enough."""
+    ranked: list[tuple[tuple[float, ...], _Candidate]] = []
+    for i, candidate in enumerate(candidates):
+        others = {each for each in directions[candidate.key] if _is_other_direction(each, candidate.orientation)}
+        kinds = {each.kind for each in others} | {candidate.orientation.kind}
+        is_triple = len(others) >= 2 and "vertical" in kinds
+        agrees = header.kind == candidate.orientation.kind != "unknown" and not _is_other_direction(
+            header, candidate.orientation
+        )
+        is_needed = candidate.distinctive == _ONLY_IN_SETS or (not candidate.is_last and candidate.distinctive < _SURE)
+        if is_needed and not (is_triple or (others and candidate.distinctive) or agrees):
+            continue
+        is_bare = candidate.orientation.family == "azimuth" and not others and not _PEER_NUMBER.match(stem)
+        if is_bare and len(directions[candidate.key]) > 1:
+            continue  # numbers of stations, such as TCU045 and TCU052
+        rank = (3 * agrees + 3 * min(len(others), 2) + candidate.distinctive + 3 * candidate.is_last, float(i))
+        ranked.append((rank, candidate))
+    if not ranked:
+        return None
+    best = max(ranked, key=lambda each: each[0])[1]
+    added = stem[len(best.before.rstrip("-_")) :]
+    if _ADDED_KIND.fullmatch(added):
+        for each in candidates:
+            is_same = each.orientation.kind == best.orientation.kind and each.after == added
+            if is_same and each.distinctive > _ONLY_IN_SETS:
+                return each
+    return best
+
+
+def _is_other_direction(one: Orientation, other: Orientation) -> bool:
+    """Return whether two labels may be two directions of one sensor: perpendicular, or two axes of one system."""
+    if one.sensor != other.sensor:
+        return False
+    if one.kind == other.kind == "vertical" or "unknown" in (one.kind, other.kind):
+        return "unknown" in (one.kind, other.kind) and one.label != other.label
+    if one.kind != other.kind:
+        return True
+    if one.azimuth is not None and other.azimuth is not None:
+        return abs(angle_between(one.azimuth, other.azimuth) - 90.0) <= 15.0
+    return one.family == other.family and one.label != other.label

@@ -1,4 +1,4 @@
-"""Orientation of a sensor: whether it is vertical or horizontal, and its azimuth, from a label such as "N26W" or "UD2"."""
+"""Direction of a sensor: vertical or horizontal, and its azimuth, from a label such as "N26W" or "UD2"."""
 
 from __future__ import annotations
 
@@ -29,10 +29,12 @@ class Orientation:
 
 
 # Words of the orientation, in the languages of agencies that publish records. Accents are removed before the look-up.
-_VERTICAL = """
+_VERTICAL = frozenset(
+    """
     U UP UPDN UPDOWN UPWARD UPWARDS UD DU DN DWN DOWN DOWNWARD V VT VR VRT VER VERT VERTIC VERTICAL VERTICALE VERTIKAL
     VERTI Z DUSEY DIKEY SUSJOS 上下 上下動 上下方向 垂直 竖向 竖直 垂向 鉛直
-""".split()
+    """.split()  # noqa: SIM905  a list of quoted words is three times as long
+)
 _COMPASS = {
     0.0: "N NORTH NORTE NORD NORDUR KUZEY 北",
     180.0: "S SOUTH SUR SUD SUED SUL GUNEY 南",
@@ -43,15 +45,17 @@ _AZIMUTHS = {word: azimuth for azimuth, words in _COMPASS.items() for word in wo
 # Two opposite directions name an axis. "O" is west in Romance languages and east in German: as half of a pair only.
 _AXES_OF_COMPASS = {"NS": 0.0, "SN": 0.0, "EW": 90.0, "WE": 90.0, "EO": 90.0, "OE": 90.0, "OW": 90.0, "WO": 90.0}
 _AXES_OF_COMPASS |= {"南北": 0.0, "北南": 0.0, "东西": 90.0, "東西": 90.0, "KG": 0.0, "DB": 90.0}
-_AXES = """
-    L LN LG LNG LON LONG LONGI LONGIT LONGITUDINAL LONGITUDINALE T TR TN TRN TRA TRAN TRANS TRANSV TRANSVERSE TRANSVERSAL
-    TRANSVERSALE TRASVERSALE R RD RAD RADIAL TAN TANG TANGENTIAL X Y H HZ HOR HORIZ HORIZONTAL FN FP SP STRIKENORMAL
-    STRIKEPARALLEL FAULTNORMAL FAULTPARALLEL MAJOR MINOR 水平
-""".split()
+_AXES = frozenset(
+    """
+    L LN LG LNG LON LONG LONGI LONGIT LONGITUDINAL LONGITUDINALE T TR TN TRN TRA TRAN TRANS TRANSV TRANSVERSE
+    TRANSVERSAL TRANSVERSALE TRASVERSALE R RD RAD RADIAL TAN TANG TANGENTIAL X Y H HZ HOR HORIZ HORIZONTAL FN FP SP
+    STRIKENORMAL STRIKEPARALLEL FAULTNORMAL FAULTPARALLEL MAJOR MINOR 水平
+    """.split()  # noqa: SIM905  as above
+)
 # Numbered directions, as opposed to numbered sensors: H1 and H2 are the two horizontal directions.
 _NUMBERED = re.compile(r"(?:H|HOR|HORIZ|HORIZONTAL|水平)(?P<axis>[123])$")
 # Band, instrument and orientation of the SEED manual, appendix A; R and T are rotated to the source.
-_SEED = re.compile(r"(?P<sensor>[BCDEFGHLMSV][HLNGPM])(?P<axis>[ZNE123RTXYUVW])$")
+_SEED = re.compile(r"(?P<sensor>[BCDEFGHLMSV][HLNGPM])(?P<axis>[ZNE123RTXYUVW])(?P<location>\d\d)?$")
 _BEARING = re.compile(r"(?P<from>[NS])(?P<angle>\d{1,2}(?:\.\d+)?)(?P<to>[EW])$")
 _ANGLE = re.compile(r"\+?(?P<angle>\d{1,3}(?:\.\d*)?)$")
 _WORDS_AROUND = re.compile(
@@ -105,7 +109,7 @@ def is_vertical(component: str) -> bool:
 
 def _plain(label: str) -> str:
     """Return a text in capital letters without accents."""
-    letters = unicodedata.normalize("NFKD", str(label).replace("ı", "i").replace("ß", "ss"))
+    letters = unicodedata.normalize("NFKD", str(label).replace("\u0131", "i").replace("ß", "ss"))
     return "".join(letter for letter in letters if not unicodedata.combining(letter)).upper().strip()
 
 
@@ -146,9 +150,15 @@ def _of_word(word: str) -> Orientation:
 
 
 def _of_channel(channel: re.Match[str], label: str) -> Orientation:
-    axis, sensor = channel["axis"], channel["sensor"]
+    axis, sensor = channel["axis"], channel["sensor"] + (channel["location"] or "")
     if axis == "Z":
         return Orientation(label, "vertical", None, sensor, "seed")
     if axis in "3UVW":  # a third direction that is not named, and the oblique axes of Galperin's sensors
         return Orientation(label, "unknown", None, sensor, "seed")
     return Orientation(label, "horizontal", {"N": 0.0, "E": 90.0}.get(axis), sensor, "seed")
+
+
+def angle_between(one: float, other: float) -> float:
+    """Return the angle between two horizontal axes [degrees], from 0 to 90, whatever their signs."""
+    apart = abs(one - other) % 180.0
+    return min(apart, 180.0 - apart)
