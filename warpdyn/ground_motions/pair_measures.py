@@ -83,8 +83,8 @@ class GeometricMean(PairMeasure):
 class RotatedSpectralAcceleration(PairMeasure):
     """A percentile, over all horizontal directions, of the pseudo-spectral acceleration (RotD50, RotD100) [m/s2].
 
-    The two components, zero after their ends, are turned by each degree from 0 to 179. If their azimuths are known and not
-    90 degrees apart, the component perpendicular to the first one is calculated before.
+    The two components, zero after their ends, are turned by each degree from 0 to 179. If their azimuths are known and
+    not 90 degrees apart, the component perpendicular to the first one is calculated before.
 
     Source: Boore (2010), "Orientation-independent, nongeometric-mean measures of seismic intensity from two horizontal
     components of motion".

@@ -85,7 +85,13 @@ def read_cosmos(path: str | Path, components: str = "horizontal") -> list[Ground
                 orientation = int(integers[_AZIMUTH]) if integers.size > _AZIMUTH else int(_UNKNOWN)
                 component = azimuth_label(orientation) or _ORIENTATIONS.get(orientation, "")
                 station = re.search(r"Code:\s*(\S+)", " ".join(lines[first : first + 6]))
-                record = " ".join([station[1] if station else "", lines[first + 1].strip()]).strip()
+                location = re.search(r"Location:[ \t]*(.*)", "\n".join(lines[first : first + int(header[1])]))
+                parts = (
+                    station[1] if station else "",
+                    lines[first + 1].strip(),
+                    location[1].strip() if location else "",
+                )
+                record = " ".join(filter(None, parts))
                 name = f"{Path(path).stem} {component}".strip()
                 motions.append(GroundMotion(*motion, name, str(path), record if component else "", component))
             if at < len(lines) and _DATA.match(lines[at]):
