@@ -12,6 +12,7 @@ from warpdyn.core.checks import one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.records.formats.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import FEWEST_ALIKE, NumberLines, check_last_value, text_of, warn_of_layout
 from warpdyn.ground_motions.records.units import checked_step, step_of_times, unit_factor
 
@@ -20,6 +21,10 @@ RUNS_ON = 0.7  # of the step from line to line, of that from value to value; of 
 SLOWEST_STEP = 0.5  # s; records are sampled at .001 to .05 s, and times in milliseconds differ by 1 to 50
 # A letter, two in a row, or a unit such as "m/s2": not "1.5E-3", nor "O.5".
 _HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}|[^\W\d_]/[^\W\d_]")
+# What spreadsheets and programs write in the place of a number.
+_MISSING = re.compile(
+    r"\s*(?:#(?:N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!|NV|WERT!)|[-+]?(?:NAN|INF(?:INITY)?)|N/?A|NULL|NONE)[\s,;]*", re.IGNORECASE
+)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
 
 
@@ -85,10 +90,13 @@ def read_text(
     if values.shape[1] < 2:
         raise ValueError(f"{path}: a record needs at least 2 samples, found {values.shape[1]}")
     _check_damage(table, columns)
+    check_missing_values(values[0], numbers.place)
     if time is not None:
         step = _step_of_column(table, time, values[1], step, time_unit)
-    elif step is None:
-        raise ValueError(f"{path}: one column has no times, so step [s] must be given")
+    else:
+        _refuse_gaps(table)
+        if step is None:
+            raise ValueError(f"{path}: one column has no times, so step [s] must be given")
     return GroundMotion(factor * values[0], step, Path(path).stem, str(path))
 
 
@@ -143,13 +151,14 @@ def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, head
 
 
 def _is_skipped(line: str) -> bool:
-    return not line or line[0] in "#%" or (line[0] in " \t" and (not line.strip() or line.lstrip()[0] in "#%"))
+    is_such = not line or line[0] in "#%" or (line[0] in " \t" and (not line.strip() or line.lstrip()[0] in "#%"))
+    return is_such and not _MISSING.fullmatch(line)
 
 
 def _is_header(line: str) -> bool:
     """Return whether a line is of words alone, none of which is a number or the damaged text of one."""
     words = re.split(r"[\s,;()\[\]]+", line.strip(" \t\"',;()[]"))
-    return all(_HEADER_WORD.match(word) and word.lower() not in ("nan", "inf", "-inf", "+inf") for word in words)
+    return not _MISSING.fullmatch(line) and all(_HEADER_WORD.match(word) for word in words)
 
 
 def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_told: bool) -> None:
@@ -213,6 +222,32 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
     if len(set(chosen)) < len(chosen):
         raise ValueError(f"{table.path}: acceleration_column and time_column are the same column")
     return (chosen[1] if time is not None else None), chosen[0]
+
+
+def _refuse_gaps(table: _Table) -> None:
+    """Raise a ValueError if a line between two values contains no value, which may stand for a sample.
+
+    Spreadsheets write "#N/A" or an empty cell for a missing one. Without times nothing else shows that all later samples
+    come one step early. Files in which every second line is blank have no gap.
+    """
+    at = np.array(table.numbers.line_numbers)
+    steps = np.diff(at)
+    if steps.max(initial=1) == 1 or (steps.min() == steps.max() and not _lines_between(table)):
+        return
+    i = int(at[int(np.argmax(steps > steps.min()))])  # the line before the first gap, from 1
+    found = table.text.split("\n")[i].strip()
+    what = f"{found[:40]!r} is" if found else "a blank line is"
+    raise ValueError(
+        f"{table.path}:{i + 1}: {what} between two values. If it stands for a missing sample, all later ones would come one "
+        "step early: write a value in its place, or delete the line if no sample is missing"
+    )
+
+
+def _lines_between(table: _Table) -> bool:
+    """Return whether a line between the values is not blank."""
+    lines, at = table.text.split("\n"), table.numbers.line_numbers
+    values = set(at)
+    return any(lines[i - 1].strip() for i in range(at[0], at[-1]) if i not in values)
 
 
 def _check_damage(table: _Table, columns: list[int]) -> None:

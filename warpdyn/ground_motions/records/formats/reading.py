@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from os import PathLike
 
 from warpdyn.core.checks import one_of
@@ -11,7 +12,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.at2 import read_at2
 from warpdyn.ground_motions.records.columns import read_text
-from warpdyn.ground_motions.records.components import COMPONENTS
+from warpdyn.ground_motions.records.components import COMPONENTS, chosen_components, record_and_component
 from warpdyn.ground_motions.records.cosmos import read_cosmos
 from warpdyn.ground_motions.records.esm import read_esm
 from warpdyn.ground_motions.records.formats.afad import is_afad, read_afad
@@ -23,9 +24,10 @@ from warpdyn.ground_motions.records.formats.fixed_width import RecordText
 from warpdyn.ground_motions.records.formats.geonet import is_geonet, read_geonet
 from warpdyn.ground_motions.records.formats.knet import read_knet
 from warpdyn.ground_motions.records.formats.running_values import (
-    FEWEST_LINES,
-    lines_of_values,
+    check_against_header,
+    header_of,
     read_running_values,
+    tokens_of,
 )
 from warpdyn.ground_motions.records.formats.seismic import read_seismic
 from warpdyn.ground_motions.records.formats.smc import is_smc, read_smc
@@ -45,6 +47,7 @@ _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[Groun
     ("SMC", is_smc, read_smc),
     ("CSMIP", is_csmip, read_csmip),
 )
+FEWEST_RUNNING = 5  # values per line that can be no columns: tables have a time and up to three components
 # Formats whose records may have been digitised at uneven times, and are then interpolated to a step.
 _WITH_STEP = ("CSMIP", "SMC")
 # Text that is recognised and contains no record, or one that is read in another way: a pattern of its first line.
@@ -106,7 +109,9 @@ def read(
     one_of("components", components, COMPONENTS)
     data = bytes_of(path)
     motions = _from_archive(path, data, unit, step) if is_archive(data) else _from_file(path, data, unit, step)
-    chosen = [motion for motion in motions if COMPONENTS[components](motion.component)]
+    labels, names = [motion.component for motion in motions], [motion.name for motion in motions]
+    is_chosen = chosen_components(labels, components, names, [motion.record for motion in motions], str(path))
+    chosen = [motion for motion, is_such in zip(motions, is_chosen, strict=True) if is_such]
     if not chosen:
         found = ", ".join(repr(motion.component) for motion in motions)
         raise ValueError(
@@ -132,7 +137,16 @@ def _from_archive(path: str | PathLike, data: bytes, unit: str | None, step: flo
 
 
 def _from_file(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
-    """Return the motions of one file."""
+    """Return the motions of one file, with the component of the file's name if the file does not state it."""
+    motions = _read_as_recognised(path, data, unit, step)
+    if len(motions) > 1 or motions[0].component:
+        return motions
+    record, component = record_and_component(str(path))
+    return [replace(motions[0], record=motions[0].record or record, component=component)]
+
+
+def _read_as_recognised(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
+    """Return the motions of one file by the reader of its format."""
     if is_miniseed(data) or is_sac(data):
         return read_seismic(path, data, unit, step)
     record = RecordText.of(path)
@@ -158,8 +172,8 @@ def _from_file(path: str | PathLike, data: bytes, unit: str | None, step: float 
 def _from_text(record: RecordText, unit: str | None, step: float | None) -> list[GroundMotion]:
     """Return the motion of text without a known header: columns, or values that run on from line to line."""
     path = record.path
-    first = lines_of_values(record)
-    rows = [line for line in record.lines[first:] if line.strip()]
+    header = header_of(record)
+    rows = [line for line in record.lines[header.lines :] if line.strip()]
     if len(rows) < 2:
         shown = next((line.strip()[:60] for line in record.lines if line.strip()), "")
         raise NotARecordError(
@@ -171,12 +185,19 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
             f"{path}: text without a known header does not state the unit of its values: give unit=, such as "
             "wd.records.read(path, unit='g')"
         )
-    widths = [len(re.split(r"[\s,;]+", line.strip(" \t,;"))) for line in rows]
-    is_short_end = widths[-1] <= widths[0] and set(widths[:-1]) == {widths[-2]}
-    has_count = len(widths) > FEWEST_LINES and widths[0] <= 2 < widths[1] and set(widths[1:-1]) == {widths[1]}
-    if has_count or (is_short_end and widths[-1] != widths[0]) or (widths[0] > 4 and is_short_end):
+    widths = [len(tokens_of(line)) for line in rows]
+    is_running = len(set(widths[:-1])) == 1 and widths[0] > 1 and (widths[-1] < widths[0] or widths[0] >= FEWEST_RUNNING)
+    if is_running:
         return read_running_values(path, unit=unit, step=step)
-    return [read_text(path, unit=unit, step=step)]
+    step = header.step if step is None and widths[0] == 1 else step
+    try:
+        motion = read_text(path, unit=unit, step=step, header_lines=header.lines or None)
+    except ValueError as error:
+        if re.search(r"(_column|_comma|_unit|delimiter|header_lines)\b", str(error)):
+            raise ValueError(f"{error}. This is an argument of wd.records.read_text") from error
+        raise
+    check_against_header(motion, header)
+    return [motion]
 
 
 class NotARecordError(ValueError):

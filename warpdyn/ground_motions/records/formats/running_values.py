@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from os import PathLike
-
-import numpy as np
 
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.formats.fixed_width import RecordText
@@ -13,32 +12,92 @@ from warpdyn.ground_motions.records.formats.header_checks import check_missing_v
 from warpdyn.ground_motions.records.text import NumberLines, check_forms, check_last_value
 from warpdyn.ground_motions.records.units import checked_step, unit_factor
 
-FEWEST_LINES = 3  # of as many values; fewer may as well be columns
 _COUNT = re.compile(r"\b(?:npts?|n\s*points?|no\.?\s*of\s*points|number\s+of\s+(?:points|data|samples|values))\s*[=:]?\s*(\d+)", re.I)
 _STEP = re.compile(r"\b(?:dt|delta|time\s*step|sampling\s*interval|step)\b[^=:\d.]*[=:]?\s*(\d*\.\d+|\d+e-\d+)\s*(ms)?", re.I)
 _OTHER_QUANTITY = re.compile(r"\b(velocity|displacement|spectr\w+)\b", re.IGNORECASE)
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?")
+# A word does not follow a digit, as the letter of a damaged number does.
+_WORD = re.compile(r"(?<![\w.])[^\W\d_]{2,}")
+_NO_WORDS = ("nan", "inf", "infinity", "na", "null", "none")  # which stand for numbers
+_ERRORS = re.compile(r"#(N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!)", re.IGNORECASE)
 _TOUCHING = re.compile(r"(?<=[\d.])(?=[-+]\d*\.)")  # 0.123-0.456: a sign behind a digit, and not behind an E
 
 
-def lines_of_values(record: RecordText) -> int:
-    """Return the number of the first line of values, from 0, behind a header of lines with other words.
+@dataclass(frozen=True)
+class Header:
+    """What the lines before the values say.
+
+    Args:
+        lines: How many lines of the file these are.
+        count: Number of values that they state.
+        step: Step [s] that they state.
+    """
+
+    lines: int
+    count: int | None
+    step: float | None
+
+
+def header_of(record: RecordText) -> Header:
+    """Return the header of text without a format: lines of words, and a line with the number of values or the step.
 
     Args:
         record: The text.
+
+    Raises:
+        ValueError: If a line before the values names a velocity, a displacement or a spectrum.
     """
-    return next((i for i, line in enumerate(record.lines) if _is_numbers(line)), len(record.lines))
+    first = next((i for i, line in enumerate(record.lines) if not _is_words(line)), len(record.lines))
+    count = next((int(found[1]) for line in record.lines[:first] if (found := _COUNT.search(line))), None)
+    steps = (_STEP.search(line) for line in record.lines[:first])
+    step = next((float(found[1]) * (1e-3 if found[2] else 1.0) for found in steps if found), None)
+    for i, line in enumerate(record.lines[:first]):
+        if (other := _OTHER_QUANTITY.search(line)) and not re.search(r"\bacc", line, re.IGNORECASE):
+            raise ValueError(
+                f"{record.place(i)}: the header names a {other[1].lower()}, not an acceleration: take the file with the "
+                "accelerations of the same record"
+            )
+    rows = [line for line in record.lines[first:] if line.strip()]
+    widths = [len(tokens_of(line)) for line in rows[:4]]
+    if len(widths) == 4 and widths[0] <= 2 and len(set(widths[1:])) == 1:
+        numbers = tokens_of(rows[0])
+        total = sum(len(tokens_of(line)) for line in rows[1:])
+        whole = [int(token) for token in numbers if token.isdigit()]
+        if widths[0] != widths[1] or (whole == [total] and not rows[1].strip().isdigit()):
+            others = [_number(token) for token in numbers if not token.isdigit()]
+            if len(whole) > 1 or len(others) > 1 or any(not 0 < other < 1 for other in others):
+                raise ValueError(
+                    f"{record.place(first)}: this line has another number of values than the next lines, and {rows[0].strip()!r} "
+                    "is neither a number of values nor a step: delete the line if it is a header"
+                )
+            return Header(first + 1, whole[0] if whole else count, others[0] if others else step)
+    return Header(first, count, step)
 
 
-def _is_numbers(line: str) -> bool:
-    tokens = _TOUCHING.sub(" ", line).replace(",", " ").split()
-    return bool(tokens) and all(re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?", token) for token in tokens)
+def check_against_header(motion: GroundMotion, header: Header) -> None:
+    """Raise a ValueError if a header states another number of values or another step than a motion has."""
+    count = motion.acceleration.size
+    if header.count is not None and header.count != count:
+        kind = "truncated" if count < header.count else "too long"
+        raise ValueError(f"{motion.source}: {kind}: {count} values follow, not the {header.count} that the header states")
+    if header.step is not None and abs(motion.step - header.step) > 1e-3 * header.step:
+        raise ValueError(f"{motion.source}: the step is {motion.step:g} s, but the header states {header.step:g} s")
+
+
+def _is_words(line: str) -> bool:
+    """Return whether a line is blank, a comment, or of words with at most as many numbers, except "NaN" and the like."""
+    text = line.strip()
+    if not text or (text[0] in "#%" and not _ERRORS.match(text)):
+        return True
+    words = [word for word in _WORD.findall(text) if word.lower() not in _NO_WORDS]
+    numbers = [token for token in tokens_of(text) if _NUMBER.fullmatch(token)]
+    return bool(words) and (len(numbers) <= len(words) or bool(_COUNT.search(line)) or bool(_STEP.search(line)))
 
 
 def read_running_values(path: str | PathLike, *, unit: str, step: float | None = None) -> list[GroundMotion]:
     """Read accelerations that run on from line to line, as many per line throughout, except in the last line.
 
-    Lines of words may stand before them. If these state the number of values or the step ("NPTS= 4000, DT= .01"), both
-    are compared with what follows.
+    Lines of words may stand before them, and a line with their number or the step.
 
     Args:
         path: The file; its name without the suffix names the motion.
@@ -51,67 +110,44 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     """
     factor = unit_factor(unit, "unit")
     record = RecordText.of(path)
-    first = lines_of_values(record)
-    head = record.lines[:first]
-    # A line of one or two numbers before longer lines is their number, their step, or both.
-    per_line = [len(_tokens(line)) for line in record.lines[first : first + 4]]
-    if len(per_line) > 2 and per_line[0] < min(per_line[1:]) and per_line[0] <= 2:
-        head = record.lines[: first + 1]
-        first += 1
-    for i, line in enumerate(head):
-        if (other := _OTHER_QUANTITY.search(line)) and not re.search(r"\bacc", line, re.IGNORECASE):
-            raise ValueError(f"{record.place(i)}: the values are of a {other[1].lower()}, not of an acceleration")
-    places = [i + 1 for i in range(first, len(record.lines)) if record.lines[i].strip()]
-    lines = [" ".join(_tokens(record.lines[i - 1])) for i in places]
-    numbers = NumberLines(path, lines, places)
-    values = numbers.values() if lines else np.zeros(0)
-    widths = [len(_tokens(line)) for line in lines]
-    wrong = [i for i in range(len(lines) - 1) if widths[i] != widths[0]]
-    if wrong or widths[-1] > widths[0]:
-        i = wrong[0] if wrong else len(lines) - 1
+    header = header_of(record)
+    places = [i for i in range(header.lines, len(record.lines)) if record.lines[i].strip()]
+    rows = [tokens_of(record.lines[i]) for i in places]
+    if not rows:
+        raise ValueError(f"{path}: no values follow the header")
+    for i, row in zip(places, rows, strict=True):
+        if len(row) > len(rows[0]) or (len(row) < len(rows[0]) and i != places[-1]):
+            raise ValueError(
+                f"{record.place(i)}: {len(row)} values, where the first line has {len(rows[0])}: a value is missing or was "
+                "added"
+            )
+    at = next((i for i in places if re.search(r"\d,\d", record.lines[i])), None)
+    if at is not None and "." not in record.lines[at]:
         raise ValueError(
-            f"{numbers.place(i)}: {widths[i]} values, where the first line has {widths[0]}: a value is missing or was added"
+            f"{record.place(at)}: {record.lines[at].strip()[:40]!r} seems to have decimal commas: replace them by points"
         )
-    stated, found_step = _stated(record, head)
-    if stated is not None and stated != values.size:
-        kind = "truncated" if values.size < stated else "too long"
-        raise ValueError(f"{path}: {kind}: {values.size} values follow, not the {stated} that the header states")
-    if step is None and found_step is None:
-        raise ValueError(f"{path}: the step of these {values.size} values must be given: wd.records.read(path, unit, step=0.01)")
-    step = checked_step(step, "step") if step is not None else found_step
-    if found_step is not None and step is not None and abs(step - found_step) > 1e-3 * found_step:
-        raise ValueError(f"{path}: step is {step:g} s, but the header states {found_step:g} s")
-    check_last_value(record.text, [token for line in lines for token in line.split()], path)
-    check_forms(NumberLines(path, [record.lines[i - 1] for i in places], places) if _has_blanks(record, places) else numbers)
-    check_missing_values(values, lambda i: numbers.place(i // widths[0]))
-    return [GroundMotion(factor * values, float(step or 0), record.stem, str(path))]
+    numbers = NumberLines(path, [" ".join(row) for row in rows], [i + 1 for i in places])
+    values = numbers.values()
+    step = step if step is not None else header.step
+    if step is None:
+        raise ValueError(
+            f"{path}: the step of these {values.size} values must be given: wd.records.read(path, unit={unit!r}, step=0.01)"
+        )
+    check_last_value(record.text, [token for row in rows for token in row], path)
+    # Where all numbers are apart, their columns show a lost sign.
+    is_apart = not any("," in record.lines[i] or _TOUCHING.search(record.lines[i]) for i in places)
+    as_written = NumberLines(path, [record.lines[i] for i in places], [i + 1 for i in places])
+    check_forms(as_written if is_apart else numbers)
+    check_missing_values(values, lambda i: numbers.place(i // len(rows[0])))
+    motion = GroundMotion(factor * values, checked_step(step, "step"), record.stem, str(path))
+    check_against_header(motion, header)
+    return [motion]
 
 
-def _tokens(line: str) -> list[str]:
-    return _TOUCHING.sub(" ", line).replace(",", " ").split()
+def tokens_of(line: str) -> list[str]:
+    """Return the numbers of a line as text, those that touch each other apart at their signs."""
+    return re.sub(r"[,;]", " ", _TOUCHING.sub(" ", line)).split()
 
 
-def _has_blanks(record: RecordText, places: list[int]) -> bool:
-    """Return whether all numbers are apart, so that their columns show a lost sign."""
-    return not any("," in record.lines[i - 1] or _TOUCHING.search(record.lines[i - 1]) for i in places)
-
-
-def _stated(record: RecordText, head: list[str]) -> tuple[int | None, float | None]:
-    """Return the number of values and the step [s] that a header states."""
-    count = next((int(found[1]) for line in head if (found := _COUNT.search(line))), None)
-    step = next(
-        (float(found[1]) * (1e-3 if found[2] else 1.0) for line in head if (found := _STEP.search(line))), None
-    )
-    if head and _is_numbers(head[-1]):
-        for token in _tokens(head[-1]):
-            value = float(token.upper().replace("D", "E"))
-            if token.isdigit():
-                count = int(token)
-            elif 0 < value < 1:
-                step = value
-            else:
-                raise ValueError(
-                    f"{record.place(len(head) - 1)}: this line has fewer numbers than the others, and {token!r} is neither "
-                    "a number of values nor a step: delete the line if it is a header"
-                )
-    return count, step
+def _number(token: str) -> float:
+    return float(token.upper().replace("D", "E"))
