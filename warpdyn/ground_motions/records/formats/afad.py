@@ -55,8 +55,9 @@ def read_afad(path: str | PathLike) -> list[GroundMotion]:
             raise ValueError(f"{path}: the header of this AFAD file lacks the line {name!r}")
     if peaks is None:
         raise ValueError(f"{path}: the header of this AFAD file lacks the line 'RAW PGA VALUES (gal)', which names the unit")
-    unit = re.search(r"\(([^)]+)\)", peaks[0])
-    factor = unit_factor(unit[1] if unit else "", peaks[1][1])
+    if "(GAL)" not in peaks[0]:
+        raise ValueError(f"{peaks[1][1]}: expected 'RAW PGA VALUES (gal)', which names the unit, got {peaks[0]!r}")
+    factor = unit_factor("gal", peaks[1][1])
     count = stated_count(*header["NUMBER OF DATA"])
     step = stated_step(*header["SAMPLING INTERVAL (SEC)"])
 

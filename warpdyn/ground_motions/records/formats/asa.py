@@ -78,7 +78,7 @@ def read_asa(path: str | PathLike) -> list[GroundMotion]:
             raise ValueError(f"{rate[1]}: {rate[0]} samples per second, but the step is {step:g} s: one is damaged")
         duration = _of_channel(header, "DURACION DEL REGISTRO", i, path, is_needed=False)
         if duration[0]:
-            check_duration(count, step, *duration)
+            check_duration(count, step, *duration, precision=0.01 * step)
         peak = _of_channel(header, "ACEL MAX Gal", i, path, is_needed=False)
         if peak[0]:
             check_printed_peak(100 * factor * table[:, i], *peak, precision=10.0 ** -(layout.decimals or 0))

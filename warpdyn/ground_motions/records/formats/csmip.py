@@ -7,12 +7,14 @@ from os import PathLike
 
 import numpy as np
 
+from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import orientation
 from warpdyn.ground_motions.records.formats.fixed_width import Layout, RecordText, block, layout_of_lines
 from warpdyn.ground_motions.records.formats.header_checks import (
     check_duration,
     check_printed_peak,
+    check_time_of_peak,
     printed_precision,
     stated_count,
     stated_step,
@@ -36,10 +38,14 @@ _DATA = re.compile(
 _COUNT = re.compile(r"no\.\s*of\s*points\s*=\s*(\d+)", re.IGNORECASE)
 _DURATION = re.compile(r"(?:record\s+length|duration)\s*=\s*(\d*\.?\d+)\s*sec", re.IGNORECASE)
 _UNIT_OF_PAIRS = re.compile(r"units\s.*\bsec\s+and\s+(?P<unit>g(?:/10)?|cm/sec/sec)(?=[\s.,]|$)", re.IGNORECASE)
+_TIME = r"\s*,?\s*at\s+(?P<time>\d*\.\d+)\s*sec"
 _PEAK = {
-    "V1": re.compile(r"max\s*=\s*(?P<peak>[-+]?\d*\.\d+)\s*(?P<unit>g)\b", re.IGNORECASE),
-    "V2": re.compile(r"peak\s+acceleration\s*=\s*(?P<peak>[-+]?\d*\.\d+)\s+(?P<unit>cms?/sec/sec|g)\b", re.IGNORECASE),
+    "V1": re.compile(rf"max\s*=\s*(?P<peak>[-+]?\d*\.\d+)\s*(?P<unit>g){_TIME}", re.IGNORECASE),
+    "V2": re.compile(
+        rf"peak\s+acceleration\s*=\s*(?P<peak>[-+]?\d*\.\d+)\s+(?P<unit>cms?/sec/sec|g){_TIME}", re.IGNORECASE
+    ),
 }
+_CHANNELS = re.compile(r"\((?P<count>\d+)\s*chns?\s+of\s", re.IGNORECASE)
 _CHANNEL = re.compile(r"\s*(?:chan(?:nel)?\s*(?P<number>\d+)\s*:|comp)\s*(?P<label>.*)", re.IGNORECASE)
 _LABEL = re.compile(r"(?P<label>\d{1,3}\s*deg|[NS]\s*\d{1,2}\s*[EW]|up|down|[A-Z]+\d?)\b[\s,;]*(?P<location>.*)", re.IGNORECASE)
 _STATION = re.compile(r"station\s*(?:no\.|id\.?|usc#)\s*(?P<code>\w[\w-]*)(?![.\w])", re.IGNORECASE)
@@ -78,6 +84,11 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
             )
         motion, at = _channel(record, at, volume, step)
         motions.append(motion)
+    stated = _CHANNELS.search("\n".join(record.lines[:8]))
+    if stated and int(stated["count"]) > len(motions):
+        warn_caller(
+            f"{path}: the header states {stated['count']} channels, the file contains {len(motions)}: it may be truncated"
+        )
     return motions
 
 
@@ -97,11 +108,12 @@ def _channel(
             if other["quantity"].lower() == "acc":
                 raise ValueError(f"{record.place(after)}: a second acceleration of the same channel: lines are missing")
             after = _equal_steps(record, after, other)[2]
-        _check_header(record, head, first, volume, values, step * np.arange(values.size + 1)[1:])
+        precision = 0.0 if found["of_time"].lower() == "pts/sec" else printed_precision(found["time"])
+        _check_header(record, head, first, volume, values, step, precision)
     else:
         times, values, after = _pairs_of_values(record, head, first, data)
-        _check_header(record, head, first, volume, values, times)
         digits = printed_precision(record.lines[data].split()[0])
+        _check_header(record, head, first, volume, values, float(times[-1]) / values.size, digits, is_pairs=True)
         values, step = at_equal_steps(times, values, wanted_step, record.path, digits)
     if after < len(record.lines) and _END.match(record.lines[after]):
         after += 1
@@ -164,18 +176,32 @@ def _factor(unit: str, place: str) -> float:
 
 
 def _check_header(
-    record: RecordText, head: list[str], first: int, volume: str, values: np.ndarray, times: np.ndarray
+    record: RecordText,
+    head: list[str],
+    first: int,
+    volume: str,
+    values: np.ndarray,
+    step: float,
+    precision: float,
+    *,
+    is_pairs: bool = False,
 ) -> None:
-    """Raise a ValueError unless number, duration and peak of the values are those of the text header."""
+    """Raise a ValueError unless number, duration and peak of the values are those of the text header.
+
+    The time of the peak is compared where the header alone states the step: some agencies count it from another time.
+    """
     for i, line in enumerate(head):
         place = record.place(first + i)
         if volume == "V1" and (found := _COUNT.search(line)) and int(found[1]) != values.size:
             raise ValueError(f"{place}: the header states {found[1]} points, but {values.size} follow")
-        if found := _DURATION.search(line):
-            check_duration(values.size, float(times[-1]) / values.size, found[1], place)
+        if (found := _DURATION.search(line)) and (volume == "V1" or "record" in line.lower()):
+            check_duration(values.size, step, found[1], place, precision)
         if found := _PEAK[volume].search(line):
             in_unit = values / _factor(found["unit"], place)
-            check_printed_peak(in_unit, found["peak"], place, precision=1e-4 * float(np.abs(in_unit).max()))
+            digits = 1e-4 * float(np.abs(in_unit).max())
+            check_printed_peak(in_unit, found["peak"], place, digits)
+            if not is_pairs:
+                check_time_of_peak(in_unit, step, found["time"], place, digits)
 
 
 def _names(record: RecordText, head: list[str], first: int) -> tuple[str, str]:

@@ -7,12 +7,15 @@ from os import PathLike
 
 import numpy as np
 
+from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import orientation
 from warpdyn.ground_motions.records.formats.fixed_width import Layout, RecordText, block, layout_of_lines
 from warpdyn.ground_motions.records.formats.header_checks import (
     check_duration,
     check_printed_peak,
+    check_time_of_peak,
+    printed_precision,
     stated_count,
     stated_step,
 )
@@ -21,6 +24,7 @@ from warpdyn.ground_motions.records.units import unit_factor
 _TEXT_LINES = 16
 _INTEGERS, _REALS = Layout(10, 8, 0), Layout(10, 8)
 _NUMBERS_OF_VALUES = slice(33, 36)  # of acceleration, velocity and displacement, from 0
+_ADDED_BEFORE = 31  # number of samples added before the record
 _TITLE = re.compile(r"\s*(?P<volume>un)?corrected\s+accelerogram\s+(?P<record>\S+)", re.IGNORECASE)
 _SITE = re.compile(r"\s*site\s+(?P<site>\S+)\s+\d+\s+\d+\s+\d+[NS]", re.IGNORECASE)
 _COUNT = re.compile(r"number\s+of\s+points\s+(?P<count>\d+)\s+duration\s+(?P<duration>\d*\.?\d+)\s*s", re.IGNORECASE)
@@ -29,7 +33,7 @@ _STEP = re.compile(
 )
 _RAW_UNIT = re.compile(r"in\s+units\s+of\s+(?P<scale>\d*\.?\d+)?\s*(?P<unit>mm/s/s)", re.IGNORECASE)
 _COMPONENT = re.compile(r"\s*component\s+(?P<component>\S+)", re.IGNORECASE)
-_PEAK = re.compile(r"\s*acceleration:\s+peak\s+(?P<peak>[-+]?\d*\.?\d+)\s*(?P<unit>mm/s/s|g)\b", re.IGNORECASE)
+_PEAK = re.compile(r"\s*acceleration:\s+peak\s+(?P<peak>[-+]?\d*\.?\d+)\s*(?P<unit>mm/s/s|g)\s+at\s+(?P<time>\d*\.?\d+)\s*s", re.IGNORECASE)
 
 
 def is_geonet(first_lines: list[str]) -> bool:
@@ -56,6 +60,8 @@ def read_geonet(path: str | PathLike) -> list[GroundMotion]:
     while at < len(record.lines):
         motion, at = _component(record, at)
         motions.append(motion)
+    if len(motions) != 3:
+        warn_caller(f"{path}: this GeoNet file has {len(motions)} components instead of 3: it may be truncated")
     return motions
 
 
@@ -96,10 +102,13 @@ def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
             f"{record.place(after)}: expected the header of the next component, got {record.lines[after].strip()[:60]!r}: "
             "there are more values than the header states"
         )
-    check_duration(count, step, counted["duration"], place)
+    check_duration(count, step, counted["duration"], place, printed_precision(stepped["step"]))
     factor = scale * unit_factor("mm/s2", place)
     place = record.place(first + 13)
     check_printed_peak(factor * values / unit_factor(peak["unit"], place), peak["peak"], place, precision=0.1 * scale)
+    # The times of corrected records are those of the uncorrected one, before which samples were added.
+    first_time = 0.0 if title["volume"] else float(integers[_ADDED_BEFORE]) * step
+    check_time_of_peak(values, step, peak["time"], place, precision=0.1, first=first_time)
     component = orientation(oriented["component"])
     label = component.label if component.kind != "unknown" else ""
     name = f"{record.stem} {label}".strip()

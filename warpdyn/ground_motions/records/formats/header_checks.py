@@ -12,6 +12,8 @@ from warpdyn.ground_motions.records.units import checked_step
 
 # Written instead of a value that is missing: 999, -9999, 99999.9, -999.25, 1E20, 1.7E+38 (SMC), 3.4E+38.
 _MARKER = re.compile(r"9{3,}(\.[09]+)?|9{2,}\.9{2,}|999\.25|1e\+[23]\d|1\.70*(e\+38)|3\.40\d+e\+38")
+# s; recorders take 20 to 1000 samples per second, and broadband channels at least 1.
+SHORTEST_STEP, LONGEST_STEP = 2e-4, 1.0
 # A marker is far from all other values. Peaks of records, such as 999 gal, are close to their neighbours.
 FARTHEST_PEAK = 3.0
 
@@ -65,20 +67,44 @@ def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: f
         )
 
 
-def check_duration(count: int, step: float, stated: str, place: str) -> None:
+def check_time_of_peak(
+    values: np.ndarray, step: float, stated: str, place: str, precision: float = 0.0, first: float = 0.0
+) -> None:
+    """Raise a ValueError unless a value as large as the largest one is at the time that a header states.
+
+    Args:
+        values: The values.
+        step: Step [s].
+        stated: Time of the peak [s] as it is printed; the first value may be at 0 or at one step.
+        place: File and line of the header.
+        precision: Unit in the last place of the values, by which the one at this time may be smaller than the largest.
+        first: How long before the stated zero of time the values begin [s].
+    """
+    time = number(stated, place) + first
+    sizes = np.abs(values)
+    at = np.flatnonzero(sizes >= sizes.max() - precision * (1 + 1e-6))
+    allowed = 1.01 * step + 0.51 * printed_precision(stated)
+    if time > first and not np.any(np.abs((at + 0.5) * step - time) <= allowed):
+        raise ValueError(
+            f"{place}: the header states the peak at {time:g} s, but the largest value is at {int(at[0]) * step:g} s: the step "
+            "is wrong, or values are missing or in another order"
+        )
+
+
+def check_duration(count: int, step: float, stated: str, place: str, precision: float = 0.0) -> None:
     """Raise a ValueError unless a number of values lasts as long as a header states.
 
-    Headers state the time of the last value or that of one step later, rounded to their digits; 0.5 % is allowed for
-    steps that are rounded.
+    Headers state the time of the last value or that of one step later.
 
     Args:
         count: Number of values.
         step: Step [s].
         stated: The duration [s] as it is printed.
         place: File and line of the header.
+        precision: Unit in the last place of the step [s].
     """
     told = number(stated, place)
-    allowed = 1.01 * step + printed_precision(stated) + 5e-3 * told
+    allowed = 0.51 * step + printed_precision(stated) + 0.5 * precision * count
     if told > 0 and abs((count - 0.5) * step - told) > allowed:
         raise ValueError(
             f"{place}: the header states a duration of {told:g} s, but {count} values at steps of {step:g} s last "
@@ -98,4 +124,10 @@ def stated_step(text: str, place: str, *, is_rate: bool = False) -> float:
     found = number(text.strip(), place)
     if found <= 0:
         raise ValueError(f"{place}: the {'sampling rate' if is_rate else 'step'} must be above 0, got {text.strip()!r}")
-    return checked_step(1.0 / found if is_rate else found, f"{place}: the step")
+    step = checked_step(1.0 / found if is_rate else found, f"{place}: the step")
+    if not SHORTEST_STEP <= step <= LONGEST_STEP:
+        raise ValueError(
+            f"{place}: a step of {step:g} s is not that of a strong-motion record ({SHORTEST_STEP:g} to {LONGEST_STEP:g} s): "
+            "the header is damaged"
+        )
+    return step

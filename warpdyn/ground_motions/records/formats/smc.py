@@ -11,7 +11,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import azimuth_label, orientation
 from warpdyn.ground_motions.records.formats.fixed_width import Layout, RecordText, block, check_end
-from warpdyn.ground_motions.records.formats.header_checks import check_printed_peak
+from warpdyn.ground_motions.records.formats.header_checks import stated_step
 from warpdyn.ground_motions.records.formats.uneven import at_equal_steps
 
 _TITLE = re.compile(r"\s*(?P<kind>\d)\s+(?P<title>(un)?corrected\s+accelerogram|velocity|displacement|.*spectr\w+)", re.IGNORECASE)
@@ -21,7 +21,7 @@ _VALUES = Layout(8, 10)
 # Places in the headers, from 0, and what stands for a value that is unknown.
 _UP_ANGLE, _AZIMUTH, _COMMENTS, _COUNT, _RATE = 12, 13, 15, 16, 1
 _MAXIMUM, _MINIMUM = 29, 31
-_UNKNOWN_INTEGER, _UNKNOWN_REAL = -32768, 1.7e38
+_UNKNOWN_REAL, _LARGEST_KNOWN = 1.7e38, 1e30
 _STATION = re.compile(r"station\s*=\s*(?P<station>.*?)\s*component\s*=\s*(?P<component>.*)", re.IGNORECASE)
 _KINDS = {"1": "acceleration", "2": "acceleration", "3": "velocity", "4": "displacement", "5": "response spectra"}
 
@@ -75,26 +75,38 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
     if is_uneven:
         if count % 2:
             raise ValueError(f"{path}: {count} numbers are no pairs of times and values: the header is damaged")
-        _check_peaks(record, values[1::2], reals)
-        values, found = at_equal_steps(values[::2], values[1::2], step, path)
+        times, values = values[::2], values[1::2]
+        _check_extrema(record, values, times, reals)
+        values, found = at_equal_steps(times, values, step, path)
     else:
-        if reals[_RATE] <= 0:
-            raise ValueError(f"{path}: value 2 of the decimal numbers, the sampling rate, must be above 0 Hz")
-        _check_peaks(record, values, reals)
-        found = 1.0 / float(reals[_RATE])
+        found = stated_step(f"{reals[_RATE]:.10g}", f"{path}: value 2 of the decimal numbers", is_rate=True)
+        _check_extrema(record, values, found * np.arange(values.size), reals)
     station, component = _names(record, integers)
     name = f"{record.stem} {component}".strip()
     return [GroundMotion(0.01 * values, found, name, str(path), station, component)]
 
 
-def _check_peaks(record: RecordText, values: np.ndarray, reals: np.ndarray) -> None:
-    """Raise a ValueError unless the largest and smallest value are those of the header, within their 5 digits."""
+def _check_extrema(record: RecordText, values: np.ndarray, times: np.ndarray, reals: np.ndarray) -> None:
+    """Raise a ValueError unless the largest and smallest value, and their times, are those of the header.
+
+    Values have 5 digits, and the times of the header are those of a sample.
+    """
     precision = 1e-4 * float(np.abs(values).max())
     for at, found in ((_MAXIMUM, values.max()), (_MINIMUM, values.min())):
-        stated = float(reals[at])
-        if stated != _UNKNOWN_REAL and abs(stated) < 1e30:
-            place = f"{record.path}: value {at + 1} of the decimal numbers"
-            check_printed_peak(np.array([found]), f"{stated:.4f}", place, precision)
+        stated, time = float(reals[at]), float(reals[at - 1])
+        if abs(stated) >= _LARGEST_KNOWN:
+            continue
+        if abs(stated - found) > precision:
+            raise ValueError(
+                f"{record.path}: value {at + 1} of the decimal numbers states an extremum of {stated:g} cm/s2, but the values "
+                f"have {found:g}: one of them is damaged"
+            )
+        near = times[np.abs(values - found) <= precision]
+        if abs(time) < _LARGEST_KNOWN and np.abs(near - time).min() > 1.01 * float(np.diff(times).max()):
+            raise ValueError(
+                f"{record.path}: value {at} of the decimal numbers states an extremum at {time:g} s, but it is at "
+                f"{near[0]:g} s: the sampling rate is wrong, or values are missing"
+            )
 
 
 def _names(record: RecordText, integers: np.ndarray) -> tuple[str, str]:
