@@ -47,7 +47,9 @@ _PEAK = {
 }
 _CHANNELS = re.compile(r"\((?P<count>\d+)\s*chns?\s+of\s", re.IGNORECASE)
 _CHANNEL = re.compile(r"\s*(?:chan(?:nel)?\s*(?P<number>\d+)\s*:|comp)\s*(?P<label>.*)", re.IGNORECASE)
-_LABEL = re.compile(r"(?P<label>\d{1,3}\s*deg|[NS]\s*\d{1,2}\s*[EW]|up|down|[A-Z]+\d?)\b[\s,;]*(?P<location>.*)", re.IGNORECASE)
+# "360 DegR" is reckoned from a reference north of the building.
+_LABEL = re.compile(r"\s*(?P<label>\d{1,3}(?=\s*degr?\b)|[NS]\s*\d{1,2}\s*[EW]\b|[A-Z]+\d?\b)", re.IGNORECASE)
+_LOCATION = re.compile(r"location:\s*(?P<location>.*?)\s*$", re.IGNORECASE)
 _STATION = re.compile(r"station\s*(?:no\.|id\.?|usc#)\s*(?P<code>\w[\w-]*)(?![.\w])", re.IGNORECASE)
 
 
@@ -85,7 +87,7 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
         motion, at = _channel(record, at, volume, step)
         motions.append(motion)
     stated = _CHANNELS.search("\n".join(record.lines[:8]))
-    if stated and int(stated["count"]) > len(motions):
+    if stated and 1 < len(motions) < int(stated["count"]):  # CESMD also writes one file per channel
         warn_caller(
             f"{path}: the header states {stated['count']} channels, the file contains {len(motions)}: it may be truncated"
         )
@@ -209,14 +211,12 @@ def _names(record: RecordText, head: list[str], first: int) -> tuple[str, str]:
     first_of_volume_1 = 1 if _CORRECTED.match(head[0]) else 0
     named = head[first_of_volume_1 + 5].strip()
     station = next((match["code"] for line in head if (match := _STATION.search(line))), re.split(r"\s{3,}", named)[0])
-    of_channel = [line for line in head[first_of_volume_1 + 6 :][:1] if _CHANNEL.match(line)]
-    label, location = "", ""
-    if of_channel and (channel := _CHANNEL.match(of_channel[0])):
-        text = re.split(r"\s{3,}|\(", channel["label"].strip())[0]
-        if parts := _LABEL.match(text.strip()):
-            label, location = orientation(parts["label"]), parts["location"].strip()
-            label = label.label if label.kind != "unknown" else ""
+    channel = _CHANNEL.match(head[first_of_volume_1 + 6])
+    found = _LABEL.match(channel["label"]) if channel else None
+    label = orientation(found["label"] if found else "")
+    location = _LOCATION.search(channel["label"]) if channel else None
     event = re.split(r"\s{3,}", head[first_of_volume_1 + 1].strip())[0]
     accession = head[first_of_volume_1 + 3].split()
     record_id = accession[0] if accession and re.match(r"\w+[-.]\S+$", accession[0]) else event
-    return " ".join(filter(None, [station, record_id, location])), label
+    name = " ".join(filter(None, [station, record_id, location["location"] if location else ""]))
+    return name, label.label if label.kind != "unknown" else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from os import PathLike
@@ -48,6 +49,7 @@ _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[Groun
     ("CSMIP", is_csmip, read_csmip),
 )
 FEWEST_RUNNING = 5  # values per line that can be no columns: tables have a time and up to three components
+FEWEST_IN_ONE_LINE = 20  # values that are a record, if a file has one line of numbers
 # Formats whose records may have been digitised at uneven times, and are then interpolated to a step.
 _WITH_STEP = ("CSMIP", "SMC")
 # Text that is recognised and contains no record, or one that is read in another way: a pattern of its first line.
@@ -174,7 +176,7 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
     path = record.path
     header = header_of(record)
     rows = [line for line in record.lines[header.lines :] if line.strip()]
-    if len(rows) < 2:
+    if len(rows) < 2 and sum(len(tokens_of(line)) for line in rows) < FEWEST_IN_ONE_LINE:
         shown = next((line.strip()[:60] for line in record.lines if line.strip()), "")
         raise NotARecordError(
             f"{path}: the format is unknown: its first line is {shown!r}, and no two lines of numbers follow. "
@@ -186,7 +188,11 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
             "wd.records.read(path, unit='g')"
         )
     widths = [len(tokens_of(line)) for line in rows]
-    is_running = len(set(widths[:-1])) == 1 and widths[0] > 1 and (widths[-1] < widths[0] or widths[0] >= FEWEST_RUNNING)
+    usual, alike = Counter(widths).most_common(1)[0]
+    is_full = len(set(widths[:-1])) == 1  # all lines but the last
+    is_running = usual > 1 and (
+        (usual >= FEWEST_RUNNING and alike >= 0.5 * len(widths)) or (is_full and widths[-1] < widths[0])
+    )
     if is_running:
         return read_running_values(path, unit=unit, step=step)
     step = header.step if step is None and widths[0] == 1 else step
