@@ -11,7 +11,7 @@ import numpy as np
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import component_of_header, record_and_component, record_of_header
-from warpdyn.ground_motions.records.formats.header_checks import check_missing_values
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_forms,

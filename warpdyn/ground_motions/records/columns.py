@@ -12,7 +12,7 @@ from warpdyn.core.checks import one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.formats.header_checks import check_missing_values
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import FEWEST_ALIKE, NumberLines, check_last_value, text_of, warn_of_layout
 from warpdyn.ground_motions.records.units import checked_step, step_of_times, unit_factor
 
@@ -23,7 +23,8 @@ SLOWEST_STEP = 0.5  # s; records are sampled at .001 to .05 s, and times in mill
 _HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}|[^\W\d_]/[^\W\d_]")
 # What spreadsheets and programs write in the place of a number.
 _MISSING = re.compile(
-    r"\s*(?:#(?:N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!|NV|WERT!)|[-+]?(?:NAN|INF(?:INITY)?)|N/?A|NULL|NONE)[\s,;]*", re.IGNORECASE
+    r"\s*(?:#(?:N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!|NV|WERT!)|[-+]?(?:NAN|INF(?:INITY)?)|N/?A|NULL|NONE)[\s,;]*",
+    re.IGNORECASE,
 )
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
 

@@ -10,7 +10,7 @@ import numpy as np
 from warpdyn.core.checks import one_of
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import COMPONENTS, azimuth_label, chosen_components
-from warpdyn.ground_motions.records.formats.header_checks import check_missing_values
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_count,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.formats.header_checks import check_missing_values
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_count,

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from warpdyn.core.messages import warn_caller
-from warpdyn.ground_motions.records.formats.content import (
+from warpdyn.ground_motions.records.parsing.content import (
     bytes_of,
     decoded,
     refuse_other_content,

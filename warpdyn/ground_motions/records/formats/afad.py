@@ -7,8 +7,8 @@ from os import PathLike
 
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import orientation
-from warpdyn.ground_motions.records.formats.fixed_width import RecordText
-from warpdyn.ground_motions.records.formats.header_checks import (
+from warpdyn.ground_motions.records.parsing.fixed_width import RecordText
+from warpdyn.ground_motions.records.parsing.header_checks import (
     check_missing_values,
     check_printed_peak,
     stated_count,
@@ -54,7 +54,9 @@ def read_afad(path: str | PathLike) -> list[GroundMotion]:
         if name not in header:
             raise ValueError(f"{path}: the header of this AFAD file lacks the line {name!r}")
     if peaks is None:
-        raise ValueError(f"{path}: the header of this AFAD file lacks the line 'RAW PGA VALUES (gal)', which names the unit")
+        raise ValueError(
+            f"{path}: the header of this AFAD file lacks the line 'RAW PGA VALUES (gal)', which names the unit"
+        )
     if "(GAL)" not in peaks[0]:
         raise ValueError(f"{peaks[1][1]}: expected 'RAW PGA VALUES (gal)', which names the unit, got {peaks[0]!r}")
     factor = unit_factor("gal", peaks[1][1])
@@ -69,7 +71,9 @@ def read_afad(path: str | PathLike) -> list[GroundMotion]:
         raise ValueError(f"{numbers.place(i)}: expected 3 values, one per component, got {other}")
     if len(lines) != count:
         kind, place = "truncated" if len(lines) < count else "too long", header["NUMBER OF DATA"][1]
-        raise ValueError(f"{place}: {kind}: {len(lines)} lines of values follow, not the {count} that the header states")
+        raise ValueError(
+            f"{place}: {kind}: {len(lines)} lines of values follow, not the {count} that the header states"
+        )
     table = numbers.values(range(3))
     check_last_value(record.text, [token for i in range(count) for token in numbers.tokens(i)], path)
     check_forms(numbers)

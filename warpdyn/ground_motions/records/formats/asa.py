@@ -9,8 +9,8 @@ import numpy as np
 
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import orientation
-from warpdyn.ground_motions.records.formats.fixed_width import Layout, RecordText, block, check_end, layout_of_lines
-from warpdyn.ground_motions.records.formats.header_checks import (
+from warpdyn.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, check_end, layout_of_lines
+from warpdyn.ground_motions.records.parsing.header_checks import (
     check_duration,
     check_printed_peak,
     stated_count,

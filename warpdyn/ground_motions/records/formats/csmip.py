@@ -10,8 +10,8 @@ import numpy as np
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import orientation
-from warpdyn.ground_motions.records.formats.fixed_width import Layout, RecordText, block, layout_of_lines
-from warpdyn.ground_motions.records.formats.header_checks import (
+from warpdyn.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, layout_of_lines
+from warpdyn.ground_motions.records.parsing.header_checks import (
     check_duration,
     check_printed_peak,
     check_time_of_peak,
@@ -19,7 +19,7 @@ from warpdyn.ground_motions.records.formats.header_checks import (
     stated_count,
     stated_step,
 )
-from warpdyn.ground_motions.records.formats.uneven import at_equal_steps
+from warpdyn.ground_motions.records.parsing.uneven import at_equal_steps
 from warpdyn.ground_motions.records.units import unit_factor
 
 _CORRECTED = re.compile(r"\s*corrected\s+accelerogram\b", re.IGNORECASE)
@@ -94,15 +94,18 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
     return motions
 
 
-def _channel(
-    record: RecordText, first: int, volume: str, wanted_step: float | None
-) -> tuple[GroundMotion, int]:
+def _channel(record: RecordText, first: int, volume: str, wanted_step: float | None) -> tuple[GroundMotion, int]:
     """Return the acceleration of the channel that starts at a line, and the line after it."""
     data = first + _TEXT_LINES[volume] + _INTEGER_LINES + _REAL_LINES[volume]
     record.line(data, "the values of the channel")
     head = record.lines[first : first + _TEXT_LINES[volume]]
     _check_numeric_header(record, first + len(head), data)
     if found := _DATA.match(record.lines[data]):
+        if found["quantity"].lower() != "acc":
+            raise ValueError(
+                f"{record.place(data)}: the channel begins with {found['quantity'].lower()}..., not with its acceleration: take "
+                "the file that contains the accelerations"
+            )
         # Some files of USC name the unit only beside the peak.
         peak = next((match for line in head if (match := _PEAK["V2"].search(line))), None)
         values, step, after = _equal_steps(record, data, found, peak["unit"] if peak else None)

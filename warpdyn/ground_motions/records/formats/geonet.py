@@ -10,8 +10,8 @@ import numpy as np
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import orientation
-from warpdyn.ground_motions.records.formats.fixed_width import Layout, RecordText, block, layout_of_lines
-from warpdyn.ground_motions.records.formats.header_checks import (
+from warpdyn.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, layout_of_lines
+from warpdyn.ground_motions.records.parsing.header_checks import (
     check_duration,
     check_printed_peak,
     check_time_of_peak,
@@ -28,12 +28,13 @@ _ADDED_BEFORE = 31  # number of samples added before the record
 _TITLE = re.compile(r"\s*(?P<volume>un)?corrected\s+accelerogram\s+(?P<record>\S+)", re.IGNORECASE)
 _SITE = re.compile(r"\s*site\s+(?P<site>\S+)\s+\d+\s+\d+\s+\d+[NS]", re.IGNORECASE)
 _COUNT = re.compile(r"number\s+of\s+points\s+(?P<count>\d+)\s+duration\s+(?P<duration>\d*\.?\d+)\s*s", re.IGNORECASE)
-_STEP = re.compile(
-    r"\bat\s+(?:intervals\s+of\s+)?(?P<step>\d*\.?\d+)\s*s(?:ec)?\b", re.IGNORECASE
-)
+_STEP = re.compile(r"\bat\s+(?:intervals\s+of\s+)?(?P<step>\d*\.?\d+)\s*s(?:ec)?\b", re.IGNORECASE)
 _RAW_UNIT = re.compile(r"in\s+units\s+of\s+(?P<scale>\d*\.?\d+)?\s*(?P<unit>mm/s/s)", re.IGNORECASE)
 _COMPONENT = re.compile(r"\s*component\s+(?P<component>\S+)", re.IGNORECASE)
-_PEAK = re.compile(r"\s*acceleration:\s+peak\s+(?P<peak>[-+]?\d*\.?\d+)\s*(?P<unit>mm/s/s|g)\s+at\s+(?P<time>\d*\.?\d+)\s*s", re.IGNORECASE)
+_PEAK = re.compile(
+    r"\s*acceleration:\s+peak\s+(?P<peak>[-+]?\d*\.?\d+)\s*(?P<unit>mm/s/s|g)\s+at\s+(?P<time>\d*\.?\d+)\s*s",
+    re.IGNORECASE,
+)
 
 
 def is_geonet(first_lines: list[str]) -> bool:

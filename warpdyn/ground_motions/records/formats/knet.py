@@ -10,8 +10,8 @@ import numpy as np
 
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import orientation
-from warpdyn.ground_motions.records.formats.fixed_width import RecordText, block, check_end, layout_of_lines
-from warpdyn.ground_motions.records.formats.header_checks import (
+from warpdyn.ground_motions.records.parsing.fixed_width import RecordText, block, check_end, layout_of_lines
+from warpdyn.ground_motions.records.parsing.header_checks import (
     check_duration,
     check_printed_peak,
     stated_step,
@@ -20,7 +20,15 @@ from warpdyn.ground_motions.records.text import number
 
 _HEADER_LINES = 17
 _WIDTH_OF_NAMES, _WIDTH_OF_VALUES = 18, 9  # characters
-_NEEDED = ("Station Code", "Record Time", "Sampling Freq(Hz)", "Duration Time(s)", "Dir.", "Scale Factor", "Max. Acc. (gal)")
+_NEEDED = (
+    "Station Code",
+    "Record Time",
+    "Sampling Freq(Hz)",
+    "Duration Time(s)",
+    "Dir.",
+    "Scale Factor",
+    "Max. Acc. (gal)",
+)
 # KiK-net numbers its directions: 1 to 3 in the borehole, 4 to 6 at the surface.
 _DIRECTIONS = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}
 

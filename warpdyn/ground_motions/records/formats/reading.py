@@ -17,11 +17,8 @@ from warpdyn.ground_motions.records.components import COMPONENTS, chosen_compone
 from warpdyn.ground_motions.records.cosmos import read_cosmos
 from warpdyn.ground_motions.records.esm import read_esm
 from warpdyn.ground_motions.records.formats.afad import is_afad, read_afad
-from warpdyn.ground_motions.records.formats.archives import Member, is_archive, members
 from warpdyn.ground_motions.records.formats.asa import is_asa, read_asa
-from warpdyn.ground_motions.records.formats.content import bytes_of, is_miniseed, is_sac
 from warpdyn.ground_motions.records.formats.csmip import is_csmip, read_csmip
-from warpdyn.ground_motions.records.formats.fixed_width import RecordText
 from warpdyn.ground_motions.records.formats.geonet import is_geonet, read_geonet
 from warpdyn.ground_motions.records.formats.knet import read_knet
 from warpdyn.ground_motions.records.formats.running_values import (
@@ -32,6 +29,9 @@ from warpdyn.ground_motions.records.formats.running_values import (
 )
 from warpdyn.ground_motions.records.formats.seismic import read_seismic
 from warpdyn.ground_motions.records.formats.smc import is_smc, read_smc
+from warpdyn.ground_motions.records.parsing.archives import is_archive, members
+from warpdyn.ground_motions.records.parsing.content import bytes_of, is_miniseed, is_sac
+from warpdyn.ground_motions.records.parsing.fixed_width import RecordText
 
 _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[GroundMotion]]], ...] = (
     ("K-NET", lambda lines: lines[0].startswith("Origin Time"), read_knet),

@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from os import PathLike
 
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.formats.fixed_width import RecordText
-from warpdyn.ground_motions.records.formats.header_checks import check_missing_values
-from warpdyn.ground_motions.records.text import NumberLines, check_forms, check_last_value
+from warpdyn.ground_motions.records.parsing.fixed_width import RecordText
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.ground_motions.records.text import (
+    NumberLines,
+    check_forms,
+    check_last_value,
+    warn_of_layout,
+)
 from warpdyn.ground_motions.records.units import checked_step, unit_factor
 
-_COUNT = re.compile(r"\b(?:npts?|n\s*points?|no\.?\s*of\s*points|number\s+of\s+(?:points|data|samples|values))\s*[=:]?\s*(\d+)", re.I)
-_STEP = re.compile(r"\b(?:dt|delta|time\s*step|sampling\s*interval|step)\b[^=:\d.]*[=:]?\s*(\d*\.\d+|\d+e-\d+)\s*(ms)?", re.I)
+FEWEST_LINES = 3  # with one layout show where numbers end in lines of this file
+_COUNT = re.compile(
+    r"\b(?:npts|npt|n\s*points?|no\.?\s*of\s*points|number\s+of\s+(?:points|data|samples|values))\s*[=:]?\s*(\d+)", re.I
+)
+_STEP = re.compile(
+    r"\b(?:dt|delta|time\s*step|sampling\s*interval|step)\b[^=:\d.]*[=:]?\s*(\d*\.\d+|\d+e-\d+)\s*(ms)?", re.I
+)
 _OTHER_QUANTITY = re.compile(r"\b(velocity|displacement|spectr\w+)\b", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?")
 # A word does not follow a digit, as the letter of a damaged number does.
@@ -79,7 +90,9 @@ def check_against_header(motion: GroundMotion, header: Header) -> None:
     count = motion.acceleration.size
     if header.count is not None and header.count != count:
         kind = "truncated" if count < header.count else "too long"
-        raise ValueError(f"{motion.source}: {kind}: {count} values follow, not the {header.count} that the header states")
+        raise ValueError(
+            f"{motion.source}: {kind}: {count} values follow, not the {header.count} that the header states"
+        )
     if header.step is not None and abs(motion.step - header.step) > 1e-3 * header.step:
         raise ValueError(f"{motion.source}: the step is {motion.step:g} s, but the header states {header.step:g} s")
 
@@ -91,7 +104,8 @@ def _is_words(line: str) -> bool:
         return True
     words = [word for word in _WORD.findall(text) if word.lower() not in _NO_WORDS]
     numbers = [token for token in tokens_of(text) if _NUMBER.fullmatch(token)]
-    return bool(words) and (len(numbers) <= len(words) or bool(_COUNT.search(line)) or bool(_STEP.search(line)))
+    starts_so = bool(words) and text.startswith(words[0])
+    return bool(words) and (starts_so or len(numbers) <= len(words) or bool(_COUNT.search(line) or _STEP.search(line)))
 
 
 def read_running_values(path: str | PathLike, *, unit: str, step: float | None = None) -> list[GroundMotion]:
@@ -112,6 +126,7 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     record = RecordText.of(path)
     header = header_of(record)
     places = [i for i in range(header.lines, len(record.lines)) if record.lines[i].strip()]
+    _check_separators(record, places)
     rows = [tokens_of(record.lines[i]) for i in places]
     if not rows:
         raise ValueError(f"{path}: no values follow the header")
@@ -121,11 +136,6 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
                 f"{record.place(i)}: {len(row)} values, where the first line has {len(rows[0])}: a value is missing or was "
                 "added"
             )
-    at = next((i for i in places if re.search(r"\d,\d", record.lines[i])), None)
-    if at is not None and "." not in record.lines[at]:
-        raise ValueError(
-            f"{record.place(at)}: {record.lines[at].strip()[:40]!r} seems to have decimal commas: replace them by points"
-        )
     numbers = NumberLines(path, [" ".join(row) for row in rows], [i + 1 for i in places])
     values = numbers.values()
     step = step if step is not None else header.step
@@ -134,14 +144,46 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
             f"{path}: the step of these {values.size} values must be given: wd.records.read(path, unit={unit!r}, step=0.01)"
         )
     check_last_value(record.text, [token for row in rows for token in row], path)
-    # Where all numbers are apart, their columns show a lost sign.
-    is_apart = not any("," in record.lines[i] or _TOUCHING.search(record.lines[i]) for i in places)
-    as_written = NumberLines(path, [record.lines[i] for i in places], [i + 1 for i in places])
-    check_forms(as_written if is_apart else numbers)
+    check_forms(numbers)
+    warn_of_layout(numbers, _lines_of_other_layout([record.lines[i] for i in places]))
     check_missing_values(values, lambda i: numbers.place(i // len(rows[0])))
     motion = GroundMotion(factor * values, checked_step(step, "step"), record.stem, str(path))
     check_against_header(motion, header)
     return [motion]
+
+
+def _check_separators(record: RecordText, places: list[int]) -> None:
+    """Raise a ValueError if lines are separated in other ways, have decimal commas, or a number did not fit its field."""
+    for i in places:
+        if "**" in record.lines[i]:
+            raise ValueError(
+                f"{record.place(i)}: asterisks stand for a value that did not fit its field, and is lost: get the record in "
+                "another format or unit"
+            )
+    decimal = next((i for i in places if re.search(r"\d,\d", record.lines[i]) and "." not in record.lines[i]), None)
+    if decimal is not None:
+        raise ValueError(
+            f"{record.place(decimal)}: {record.lines[decimal].strip()[:40]!r} seems to have decimal commas: replace them by "
+            "points"
+        )
+    marks = [len(re.findall(r"[,;\t]", record.lines[i])) for i in places[:-1]]
+    usual = Counter(marks).most_common(1)[0][0] if marks else 0
+    odd = next((i for i, count in zip(places, marks, strict=False) if count != usual), None)
+    if odd is not None:
+        raise ValueError(
+            f"{record.place(odd)}: {record.lines[odd].strip()[:60]!r} has another number of commas, semicolons or tabs than the "
+            "other lines: one of them is damaged"
+        )
+
+
+def _lines_of_other_layout(lines: list[str]) -> list[int]:
+    """Return the few lines whose numbers do not end where those of most lines do, as where one lost its sign or a digit."""
+    ends = [tuple(match.end() for match in re.finditer(r"[\d.](?=[-+\s,;]|$)", line)) for line in lines]
+    common, alike = Counter(ends).most_common(1)[0]
+    others = [
+        i for i, row in enumerate(ends) if row != common and not (i == len(ends) - 1 and row == common[: len(row)])
+    ]
+    return others if alike >= FEWEST_LINES and len(others) <= max(2, 0.02 * len(lines)) else []
 
 
 def tokens_of(line: str) -> list[str]:

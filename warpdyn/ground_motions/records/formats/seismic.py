@@ -11,13 +11,16 @@ import numpy as np
 
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.formats.content import is_sac
 from warpdyn.ground_motions.records.obspy_streams import from_obspy
+from warpdyn.ground_motions.records.parsing.content import is_sac
 
 # SAC's codes of the dependent variable, and the second letter of SEED channels of instruments that are not
 # accelerometers.
 _OTHER_QUANTITIES = {6: "displacement", 7: "velocity", 50: "voltage"}
-_NO_ACCELEROMETERS = {"H": "seismometer, which records velocities", "L": "low-gain seismometer, which records velocities"}
+_NO_ACCELEROMETERS = {
+    "H": "seismometer, which records velocities",
+    "L": "low-gain seismometer, which records velocities",
+}
 
 
 def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
@@ -62,7 +65,9 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
     motions = from_obspy(stream, unit)
     for motion in motions:
         if step is not None and abs(motion.step - step) > 1e-3 * step:
-            raise ValueError(f"{path}: step is {step:g} s, but this {name} file states {motion.step:g} s: leave out step=")
+            raise ValueError(
+                f"{path}: step is {step:g} s, but this {name} file states {motion.step:g} s: leave out step="
+            )
     if len(motions) == 1:
         return [replace(motions[0], name=Path(path).stem, source=str(path))]
     return [replace(motion, source=str(path)) for motion in motions]

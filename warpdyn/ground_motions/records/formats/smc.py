@@ -10,14 +10,16 @@ import numpy as np
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import azimuth_label, orientation
-from warpdyn.ground_motions.records.formats.fixed_width import Layout, RecordText, block, check_end
-from warpdyn.ground_motions.records.formats.header_checks import stated_step
-from warpdyn.ground_motions.records.formats.uneven import at_equal_steps
+from warpdyn.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, check_end
+from warpdyn.ground_motions.records.parsing.header_checks import stated_step
+from warpdyn.ground_motions.records.parsing.uneven import at_equal_steps
 
-_TITLE = re.compile(r"\s*(?P<kind>\d)\s+(?P<title>(un)?corrected\s+accelerogram|velocity|displacement|.*spectr\w+)", re.IGNORECASE)
+_TITLE = re.compile(
+    r"\s*(?P<kind>\d)\s+(?P<title>(un)?corrected\s+accelerogram|velocity|displacement|.*spectr\w+)", re.IGNORECASE
+)
 _TEXT_LINES = 11
 _INTEGERS, _REALS = Layout(8, 10, 0), Layout(5, 15)
-_VALUES = Layout(8, 10)
+_VALUES = Layout(8, 10, 4, is_scientific=True)
 # Places in the headers, from 0, and what stands for a value that is unknown.
 _UP_ANGLE, _AZIMUTH, _COMMENTS, _COUNT, _RATE = 12, 13, 15, 16, 1
 _MAXIMUM, _MINIMUM = 29, 31
@@ -65,11 +67,15 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
         after += 1
     count = int(integers[_COUNT])
     if count < 2:
-        raise ValueError(f"{path}: value 17 of the whole numbers, the number of values, must be at least 2, got {count}")
+        raise ValueError(
+            f"{path}: value 17 of the whole numbers, the number of values, must be at least 2, got {count}"
+        )
     is_uneven = reals[_RATE] == _UNKNOWN_REAL  # then values are pairs of a time and an acceleration
     values, end = block(record, after, count, _VALUES)
     if is_uneven and len(record.lines) == end + 1:
-        warn_caller(f"{record.place(end)}: this line follows the {count} numbers that the header states, and is left out")
+        warn_caller(
+            f"{record.place(end)}: this line follows the {count} numbers that the header states, and is left out"
+        )
     else:
         check_end(record, end)
     if is_uneven:

@@ -11,11 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from warpdyn.core.messages import warn_caller
-from warpdyn.ground_motions.records.formats.header_checks import check_missing_values
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import check_last_value, lines_of, number, text_of
 
 _TO_FORM = str.maketrans("123456789d", "000000000D")
-_FORMAT = re.compile(r"(?P<per_line>\d+)\s*P?,?\s*(?P<kind>[FEGID])\s*(?P<width>\d+)(?:\.(?P<decimals>\d+))?", re.IGNORECASE)
+_FORMAT = re.compile(
+    r"(?P<per_line>\d+)\s*P?,?\s*(?P<kind>[FEGID])\s*(?P<width>\d+)(?:\.(?P<decimals>\d+))?", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -27,12 +29,14 @@ class Layout:
         width: Characters per value.
         decimals: Digits after the point; None if they are not fixed, 0 for whole numbers without a point.
         indent: Blanks before the first value of a line.
+        is_scientific: Whether values have one digit before the point and an exponent, as 1.2345E+1.
     """
 
     per_line: int
     width: int
     decimals: int | None = None
     indent: int = 0
+    is_scientific: bool = False
 
     @classmethod
     def of(cls, text: str) -> Layout | None:
@@ -117,7 +121,9 @@ def block(
     values = np.array([token.replace("D", "E").replace("d", "e") for token in tokens], dtype=np.float64)
     if not np.isfinite(values).all():
         at = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise ValueError(f"{record.place(first + at // layout.per_line)}: {tokens[at].strip()!r} is not a finite number")
+        raise ValueError(
+            f"{record.place(first + at // layout.per_line)}: {tokens[at].strip()!r} is not a finite number"
+        )
     if is_data:
         check_missing_values(values, lambda i: record.place(first + i // layout.per_line))
     return values, first + rows
@@ -141,7 +147,7 @@ def _check_line(line: str, fields: int, layout: Layout, place: str) -> None:
             "missing or were added"
         )
     for field in row:
-        if not _field_pattern(layout.decimals).fullmatch(field):
+        if not _field_pattern(layout.decimals, layout.is_scientific).fullmatch(field):
             number(field.strip(), place)  # an error that names what is no number at all
             digits = "" if layout.decimals is None else f" with {layout.decimals} digits after the point"
             raise ValueError(
@@ -150,7 +156,9 @@ def _check_line(line: str, fields: int, layout: Layout, place: str) -> None:
 
 
 @cache
-def _field_pattern(decimals: int | None) -> re.Pattern[str]:
+def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]:
+    if is_scientific:
+        return re.compile(rf" *[-+]?\d\.\d{{{decimals}}}[EeDd][-+]\d{{1,3}}", re.ASCII)
     if decimals is None:
         return re.compile(r" *[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?", re.ASCII)
     return re.compile(r" *[-+]?\d+" if decimals == 0 else rf" *[-+]?\d*\.\d{{{decimals}}}", re.ASCII)

@@ -7,7 +7,7 @@ import re
 from os import PathLike
 from pathlib import Path
 
-from warpdyn.ground_motions.records.formats.archives import Member, is_gzip, is_tar, zip_names
+from warpdyn.ground_motions.records.parsing.archives import Member, is_gzip, is_tar, zip_names
 
 _UNPACK = "unpack it first, or give it to wd.records.read if it is a gzip, zip or tar file"
 _ARRAY = "load its values and give them to wd.records.from_array(values, step, unit)"
@@ -137,7 +137,8 @@ def _is_utf_16(data: bytes) -> bool:
     head = data[: _LARGEST_HEAD - _LARGEST_HEAD % 2]
     odd, even = head[1::2], head[::2]
     return len(head) >= 8 and (
-        (odd.count(0) > 0.9 * len(odd) and even.count(0) == 0) or (even.count(0) > 0.9 * len(even) and odd.count(0) == 0)
+        (odd.count(0) > 0.9 * len(odd) and even.count(0) == 0)
+        or (even.count(0) > 0.9 * len(even) and odd.count(0) == 0)
     )
 
 

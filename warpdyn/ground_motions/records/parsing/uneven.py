@@ -54,6 +54,8 @@ def at_equal_steps(
         )
     step = checked_step(step, "step")
     if (times[-1] - times[0]) / step > LARGEST_INTERPOLATED:
-        raise ValueError(f"step is {step:g} s, which makes more than {LARGEST_INTERPOLATED:,} values: is it in seconds?")
+        raise ValueError(
+            f"step is {step:g} s, which makes more than {LARGEST_INTERPOLATED:,} values: is it in seconds?"
+        )
     grid = np.arange(times[0], times[-1] + 1e-9 * step, step)
     return np.interp(grid, times, values), step
