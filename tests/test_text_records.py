@@ -95,7 +95,7 @@ def test_bad_text(tmp_path, content, step, message):
 
 def test_bad_unit(tmp_path):
     file = write(tmp_path, "1\n2\n")
-    for unit in ("ft/s2", "", None):
+    for unit in ("furlong/s2", "", None):
         with pytest.raises(ValueError, match=r"unknown unit .*, allowed are 'm/s2', 'm s-2', 'cm/s2', .*'gal', 'g'"):
             wd.records.read_text(file, unit=unit, step=0.01)
         with pytest.raises(ValueError, match=r"motion 'A': unknown unit .*, allowed are"):

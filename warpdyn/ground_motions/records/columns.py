@@ -12,7 +12,15 @@ from warpdyn.core.checks import one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.records.components import named_component, record_and_component
 from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.ground_motions.records.quantities import (
+    check_stated_numbers,
+    check_statements,
+    refuse_step_as_sample,
+    refuse_times,
+    stated_step,
+)
 from warpdyn.ground_motions.records.text import FEWEST_ALIKE, NumberLines, check_last_value, text_of, warn_of_layout
 from warpdyn.ground_motions.records.units import checked_step, step_of_times, unit_factor
 
@@ -90,15 +98,35 @@ def read_text(
     values = numbers.values(columns)
     if values.shape[1] < 2:
         raise ValueError(f"{path}: a record needs at least 2 samples, found {values.shape[1]}")
+    if table.count == 1 and header_lines is None and step is not None:
+        first = [numbers.tokens(i)[0] for i in (0, 1)]
+        refuse_step_as_sample(path, numbers.line_numbers[0], first, values[0], step)
     _check_damage(table, columns)
     check_missing_values(values[0], numbers.place)
+    name = table.names[acceleration] if table.names else ""
+    check_statements(path, name, table.header, unit, factor)
+    refuse_times(path, acceleration, values[0])
     if time is not None:
         step = _step_of_column(table, time, values[1], step, time_unit)
     else:
         _refuse_gaps(table)
         if step is None:
-            raise ValueError(f"{path}: one column has no times, so step [s] must be given")
-    return GroundMotion(factor * values[0], step, Path(path).stem, str(path))
+            stated = stated_step(table.header)
+            hint = f": the header says {stated[1].lower()!r}, so step={stated[0]:g}" if stated else ""
+            raise ValueError(f"{path}: one column has no times, so step [s] must be given{hint}")
+    check_stated_numbers(path, table.header, step, values.shape[1])
+    record, component = _component_of(path, name, table.header)
+    return GroundMotion(factor * values[0], step, Path(path).stem, str(path), record, component)
+
+
+def _component_of(path: str | Path, name: str, header: list[str]) -> tuple[str, str]:
+    """Return the record and the component from the name of the column, the header and the file's name."""
+    label = record_and_component(re.sub(r"[(\[{].*?[)\]}]", "", name))[1]
+    if label:
+        return Path(path).stem, label
+    stated = next(filter(None, map(named_component, header)), "")
+    record, label = record_and_component(Path(path).name, stated, place=str(path))
+    return (record or Path(path).stem) if label else "", label
 
 
 @dataclass(frozen=True)
@@ -109,6 +137,7 @@ class _Table:
     text: str
     numbers: NumberLines
     names: list[str]  # of the columns, if a header names them
+    header: list[str]  # the other lines before the first number, and comments
     count: int  # of columns
 
 
@@ -128,7 +157,8 @@ def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, head
     mark = delimiter or next((mark for mark in (";" if decimal_comma else ";,") if mark in lines[first]), None)
     mark = None if mark is not None and mark.isspace() and mark != "\t" else mark
     numbers = NumberLines(path, lines[first:], range(first + 1, len(lines) + 1), mark)
-    if numbers.has_line(_is_skipped):
+    is_commented = numbers.has_line(_is_skipped)
+    if is_commented:
         kept = [i for i in range(first, len(lines)) if not _is_skipped(lines[i])]
         numbers = NumberLines(path, [lines[i] for i in kept], [i + 1 for i in kept], mark)
     if decimal_comma:
@@ -146,9 +176,26 @@ def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, head
         is_rest = i == len(numbers) - 1 and other < count
         hint = ": if a record runs on from line to line, give all its values in a row to from_array" if is_rest else ""
         raise ValueError(f"{numbers.place(i)}: {other} columns, where the first line has {count}{hint}")
-    stripped = above.strip(" \t#%")
-    names = stripped.split() if mark is None else [name.strip(" \t\"'") for name in stripped.split(mark)]
-    return _Table(path, text, numbers, names if len(names) == count else [], count)
+    names = _names_of(above.strip(" \t#%"), count, mark)
+    header = [line for line in lines[:first] if not names or line is not above]
+    header += [line for line in lines[first:] if line.strip() and _is_skipped(line)] if is_commented else []
+    return _Table(path, text, numbers, names, header, count)
+
+
+def _names_of(line: str, count: int, mark: str | None) -> list[str]:
+    """Return the names of the columns; empty if a line does not have as many names as there are columns."""
+    if re.match(r"\W*\w[\w ]*[:=]", line):
+        return []  # "units: cm/s2"
+    if mark is not None:
+        ways = [[name.strip(" \t\"'") for name in line.split(mark)]]
+    else:
+        # "t a", "Time [s]  Velocity [m/s]" and "Time (s) Velocity (m/s)".
+        ways = (
+            [line.split()]
+            if count == 1
+            else [line.split(), re.split(r"\s{2,}|\t", line), re.findall(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?", line)]
+        )
+    return next((names for names in ways if len(names) == count), [])
 
 
 def _is_skipped(line: str) -> bool:

@@ -81,7 +81,11 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
     found = records_and_components(
         [file.name for file in files], [component_of_header(title) for title in titles], [str(file) for file in files]
     )
-    records = [record or record_of_header(title) for (record, _), title in zip(found, titles, strict=True)]
+    # Files that are named by their component alone, such as "EW.AT2", are one record.
+    records = [
+        record or record_of_header(title) or (directory.resolve().name if label else "")
+        for (record, label), title in zip(found, titles, strict=True)
+    ]
     labels = [label for _, label in found]
     chosen = chosen_components(labels, components, [file.name for file in files], records, str(path))
     if not any(chosen):

@@ -41,7 +41,7 @@ _PER_SECOND_SQUARED = re.compile(
 )
 _GRAVITY = {
     "g": 1.0, "gs": 1.0, "g's": 1.0, "gravity": 1.0, "%g": 0.01, "%ofg": 0.01, "percentg": 0.01, "percentofg": 0.01,
-    "pctg": 0.01, "g/100": 0.01, "mg": 1e-3, "millig": 1e-3, "milli-g": 1e-3,
+    "pctg": 0.01, "g/100": 0.01, "g/10": 0.1, "mg": 1e-3, "millig": 1e-3, "milli-g": 1e-3,
 }  # fmt: skip
 _GALS = ("gal", "gals")
 _ASCII_SIGNS = str.maketrans("\u2212\u2013\u00b7\u22c5\u2219\u00d7\u2215\u2044\u2019", "--...*//'")

@@ -1,7 +1,7 @@
 """Components of a record: labels of directions, names of files, and pairs of horizontal components."""
 
 from warpdyn.ground_motions.records.components.file_names import record_and_component, records_and_components
-from warpdyn.ground_motions.records.components.headers import component_of_header, record_of_header
+from warpdyn.ground_motions.records.components.headers import component_of_header, named_component, record_of_header
 from warpdyn.ground_motions.records.components.orientations import (
     Orientation,
     angle_between,
@@ -21,6 +21,7 @@ __all__ = [
     "component_of_header",
     "instrument_of",
     "is_vertical",
+    "named_component",
     "orientation",
     "pairs",
     "record_and_component",

@@ -145,7 +145,10 @@ def _candidates(stem: str) -> Iterator[_Candidate]:
                     stem[token.start() : tokens[last].end()],
                     stem[tokens[last].end() :],
                 )
-                if distinctive := _of_whole(label, before, last - i):
+                distinctive = _of_whole(label, before, last - i)
+                if distinctive == _POSSIBLE and label == stem:
+                    distinctive = _ONLY_IN_SETS  # "x.csv"
+                if distinctive is not None:
                     yield _Candidate(orientation(label), before, after, distinctive, _is_added(after))
         before, after = stem[: token.start()], stem[token.end() :]
         for label, distinctive in _glued(token[0], stem):

@@ -21,8 +21,7 @@ def component_of_header(line: str) -> str:
 
     The label is the last field between commas, or follows "COMP", "CHAN 1:" or "Dir.", or is the last word.
     """
-    named = _NAMED.search(line)
-    if named and (label := _at_start(named["label"])):
+    if label := named_component(line):
         return label
     fields = [field.strip() for field in re.split(r"[,;|]", line)]
     if len(fields) > 1:
@@ -32,6 +31,12 @@ def component_of_header(line: str) -> str:
             if found and (i == 0 or (found.family != "azimuth" and len(found.label) > 1)):
                 return found.label
     return _at_end(fields[-1])
+
+
+def named_component(line: str) -> str:
+    """Return the label that follows "COMP", "CHAN 1:" or "Dir." in a header line; empty if there is none."""
+    named = _NAMED.search(line)
+    return _at_start(named["label"]) if named else ""
 
 
 def record_of_header(line: str) -> str:
