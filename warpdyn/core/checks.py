@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.core.masked import refuse_masked
 from warpdyn.core.near_misses import did_you_mean
 
 LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
@@ -69,6 +70,7 @@ def whole_number(what: str, value: Any, least: int) -> int:
 
 def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
     """Return a new float64 array; raise a ValueError for text, truth values, complex numbers and ragged rows."""
+    refuse_masked(what, values)
     try:
         array = np.array(values)
     except (TypeError, ValueError):

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers, whole_number
+from warpdyn.core.masked import unmasked
 from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import Assignment, Excitation
@@ -290,7 +291,7 @@ class OneMotionPerStructure(Design):
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
             raise ValueError("scale must be one factor, or one a sample, each finite and above 0")
         if self.motion is not None:
-            motion = np.atleast_1d(self.motion)
+            motion = np.atleast_1d(unmasked("motion", self.motion))
             if motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
                 raise ValueError("motion must be a row of whole numbers, one a sample")
             if motion.min() < 0 or motion.max() >= len(motions):

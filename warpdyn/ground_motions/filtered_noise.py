@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from warpdyn.core.checks import real_number, whole_number
+from warpdyn.core.masked import unmasked
 from warpdyn.core.random_numbers import Purpose, normals
 from warpdyn.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.ground_motions.motions import GroundMotion
@@ -112,7 +113,7 @@ class KanaiTajimi:
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
         """
-        ratio = (np.asarray(circular_frequency) / self.ground_frequency) ** 2
+        ratio = (unmasked("circular_frequency", circular_frequency) / self.ground_frequency) ** 2
         viscous = 4 * self.ground_damping_ratio**2 * ratio
         return self.intensity * (1 + viscous) / ((1 - ratio) ** 2 + viscous)
 
@@ -172,7 +173,7 @@ class CloughPenzien:
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
         """
-        ratio = (np.asarray(circular_frequency) / self.filter_frequency) ** 2
+        ratio = (unmasked("circular_frequency", circular_frequency) / self.filter_frequency) ** 2
         passed = ratio**2 / ((1 - ratio) ** 2 + 4 * self.filter_damping_ratio**2 * ratio)
         return self.ground.spectral_density(circular_frequency) * passed
 
@@ -225,7 +226,7 @@ class JenningsEnvelope:
         Args:
             time: Times from the beginning of the motion [s], any shape.
         """
-        rising = (np.asarray(time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
+        rising = (unmasked("time", time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
         after = np.maximum(time - self.rise - self.strong, 0.0)
         return np.where(np.asarray(time) < self.rise, rising, np.exp(-self.decay * after))
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers
+from warpdyn.core.masked import unmasked
 from warpdyn.ground_motions.designs import Design, _intensities, _units
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
@@ -56,7 +57,7 @@ class MotionsAtSites(Design):
         motions = checked_motions(self.motions)
         motion = _indices("motion", self.motion, 3, len(motions), "[site, earthquake, component]")
         sites, earthquakes, _ = motion.shape
-        scale = np.asarray(self.scale)  # broadcast ones stay views
+        scale = unmasked("scale", self.scale)  # broadcast ones stay views
         if scale.dtype.kind != "f":
             scale = real_numbers("scale", self.scale)
         try:
@@ -131,7 +132,7 @@ class MotionsAtSites(Design):
 
 def _indices(what: str, values: ArrayLike, ndim: int, count: int, axes: str) -> np.ndarray:
     """Return whole numbers below a count as an array of some axes; raise a ValueError if they are not."""
-    array = np.asarray(values)
+    array = unmasked(what, values)
     if array.ndim != ndim or array.dtype.kind not in "iu" or not array.size:
         raise ValueError(f"{what} must be whole numbers of the shape {axes}, got {array.dtype} {array.shape}")
     if array.min() < 0 or array.max() >= count:

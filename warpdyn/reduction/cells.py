@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from warpdyn.core.checks import one_of
+from warpdyn.core.masked import unmasked
 from warpdyn.ground_motions.designs import Stripes
 from warpdyn.ground_motions.motions import motion_names, motion_numbers
 from warpdyn.reduction.population import Population, numbered_events
@@ -257,7 +258,7 @@ class Cells:
         taken = {"structure", "building", "structure_group", "archetype", "motion", "stripe", "event", "earthquake"}
         taken |= {"damage_state", "failure", "storey", "floor"}
         for name, values in self._labels.items():
-            array = np.asarray(values)
+            array = unmasked(f"labels[{name!r}]", values)
             if not isinstance(name, str) or not name.isidentifier() or name in taken:
                 raise ValueError(f"labels: {name!r} is no free name of a dimension; give another one, such as 'cell'")
             count, what = self.population.structures, self.population.structure_dim

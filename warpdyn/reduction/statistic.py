@@ -9,6 +9,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.core.masked import unmasked
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.cells import Cells, Coordinates
@@ -100,7 +101,7 @@ class Statistic:
 
 def _plain(values: ArrayLike) -> np.ndarray:
     """Return labels as an array; names that a table holds as objects, as pandas does, as text."""
-    array = np.asarray(values)
+    array = unmasked("labels", values)
     is_text = array.dtype.kind == "O" and all(isinstance(label, str) for label in array.ravel())
     return array.astype(str) if is_text else array
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers, real_number
+from warpdyn.core.masked import unmasked
 from warpdyn.core.messages import warn_caller
 from warpdyn.risk.hazard import files
 from warpdyn.risk.hazard.measures import same_measure, units_of_hazard, warn_unless_compared
@@ -183,7 +184,7 @@ class HazardCurve:
         Raises:
             ValueError: If an intensity is not above 0.
         """
-        values = np.asarray(intensity, dtype=np.float64)
+        values = unmasked("intensity", intensity, np.float64)
         if not np.all(values > 0):
             raise ValueError("rate_of: every intensity must be above 0")
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
@@ -202,7 +203,7 @@ class HazardCurve:
         Raises:
             ValueError: If a rate is not above 0, or above the first of a curve that begins level.
         """
-        values = np.asarray(rate, dtype=np.float64)
+        values = unmasked("rate", rate, np.float64)
         if not np.all(values > 0):
             raise ValueError("intensity_of: every rate must be above 0")
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)

@@ -10,6 +10,7 @@ import xarray as xr
 
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.checks import whole_number
+from warpdyn.core.masked import unmasked
 from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
@@ -43,7 +44,7 @@ class Histories:
     every: int = 1
 
     def __post_init__(self) -> None:
-        samples = np.atleast_1d(np.asarray(self.samples))
+        samples = np.atleast_1d(unmasked("histories.samples", self.samples))
         if samples.ndim != 1 or samples.size == 0:
             raise ValueError(f"histories.samples must be a row of at least one sample, got {self.samples!r}")
         whole = tuple(whole_number("histories.samples", sample, 0) for sample in samples.tolist())

@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, whole_number
+from warpdyn.core.masked import unmasked
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.core.units import IN_G, STANDARD_GRAVITY
 from warpdyn.ground_motions.intensity_measures import (
@@ -172,7 +173,7 @@ def _chosen(record: ArrayLike | None, earthquakes: int, records: int, seed: int)
         random = np.random.default_rng([seed, Purpose.RECORDS_OF_EARTHQUAKES])
         rounds = -(-earthquakes // records)
         return np.concatenate([random.permutation(records) for _ in range(rounds)])[:earthquakes]
-    chosen = np.asarray(record)
+    chosen = unmasked("record", record)
     if chosen.shape != (earthquakes,) or chosen.dtype.kind not in "iu" or chosen.min() < 0 or chosen.max() >= records:
         raise ValueError(
             f"scale_records: record must index {records} records from 0, one for each of {earthquakes} earthquakes"

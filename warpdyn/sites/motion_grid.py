@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, whole_number
+from warpdyn.core.masked import unmasked
 from warpdyn.core.random_numbers import Purpose, uniform_rows
 from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
@@ -110,7 +111,7 @@ class MotionGrid:
             rows.check(inventory)
             rows = rows.rows
         every = np.arange(len(inventory))
-        rows = every if rows is None else every[np.asarray(rows)]  # so that a mask chooses rows, too
+        rows = every if rows is None else every[unmasked("rows", rows)]  # so that a mask chooses rows, too
         grid = self.longitude, self.latitude
         index, distance = nearest_points("MotionGrid.at", inventory, rows, *grid, neighbours, reach)
         earthquake = np.arange(count) % len(self.earthquakes)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.masked import unmasked
 
 
 class SpatialCorrelation(ABC):
@@ -31,7 +32,7 @@ class SpatialCorrelation(ABC):
         Args:
             distance: Distances between two places [m], any shape.
         """
-        return np.exp(-3 * np.asarray(distance, dtype=np.float64) / self.correlation_range)
+        return np.exp(-3 * unmasked("distance", distance, np.float64) / self.correlation_range)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from scipy.linalg import eigh
 
 from warpdyn.core.checks import check_dataset
 from warpdyn.core.description import Text
+from warpdyn.core.masked import unmasked
 
 
 def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None) -> xr.Dataset:
@@ -27,8 +28,8 @@ def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndar
     Raises:
         ValueError: If a shape does not fit, or a matrix is asymmetric, singular or not positive definite.
     """
-    mass = np.asarray(mass, dtype=np.float64)
-    stiffness = np.asarray(stiffness, dtype=np.float64)
+    mass = unmasked("mass", mass, np.float64)
+    stiffness = unmasked("stiffness", stiffness, np.float64)
     matrix = np.diag(mass) if mass.ndim == 1 else mass
     for name, value in (("mass", matrix), ("stiffness", stiffness)):
         if value.ndim != 2 or value.shape != (len(mass), len(mass)) or value.size == 0:
@@ -37,7 +38,7 @@ def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndar
     least, *_, most = np.linalg.eigvalsh(matrix)[[0, -1]]
     if least <= len(matrix) * np.finfo(float).eps * most:
         raise ValueError(f"mass must be positive definite; its least eigenvalue is {least:.6g} kg")
-    influence = np.ones(len(matrix)) if influence is None else np.asarray(influence, dtype=np.float64)
+    influence = np.ones(len(matrix)) if influence is None else unmasked("influence", influence, np.float64)
     if influence.shape != (len(matrix),) or not np.isfinite(influence).all() or not influence.any():
         raise ValueError(f"influence must be finite, not all 0, and of shape [{len(matrix)}], got {influence}")
     eigenvalue, shape = eigh(stiffness, matrix)

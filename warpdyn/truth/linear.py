@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
+from warpdyn.core.masked import unmasked
+
 
 def harmonic_response(
     mass: np.ndarray,
@@ -53,7 +55,7 @@ def harmonic_response(
     amplitude = _vector("amplitude", amplitude, dof)
     if not (np.isfinite(frequency) and np.isfinite(phase)):
         raise ValueError(f"frequency and phase must be finite, got {frequency} and {phase}")
-    time = np.asarray(time, dtype=np.float64)
+    time = unmasked("time", time, np.float64)
     if time.ndim != 1 or time.size < 2 or not np.isfinite(time).all() or time[0] < 0 or time[-1] <= time[0]:
         raise ValueError(f"time must be at least 2 rising instants from 0 s on, got shape {time.shape}")
     step = (time[-1] - time[0]) / (time.size - 1)
@@ -119,7 +121,7 @@ def piecewise_linear_response(
     """
     mass, damping, stiffness = _matrices(mass, damping, stiffness)
     dof = len(mass)
-    force = np.asarray(force, dtype=np.float64)
+    force = unmasked("force", force, np.float64)
     if force.ndim != 2 or force.shape[1] != dof or not np.isfinite(force).all():
         raise ValueError(f"force must be finite and of shape [time, {dof}], got shape {force.shape}")
     _check_positive_numbers(step=step)
@@ -161,15 +163,19 @@ def _check_positive_numbers(**values: float) -> None:
 
 
 def _vector(name: str, value: np.ndarray | None, dof: int) -> np.ndarray:
-    value = np.zeros(dof) if value is None else np.asarray(value, dtype=np.float64)
+    value = np.zeros(dof) if value is None else unmasked(name, value, np.float64)
     if value.shape != (dof,) or not np.isfinite(value).all():
         raise ValueError(f"{name} must be finite and of shape [{dof}], got {value}")
     return value
 
 
 def _matrices(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> list[np.ndarray]:
-    mass = np.asarray(mass, dtype=np.float64)
-    matrices = [np.diag(mass) if mass.ndim == 1 else mass, np.asarray(damping, float), np.asarray(stiffness, float)]
+    mass = unmasked("mass", mass, np.float64)
+    matrices = [
+        np.diag(mass) if mass.ndim == 1 else mass,
+        unmasked("damping", damping, float),
+        unmasked("stiffness", stiffness, float),
+    ]
     for name, matrix in zip(("mass", "damping", "stiffness"), matrices, strict=True):
         if matrix.shape != (len(mass), len(mass)) or not np.isfinite(matrix).all():
             raise ValueError(f"{name} must be finite and of shape [{len(mass)}, {len(mass)}], got {matrix.shape}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from warpdyn.core.masked import unmasked
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.units import ALLOWED_UNITS, checked_step, step_of_times, unit_factor
 
@@ -29,7 +30,7 @@ def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "mo
         >>> round(motion.peak_ground_acceleration, 2)  # m/s2
         2.94
     """
-    values = np.asarray(acceleration)
+    values = unmasked(f"motion {name!r}: acceleration", acceleration)
     if values.dtype.kind not in "iuf":
         raise ValueError(f"motion {name!r}: acceleration must be numbers, got dtype {values.dtype}")
     factor = unit_factor(unit, f"motion {name!r}")

@@ -182,8 +182,8 @@ def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit
     if of_name.factor is not None and not math.isclose(of_name.factor, factor, rel_tol=1e-3):
         raise ValueError(
             f"{path}: {where} says {of_name.unit.lower()}, but unit={unit!r} is given, so all values would be "
-            f"wrong by a factor of {factor / of_name.factor:.6g}: give unit={of_name.unit.lower()!r}, or correct the header "
-            "if it is wrong"
+            f"wrong by a factor of {factor / of_name.factor:.6g}: give unit={of_name.unit.lower()!r}, or correct the "
+            "header if it is wrong"
         )
 
 
