@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
-from warpdyn.core.masked import refuse_masked
 from warpdyn.core.near_misses import did_you_mean
 
 LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
@@ -89,3 +88,32 @@ def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
         where = f"[{', '.join(map(str, place))}]" if place else ""
         raise ValueError(f"{what}{where} is {array[place]}; every value must be finite")
     return array
+
+
+def refuse_masked(what: str, values: object) -> None:
+    """Raise a ValueError if a masked array, or a row of a list, has masked values.
+
+    `np.asarray` returns the numbers behind a mask as if they were measured. A masked array without masked values is an
+    array like any other.
+
+    Args:
+        what: Name of the argument.
+        values: What the user gave.
+    """
+    if isinstance(values, list | tuple):
+        for i, row in enumerate(values):
+            if isinstance(row, np.ma.MaskedArray | list | tuple):
+                refuse_masked(f"{what}[{i}]", row)
+    elif np.ma.is_masked(values):
+        mask = np.ma.getmaskarray(np.ma.asarray(values))
+        place = "".join(f"[{i}]" for i in np.argwhere(mask)[0])
+        raise ValueError(
+            f"{what}{place} is masked, so its value is unknown ({int(mask.sum())} of {mask.size} values are masked): "
+            "fill the gaps, such as values.filled(0.0), or remove them"
+        )
+
+
+def unmasked(what: str, values: ArrayLike, dtype: DTypeLike = None) -> np.ndarray:
+    """Return values as a plain array, as `np.asarray` does; raise a ValueError if some are masked."""
+    refuse_masked(what, values)
+    return np.asarray(values, dtype=dtype)

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import real_numbers, whole_number
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import real_numbers, unmasked, whole_number
 from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import Assignment, Excitation

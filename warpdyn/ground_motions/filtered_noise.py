@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from warpdyn.core.checks import real_number, whole_number
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import real_number, unmasked, whole_number
 from warpdyn.core.random_numbers import Purpose, normals
 from warpdyn.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.ground_motions.motions import GroundMotion

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import real_numbers
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import real_numbers, unmasked
 from warpdyn.ground_motions.designs import Design, _intensities, _units
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration

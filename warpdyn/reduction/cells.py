@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdyn.core.checks import one_of
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import one_of, unmasked
 from warpdyn.ground_motions.designs import Stripes
 from warpdyn.ground_motions.motions import motion_names, motion_numbers
 from warpdyn.reduction.population import Population, numbered_events

@@ -9,7 +9,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import unmasked
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.cells import Cells, Coordinates

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_kind, finite_numbers, real_number
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import check_kind, finite_numbers, real_number, unmasked
 from warpdyn.core.messages import warn_caller
 from warpdyn.risk.hazard import files
 from warpdyn.risk.hazard.measures import same_measure, units_of_hazard, warn_unless_compared

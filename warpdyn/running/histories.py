@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.scattered_steps import shorten_steps
-from warpdyn.core.checks import whole_number
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import unmasked, whole_number
 from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run

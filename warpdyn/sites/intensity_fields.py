@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_kind, whole_number
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import check_kind, unmasked, whole_number
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.core.units import IN_G, STANDARD_GRAVITY
 from warpdyn.ground_motions.intensity_measures import (

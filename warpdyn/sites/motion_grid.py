@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, whole_number
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, unmasked, whole_number
 from warpdyn.core.random_numbers import Purpose, uniform_rows
 from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import one_of, real_number
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import one_of, real_number, unmasked
 
 
 class SpatialCorrelation(ABC):

@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 from scipy.linalg import eigh
 
-from warpdyn.core.checks import check_dataset
+from warpdyn.core.checks import check_dataset, unmasked
 from warpdyn.core.description import Text
-from warpdyn.core.masked import unmasked
 
 
 def modal_properties(mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None) -> xr.Dataset:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import unmasked
 
 
 def harmonic_response(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.masked import unmasked
+from warpdyn.core.checks import unmasked
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.units import ALLOWED_UNITS, checked_step, step_of_times, unit_factor
 

@@ -87,7 +87,7 @@ class Statement:
 
 def statement_of_name(name: str) -> Statement:
     """Return what the name of a column states, such as "acc(gal)", "Velocity [m/s]" or "acceleration_ms2"."""
-    text = _plain(name)
+    text = _capitals(name)
     outside = _BRACKETS.sub(" ", text)
     words = [word for word in re.split(r"[\s_.,:;/-]+", outside) if word]
     quantity = next((q for q in _QUANTITIES if any(_QUANTITIES[q].match(word) for word in words)), "")
@@ -105,7 +105,7 @@ def statement_of_name(name: str) -> Statement:
 
 def statement_of_header(lines: Sequence[str]) -> list[Statement]:
     """Return what the lines of a header state about the unit and the quantity of the numbers that follow."""
-    return [found for line in lines for found in _statements(_plain(line).strip(" #%*!;\"'"))]
+    return [found for line in lines for found in _statements(_capitals(line).strip(" #%*!;\"'"))]
 
 
 def _statements(line: str) -> Iterator[Statement]:
@@ -136,7 +136,7 @@ def _statements(line: str) -> Iterator[Statement]:
 def stated_step(lines: Sequence[str]) -> tuple[float, str] | None:
     """Return the step [s] that a header states, with the words that state it; None if it states no step."""
     for line in lines:
-        text = _plain(line)
+        text = _capitals(line)
         for pattern, is_rate in ((_STEPS, False), (_RATES, True)):
             found = pattern.search(text)
             value = float(found["value"].replace("D", "E")) if found else 0.0
@@ -149,7 +149,7 @@ def stated_step(lines: Sequence[str]) -> tuple[float, str] | None:
 
 def stated_count(lines: Sequence[str]) -> int | None:
     """Return the number of samples that a header states; None if it states no number."""
-    found = next(filter(None, (_COUNTS.search(_plain(line)) for line in lines)), None)
+    found = next(filter(None, (_COUNTS.search(_capitals(line)) for line in lines)), None)
     return int(found["value"]) if found else None
 
 
@@ -238,7 +238,7 @@ def refuse_step_as_sample(
         warn_caller(f"{path}:{line}: {tokens[0]!r} may be the step [s], although step={step:g} is given: {remedy}")
 
 
-def _plain(text: str) -> str:
+def _capitals(text: str) -> str:
     """Return a text in capital letters, without accents and superscripts."""
     letters = unicodedata.normalize("NFKD", text.replace("\u0131", "i"))
     return "".join(letter for letter in letters if not unicodedata.combining(letter)).upper()

@@ -72,7 +72,7 @@ def orientation(label: str) -> Orientation:
             directions ("EW", "North-South", "Kuzey-Güney"), axes ("L", "TRAN", "FN"), a SEED channel ("HNZ") or a word
             for vertical ("UP", "DWN", "V1"). Numbers of sensors may follow ("EW2", "V1").
     """
-    text = _plain(label)
+    text = _capitals(label)
     stripped = re.sub(r"\s+", " ", _WORDS_AROUND.sub(" ", text)).strip(" .:;,=()[]'\"")
     compact = re.sub(r"[\s\-_/.,()&]+", "", stripped)
     if angle := _ANGLE.match(stripped):
@@ -107,7 +107,7 @@ def is_vertical(component: str) -> bool:
     return orientation(component).kind == "vertical"
 
 
-def _plain(label: str) -> str:
+def _capitals(label: str) -> str:
     """Return a text in capital letters without accents."""
     letters = unicodedata.normalize("NFKD", str(label).replace("\u0131", "i").replace("ß", "ss"))
     return "".join(letter for letter in letters if not unicodedata.combining(letter)).upper().strip()

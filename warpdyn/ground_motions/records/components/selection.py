@@ -42,20 +42,20 @@ def chosen_components(
     left_out = [i for i in unknown if "vertical" in kinds or horizontal[records[i]] >= 2]
     if kept := [i for i in unknown if i not in set(left_out)]:
         warn_caller(
-            f"{place}: neither the header nor the name of {_named(names, kept)} contains the component, so a vertical "
-            "record may be among them; they are read as horizontal. Rename the files, such as 'quake-EW.AT2' and "
-            "'quake-UP.AT2'"
+            f"{place}: neither the header nor the name of {_some_names(names, kept)} contains the component, so a "
+            "vertical record may be among them; they are read as horizontal. Rename the files, such as "
+            "'quake-EW.AT2' and 'quake-UP.AT2'"
         )
     if left_out:
         warn_caller(
-            f"{place}: neither the header nor the name of {_named(names, left_out)} contains the component, and the "
-            "vertical component may be among them, so they are left out. Rename the files, such as 'quake-EW.AT2', or "
-            "give components='all'"
+            f"{place}: neither the header nor the name of {_some_names(names, left_out)} contains the component, and "
+            "the vertical component may be among them, so they are left out. Rename the files, such as "
+            "'quake-EW.AT2', or give components='all'"
         )
     return [kind == "horizontal" or i in set(kept) for i, kind in enumerate(kinds)]
 
 
-def _named(names: Sequence[str], chosen: Sequence[int]) -> str:
+def _some_names(names: Sequence[str], chosen: Sequence[int]) -> str:
     """Return the first names, and how many more there are."""
     more = f" and {len(chosen) - _MOST_NAMED} more" if len(chosen) > _MOST_NAMED else ""
     return ", ".join(repr(names[i]) for i in chosen[:_MOST_NAMED]) + more
