@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from os import PathLike
 
 from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.records.components import named_component, record_and_component
 from warpdyn.ground_motions.records.parsing.fixed_width import RecordText
 from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.ground_motions.records.quantities import check_statements, stated_count, stated_step
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_forms,
@@ -19,13 +21,6 @@ from warpdyn.ground_motions.records.text import (
 from warpdyn.ground_motions.records.units import checked_step, unit_factor
 
 FEWEST_LINES = 3  # with one layout show where numbers end in lines of this file
-_COUNT = re.compile(
-    r"\b(?:npts|npt|n\s*points?|no\.?\s*of\s*points|number\s+of\s+(?:points|data|samples|values))\s*[=:]?\s*(\d+)", re.I
-)
-_STEP = re.compile(
-    r"\b(?:dt|delta|time\s*step|sampling\s*interval|step)\b[^=:\d.]*[=:]?\s*(\d*\.\d+|\d+e-\d+)\s*(ms)?", re.I
-)
-_OTHER_QUANTITY = re.compile(r"\b(velocity|displacement|spectr\w+)\b", re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?")
 # A word does not follow a digit, as the letter of a damaged number does.
 _WORD = re.compile(r"(?<![\w.])[^\W\d_]{2,}")
@@ -56,18 +51,12 @@ def header_of(record: RecordText) -> Header:
         record: The text.
 
     Raises:
-        ValueError: If a line before the values names a velocity, a displacement or a spectrum.
+        ValueError: If a line of one or two numbers before longer lines is neither their number nor the step.
     """
     first = next((i for i, line in enumerate(record.lines) if not _is_words(line)), len(record.lines))
-    count = next((int(found[1]) for line in record.lines[:first] if (found := _COUNT.search(line))), None)
-    steps = (_STEP.search(line) for line in record.lines[:first])
-    step = next((float(found[1]) * (1e-3 if found[2] else 1.0) for found in steps if found), None)
-    for i, line in enumerate(record.lines[:first]):
-        if (other := _OTHER_QUANTITY.search(line)) and not re.search(r"\bacc", line, re.IGNORECASE):
-            raise ValueError(
-                f"{record.place(i)}: the header names a {other[1].lower()}, not an acceleration: take the file with the "
-                "accelerations of the same record"
-            )
+    words = record.lines[:first]
+    stated = stated_step(words)
+    count, step = stated_count(words), stated[0] if stated else None
     rows = [line for line in record.lines[first:] if line.strip()]
     widths = [len(tokens_of(line)) for line in rows[:4]]
     if len(widths) == 4 and widths[0] <= 2 and len(set(widths[1:])) == 1:
@@ -104,8 +93,7 @@ def _is_words(line: str) -> bool:
         return True
     words = [word for word in _WORD.findall(text) if word.lower() not in _NO_WORDS]
     numbers = [token for token in tokens_of(text) if _NUMBER.fullmatch(token)]
-    starts_so = bool(words) and text.startswith(words[0])
-    return bool(words) and (starts_so or len(numbers) <= len(words) or bool(_COUNT.search(line) or _STEP.search(line)))
+    return bool(words) and (text.startswith(words[0]) or len(numbers) <= len(words))
 
 
 def read_running_values(path: str | PathLike, *, unit: str, step: float | None = None) -> list[GroundMotion]:
@@ -138,6 +126,8 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
             )
     numbers = NumberLines(path, [" ".join(row) for row in rows], [i + 1 for i in places])
     values = numbers.values()
+    words = record.lines[: header.lines]
+    check_statements(path, "", words, unit, factor)
     step = step if step is not None else header.step
     if step is None:
         raise ValueError(
@@ -147,7 +137,11 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     check_forms(numbers)
     warn_of_layout(numbers, _lines_of_other_layout([record.lines[i] for i in places]))
     check_missing_values(values, lambda i: numbers.place(i // len(rows[0])))
-    motion = GroundMotion(factor * values, checked_step(step, "step"), record.stem, str(path))
+    stated = next(filter(None, map(named_component, words)), "")
+    of_name, component = record_and_component(str(path), stated, place=str(path))
+    motion = GroundMotion(
+        factor * values, checked_step(step, "step"), record.stem, str(path), of_name if component else "", component
+    )
     check_against_header(motion, header)
     return [motion]
 

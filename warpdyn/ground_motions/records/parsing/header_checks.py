@@ -11,11 +11,12 @@ from warpdyn.ground_motions.records.text import number
 from warpdyn.ground_motions.records.units import checked_step
 
 # Written instead of a value that is missing: 999, -9999, 99999.9, -999.25, 1E20, 1.7E+38 (SMC), 3.4E+38.
-_MARKER = re.compile(r"9{3,}(\.[09]+)?|9{2,}\.9{2,}|999\.25|1e\+[23]\d|1\.70*(e\+38)|3\.40\d+e\+38")
+_MARKER = re.compile(r"9{3,}(\.[09]+)?|999\.25|1e\+[23]\d|1\.70*(e\+38)|3\.40\d+e\+38")
 # s; recorders take 20 to 1000 samples per second, and broadband channels at least 1.
 SHORTEST_STEP, LONGEST_STEP = 2e-4, 1.0
 # A marker is far from all other values. Peaks of records, such as 999 gal, are close to their neighbours.
 FARTHEST_PEAK = 3.0
+FEWEST_OTHERS = 10  # values that show how large those of this record are
 
 
 def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> None:
@@ -33,7 +34,7 @@ def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> 
     if not _MARKER.fullmatch(f"{peak:.10g}"):
         return
     others = sizes[sizes < peak]
-    if others.size and peak > FARTHEST_PEAK * float(others.max()):
+    if others.size >= FEWEST_OTHERS and peak > FARTHEST_PEAK * float(others.max()):
         count = int(np.sum(sizes == peak))
         raise ValueError(
             f"{place_of(first)}: the value {values[first]:g} ({count} times in the file) marks a missing value, since all "
