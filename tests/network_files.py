@@ -21,7 +21,8 @@ def knet(values: np.ndarray, **changes: str) -> str:
     told = {
         "Origin Time": "2030/01/01 12:00:00", "Lat.": "38.103", "Long.": "142.860", "Depth. (km)": "24", "Mag.": "9.0",
         "Station Code": "MYG001", "Station Lat.": "38.9", "Station Long.": "141.6", "Station Height(m)": "35",
-        "Record Time": "2030/01/01 12:01:00", "Sampling Freq(Hz)": "100Hz", "Duration Time(s)": f"{values.size / 100:g}",
+        "Record Time": "2030/01/01 12:01:00", "Sampling Freq(Hz)": "100Hz",
+        "Duration Time(s)": f"{values.size / 100:g}",
         "Dir.": "N-S", "Scale Factor": "3920(gal)/6182761", "Max. Acc. (gal)": f"{np.abs(gal).max():.3f}",
         "Last Correction": "2030/01/01 12:01:00", "Memo.": "",
     } | changes  # fmt: skip
@@ -126,7 +127,8 @@ def smc(
     header = [
         "2 CORRECTED ACCELEROGRAM" if times is None else "1 UNCORRECTED ACCELEROGRAM", "*", "SAF0A",
         "     2030  01  01    0004 No Earthquake, CA", "Moment Mag=      7.1 Ms=      7.1 Ml=      7.0",
-        "station = Nowhere, 1295 Shafter, F       component=    360", "epicentral dist =     89.0       pk     =    104.4",
+        "station = Nowhere, 1295 Shafter, F       component=    360", 
+        "epicentral dist =     89.0       pk     =    104.4",
         "inst type=SMA-1      data source = USGS", "*", "*", "*",
         *("".join(f"{value:10d}" for value in whole[i : i + 8]) for i in range(0, 48, 8)),
         *("".join(map(real, reals[i : i + 5])) for i in range(0, 50, 5)), "|", "|ref - none",

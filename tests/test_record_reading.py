@@ -50,15 +50,23 @@ def test_values_of_each_format(tmp_path, name):
         (network_files.knet(VALUES), ["NS"], "MYG001 2030/01/01 12:01:00"),
         (network_files.knet(VALUES, **{"Dir.": "3"}), ["UD1"], "MYG001 2030/01/01 12:01:00"),
         (network_files.csmip_v1(VALUES / 1000, label=" Up"), ["UP"], "89146 89146-L2500-12044.02"),
-        (network_files.csmip_v1(VALUES / 1000, label="270 DegR   Location: Roof"), ["270"], "89146 89146-L2500-12044.02 Roof"),
-        (network_files.csmip_v2(VALUES, label="Long (Sta Chn: 4)    Location: Deck"), ["LONG"], "89146 89146-L2500-12044.02 Deck"),
+        (
+            network_files.csmip_v1(VALUES / 1000, label="270 DegR   Location: Roof"),
+            ["270"],
+            "89146 89146-L2500-12044.02 Roof",
+        ),
+        (
+            network_files.csmip_v2(VALUES, label="Long (Sta Chn: 4)    Location: Deck"),
+            ["LONG"],
+            "89146 89146-L2500-12044.02 Deck",
+        ),
         (network_files.smc(VALUES, azimuth=90), ["360"], "Nowhere, 1295 Shafter, F 2030 01 01 0004 No Earthquake, CA"),
         (network_files.smc(VALUES, up=0), ["UP"], "Nowhere, 1295 Shafter, F 2030 01 01 0004 No Earthquake, CA"),
         (network_files.geonet(VALUES), ["N10E", "N80W", "UP"], "HSES 20300101_110256_HSES_20"),
         (network_files.asa(TABLE), ["V", "N00E", "N90E"], "ACAC 2030/01/01 18:14:18"),
         (network_files.afad(TABLE), ["NS", "EW", "UD"], "0921 01/01/2030 22:30:58.000000 (GMT)"),
     ],
-)  # fmt: skip
+)
 def test_components_and_records(tmp_path, text, components, record):
     motions = wd.records.read(write(tmp_path, text))
     assert [motion.component for motion in motions] == components
@@ -145,36 +153,78 @@ def replaced(text: str, old: str, new: str) -> str:
         # Number of values, duration and step.
         (replaced(KNET, "100Hz", "200Hz"), r"txt:12: truncated: 203 values follow, but 2.03 s at 200Hz are 406"),
         (replaced(KNET, "100Hz", "0Hz"), r"txt:11: the sampling rate must be above 0"),
-        (replaced(V1, "No. of Points =  203", "No. of Points =  204"), r"txt:11: the header states 204 points, but 203 follow"),
+        (
+            replaced(V1, "No. of Points =  203", "No. of Points =  204"),
+            r"txt:11: the header states 204 points, but 203 follow",
+        ),
         (replaced(V1, "at 200 pts", "at 100 pts"), r"txt:11: the header states a duration of 1.015 s, but 203 values"),
-        (replaced(V1, " 203 Accel", " 195 Accel"), r"txt:53: expected the end of the channel|txt:53: this line must have 3"),
+        (
+            replaced(V1, " 203 Accel", " 195 Accel"),
+            r"txt:53: expected the end of the channel|txt:53: this line must have 3",
+        ),
         (replaced(V2, "spaced at  0.005", "spaced at  0.006"), r"txt:12: the header states a duration of 1.015 s"),
         (replaced(SMC, "0.2000000E+03", "0.1000000E+03"), "states an extremum at .* the sampling rate is wrong"),
-        (replaced(SMC, "       203", "       202"), "more follows than the values that the header states|this line must have"),
-        (replaced(GEONET, "intervals of 0.005", "intervals of 0.010"), r"txt:10: the header states a duration of 1.0[12] s"),
-        (replaced(GEONET, "points  203", "points  213"), r"txt:10: 213 points, but value 34 of the whole numbers is 203"),
+        (
+            replaced(SMC, "       203", "       202"),
+            "more follows than the values that the header states|this line must have",
+        ),
+        (
+            replaced(GEONET, "intervals of 0.005", "intervals of 0.010"),
+            r"txt:10: the header states a duration of 1.0[12] s",
+        ),
+        (
+            replaced(GEONET, "points  203", "points  213"),
+            r"txt:10: 213 points, but value 34 of the whole numbers is 203",
+        ),
         (replaced(ASA, "/0.005/0.005", "/0.005/0.004"), "200 samples per second, but the step is 0.004 s"),
         (replaced(ASA, "/203/203", "/203/204"), r"the channels have different numbers of values, \[203, 204, 203\]"),
-        (replaced(AFAD, "DATA          : 203", "DATA          : 204"), r"truncated: 203 lines of values follow, not the 204"),
+        (
+            replaced(AFAD, "DATA          : 203", "DATA          : 204"),
+            r"truncated: 203 lines of values follow, not the 204",
+        ),
         (replaced(AFAD, "(sec) : 0.01", "(sec) : 10.0"), r"a step of 10 s is not that of a strong-motion record"),
         # Peaks, units and quantities.
-        (replaced(KNET, "Max. Acc. (gal)   ", "Max. Acc. (gal)   9"), r"txt:15: the header states a peak of 9.*, but the largest"),
+        (
+            replaced(KNET, "Max. Acc. (gal)   ", "Max. Acc. (gal)   9"),
+            r"txt:15: the header states a peak of 9.*, but the largest",
+        ),
         (replaced(KNET, "(gal)/", "(mm)/"), r"txt:14: expected a scale factor such as 3920\(gal\)/6182761"),
         (replaced(V1, "Max  =   ", "Max  =   9"), r"txt:12: the header states a peak of 9"),
         (replaced(V1, "units of g ", "units of cm "), r"txt:28: unknown unit 'cm'"),
         (replaced(V2, "in cm/sec2.", "in m/sec2."), r"txt:18: the header states a peak of"),
-        (replaced(V2, "points of accel", "points of veloc"), r"txt:46: the channel begins with vel..., not with its acceleration"),
-        (replaced(SMC, "2 CORRECTED ACCELEROGRAM", "3 VELOCITY"), "this SMC file contains velocity .*take the file '2 CORR"),
+        (
+            replaced(V2, "points of accel", "points of veloc"),
+            r"txt:46: the channel begins with vel..., not with its acceleration",
+        ),
+        (
+            replaced(SMC, "2 CORRECTED ACCELEROGRAM", "3 VELOCITY"),
+            "this SMC file contains velocity .*take the file '2 CORR",
+        ),
         (replaced(SMC, "2 CORRECTED ACCELEROGRAM", "5 RESPONSE SPECTRA"), "this SMC file contains response spectra"),
         (replaced(GEONET, "Peak   ", "Peak   9"), r"txt:14: the header states a peak of 9"),
         (replaced(ASA, "Gal (cm/s/s)", "cm/s"), r"unknown unit 'cm/s'"),
-        (replaced(ASA, "ACEL. MAX.(Gal), C1-C6                 : /", "ACEL. MAX.(Gal), C1-C6                 : /9"), "states a peak of 9"),
+        (
+            replaced(ASA, "ACEL. MAX.(Gal), C1-C6                 : /", "ACEL. MAX.(Gal), C1-C6                 : /9"),
+            "states a peak of 9",
+        ),
         (replaced(AFAD, "(gal)", "(g)"), r"expected 'RAW PGA VALUES \(gal\)', which names the unit"),
         (replaced(AFAD, "(N-S) ", "(N-S) 9"), "the header states a peak of 9"),
-        (replaced(record_files.esm(VALUES), "ACCELERATION", "DISPLACEMENT"), r"take the acceleration file of the same record"),
-        (record_files.cosmos(VALUES, unit="counts(50)").replace("acceleration pts", "raw accel. pts"), "raw values in counts, not acc"),
-        (replaced(record_files.cosmos(VALUES, unit="cm/sec(05)"), "acceleration pts", "velocity pts"), "but no accelerations: take"),
-        (replaced(record_files.at2(VALUES), "ACCELERATION", "VELOCITY"), r"txt:3: holds a velocity history.*take the .AT2 file"),
+        (
+            replaced(record_files.esm(VALUES), "ACCELERATION", "DISPLACEMENT"),
+            r"take the acceleration file of the same record",
+        ),
+        (
+            record_files.cosmos(VALUES, unit="counts(50)").replace("acceleration pts", "raw accel. pts"),
+            "raw values in counts, not acc",
+        ),
+        (
+            replaced(record_files.cosmos(VALUES, unit="cm/sec(05)"), "acceleration pts", "velocity pts"),
+            "but no accelerations: take",
+        ),
+        (
+            replaced(record_files.at2(VALUES), "ACCELERATION", "VELOCITY"),
+            r"txt:3: holds a velocity history.*take the .AT2 file",
+        ),
         # Files that are cut, values that are missing, do not fit or are not numbers.
         (V2[: V2.index("points of veloc")], "expected the end of the channel|truncated"),
         (V1[:-200], "truncated: the file ends at line|this line must have"),
@@ -182,19 +232,26 @@ def replaced(text: str, old: str, new: str) -> str:
         (GEONET[: len(GEONET) // 2], "truncated|this line must have|expected numbers in columns"),
         (ASA[:-40], "truncated|this line must have"),
         (KNET[:-30], "truncated: .* values follow"),
-        (V2.replace(f"{VALUES[9]:10.5f}".replace("-0.", " -."), "*" * 10, 1), r"stands for a value that did not fit its field"),
+        (
+            V2.replace(f"{VALUES[9]:10.5f}".replace("-0.", " -."), "*" * 10, 1),
+            r"stands for a value that did not fit its field",
+        ),
         (V2.replace(f"{VALUES[9]:10.5f}".replace("-0.", " -."), "       NaN", 1), "'NaN' is not a finite number"),
         (V2.replace(f"{VALUES[9]:10.5f}".replace("-0.", " -."), " " * 10, 1), "'' is not a finite number"),
         (AFAD.replace(f"{VALUES[9]:14.6f}", f"{99999.9:14.6f}", 1), r"marks a missing value|states a peak of"),
-        (replaced(record_files.at2(VALUES / 980), record_files.fortran(VALUES[9] / 980), record_files.fortran(-9999.0)),
-         r"txt:6: the value -9999 \(1 times in the file\) marks a missing value, since all others are at most"),
+        (
+            replaced(
+                record_files.at2(VALUES / 980), record_files.fortran(VALUES[9] / 980), record_files.fortran(-9999.0)
+            ),
+            r"txt:6: the value -9999 \(1 times in the file\) marks a missing value, since all others are at most",
+        ),
         (KNET.replace("Scale Factor", "Scale factor"), r"the header of this K-NET file lacks the line 'Scale Factor'"),
         (replaced(KNET, "N-S", "Q"), r"txt:13: the direction must be N-S, E-W, U-D or a number from 1 to 6, got 'Q'"),
         (replaced(SMC, "|ref - none", "ref - none"), r"txt:29: expected a comment"),
         (replaced(ASA, "NUMERO DE CANALES", "NUMERO DE CANALOS"), "this ASA file lacks the line 'NUMERO DE CANALES'"),
         (replaced(V1, "Uncorrected Acc", "\nUncorrected Acc").replace("/&", "", 1), "expected the end of the channel"),
     ],
-)  # fmt: skip
+)
 def test_contradictions_and_damage(tmp_path, content, message):
     with pytest.raises(ValueError, match=message):
         wd.records.read(write(tmp_path, content))

@@ -97,8 +97,8 @@ def _unit_of(line: str, place: str) -> float:
     quantity = _OTHER_QUANTITY.search(line)
     if quantity and not re.search(r"\bACC", line, re.IGNORECASE):
         raise ValueError(
-            f"{place}: holds a {quantity[1].lower()} history, not an acceleration: take the .AT2 file of the same record. "
-            f"Got {line.strip()!r}"
+            f"{place}: holds a {quantity[1].lower()} history, not an acceleration: take the .AT2 file of the same "
+            f"record. Got {line.strip()!r}"
         )
     unit = _UNITS.search(line)
     if not unit:

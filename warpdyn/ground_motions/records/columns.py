@@ -275,8 +275,8 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
 def _refuse_gaps(table: _Table) -> None:
     """Raise a ValueError if a line between two values contains no value, which may stand for a sample.
 
-    Spreadsheets write "#N/A" or an empty cell for a missing one. Without times nothing else shows that all later samples
-    come one step early. Files in which every second line is blank have no gap.
+    Spreadsheets write "#N/A" or an empty cell for a missing one. Without times nothing else shows that all later
+    samples come one step early. Files in which every second line is blank have no gap.
     """
     at = np.array(table.numbers.line_numbers)
     steps = np.diff(at)
@@ -286,8 +286,8 @@ def _refuse_gaps(table: _Table) -> None:
     found = table.text.split("\n")[i].strip()
     what = f"{found[:40]!r} is" if found else "a blank line is"
     raise ValueError(
-        f"{table.path}:{i + 1}: {what} between two values. If it stands for a missing sample, all later ones would come one "
-        "step early: write a value in its place, or delete the line if no sample is missing"
+        f"{table.path}:{i + 1}: {what} between two values. If it stands for a missing sample, all later ones would "
+        "come one step early: write a value in its place, or delete the line if no sample is missing"
     )
 
 

@@ -103,8 +103,8 @@ def read_cosmos(path: str | Path, components: str = "horizontal") -> list[Ground
             break
     if not motions:
         raise ValueError(
-            f"{path}: this COSMOS file contains velocities or displacements, but no accelerations: take the acceleration "
-            "file of the same record ('.acc.V2c')"
+            f"{path}: this COSMOS file contains velocities or displacements, but no accelerations: take the "
+            "acceleration file of the same record ('.acc.V2c')"
         )
     is_chosen = chosen_components(
         [motion.component for motion in motions],
@@ -153,8 +153,8 @@ def _read_data(
     end = at + 1 + len(rows)
     if told["quantity"].lower().startswith("raw"):
         raise ValueError(
-            f"{place}: this COSMOS file contains raw values in {told['unit']}, not accelerations: take the V1 or V2 file of "
-            "the same record"
+            f"{place}: this COSMOS file contains raw values in {told['unit']}, not accelerations: take the V1 or V2 "
+            "file of the same record"
         )
     if not told["quantity"].lower().startswith("acc"):
         return None, end

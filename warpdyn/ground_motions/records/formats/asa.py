@@ -114,7 +114,7 @@ def _of_start(header: dict[str, tuple[str, str]]) -> list[str]:
 def _of_channel(
     header: dict[str, tuple[str, str]], name: str, i: int, path: str | PathLike, *, is_needed: bool = True
 ) -> tuple[str, str]:
-    """Return what a line "/0.005/0.005/0.005" says of a channel, and its place; channels from 7 on have a second line."""
+    """Return what a line such as "/0.005/0.005/0.005" states about a channel, and its place; two lines state 12."""
     lines = [value for key, value in header.items() if key.startswith(name.upper())]
     texts = [(each.strip(), place) for text, place in lines for each in text.split("/")[1:]]
     if i < len(texts) and (texts[i][0] or not is_needed):

@@ -81,15 +81,17 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
         volume = "V2" if _CORRECTED.match(record.lines[at]) else "V1" if _UNCORRECTED.match(record.lines[at]) else ""
         if not volume:
             raise ValueError(
-                f"{record.place(at)}: expected the header of the next channel, 'Uncorrected accelerogram' or 'Corrected "
-                f"accelerogram', got {record.lines[at].strip()[:60]!r}: lines are missing or were added above"
+                f"{record.place(at)}: expected the header of the next channel, 'Uncorrected accelerogram' or "
+                f"'Corrected accelerogram', got {record.lines[at].strip()[:60]!r}: lines are missing or were added "
+                "above"
             )
         motion, at = _channel(record, at, volume, step)
         motions.append(motion)
     stated = _CHANNELS.search("\n".join(record.lines[:8]))
     if stated and 1 < len(motions) < int(stated["count"]):  # CESMD also writes one file per channel
         warn_caller(
-            f"{path}: the header states {stated['count']} channels, the file contains {len(motions)}: it may be truncated"
+            f"{path}: the header states {stated['count']} channels, the file contains {len(motions)}: it may be "
+            "truncated"
         )
     return motions
 
@@ -103,8 +105,8 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
     if found := _DATA.match(record.lines[data]):
         if found["quantity"].lower() != "acc":
             raise ValueError(
-                f"{record.place(data)}: the channel begins with {found['quantity'].lower()}..., not with its acceleration: take "
-                "the file that contains the accelerations"
+                f"{record.place(data)}: the channel begins with {found['quantity'].lower()}..., not with its "
+                "acceleration: take the file that contains the accelerations"
             )
         # Some files of USC name the unit only beside the peak.
         peak = next((match for line in head if (match := _PEAK["V2"].search(line))), None)
@@ -132,7 +134,7 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
 
 
 def _check_numeric_header(record: RecordText, first: int, data: int) -> None:
-    """Raise a ValueError unless the lines between the text and the values are numbers: else a line was lost or added."""
+    """Raise a ValueError unless the lines between text and values are numbers: else a line was lost or added."""
     for i in range(first, data):
         if re.search(r"[^-+\d.\sEe*]", record.lines[i]) or not record.lines[i].strip():
             raise ValueError(f"{record.place(i)}: expected numbers of the header, got {record.lines[i].strip()[:60]!r}")

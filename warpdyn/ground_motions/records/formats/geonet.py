@@ -45,15 +45,15 @@ def is_geonet(first_lines: list[str]) -> bool:
 def read_geonet(path: str | PathLike) -> list[GroundMotion]:
     """Read the accelerations of a V1A (uncorrected) or V2A (corrected) file, which has three components in mm/s2.
 
-    Source: GeoNet, "Strong motion file formats": 16 lines of text, 40 whole numbers, 60 decimal ones, then the values of
-    acceleration and, in V2A files, of velocity and displacement.
+    Source: GeoNet, "Strong motion file formats": 16 lines of text, 40 whole numbers, 60 decimal ones, then the values
+    of acceleration and, in V2A files, of velocity and displacement.
 
     Args:
         path: The file; its name and the components name the motions.
 
     Raises:
-        ValueError: If a header is not as specified, the number, duration or peak of the values is not that of the header,
-            or the file is cut.
+        ValueError: If a header is not as specified, the number, duration or peak of the values is not that of the
+            header, or the file is cut.
     """
     record = RecordText.of(path)
     motions: list[GroundMotion] = []
@@ -100,8 +100,8 @@ def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
         after += 1
     if after < len(record.lines) and not _TITLE.match(record.lines[after]):
         raise ValueError(
-            f"{record.place(after)}: expected the header of the next component, got {record.lines[after].strip()[:60]!r}: "
-            "there are more values than the header states"
+            f"{record.place(after)}: expected the header of the next component, got "
+            f"{record.lines[after].strip()[:60]!r}: there are more values than the header states"
         )
     check_duration(count, step, counted["duration"], place, printed_precision(stepped["step"]))
     factor = scale * unit_factor("mm/s2", place)

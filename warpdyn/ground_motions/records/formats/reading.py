@@ -83,15 +83,15 @@ def read(
 ) -> list[GroundMotion]:
     """Read the ground motions of a record file, or of the files in a gzip, zip or tar archive, whatever its format.
 
-    The format is recognised from the first lines: AT2 (PEER, NGA-West2, NGA-East), COSMOS V1 and V2, V1 and V2 of CSMIP,
-    CESMD, RENADIC and USC, SMC (USGS), K-NET and KiK-net, ESM and ITACA, AFAD, V1A and V2A of GeoNet, ASA 2.0 (Mexico),
-    SAC and MiniSEED (by obspy), and text in columns or with several values per line.
+    The format is recognised from the first lines: AT2 (PEER, NGA-West2, NGA-East), COSMOS V1 and V2, V1 and V2 of
+    CSMIP, CESMD, RENADIC and USC, SMC (USGS), K-NET and KiK-net, ESM and ITACA, AFAD, V1A and V2A of GeoNet, ASA 2.0
+    (Mexico), SAC and MiniSEED (by obspy), and text in columns or with several values per line.
 
     Args:
         path: The file. Its name and the components name the motions.
         unit: Unit of the accelerations, one of `UNITS`, of files that do not state it: text, SAC and MiniSEED.
-        step: Step [s] of text without times, and of records that were digitised at uneven times (some V1 and SMC files),
-            which are interpolated linearly. In other files it is compared with the step that the file states.
+        step: Step [s] of text without times, and of records that were digitised at uneven times (some V1 and SMC
+            files), which are interpolated linearly. In other files it is compared with the step that the file states.
         components: "horizontal", "vertical" or "all", by the components that the files state.
 
     Returns:

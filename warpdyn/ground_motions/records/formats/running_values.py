@@ -67,8 +67,8 @@ def header_of(record: RecordText) -> Header:
             others = [_number(token) for token in numbers if not token.isdigit()]
             if len(whole) > 1 or len(others) > 1 or any(not 0 < other < 1 for other in others):
                 raise ValueError(
-                    f"{record.place(first)}: this line has another number of values than the next lines, and {rows[0].strip()!r} "
-                    "is neither a number of values nor a step: delete the line if it is a header"
+                    f"{record.place(first)}: this line has another number of values than the next lines, and "
+                    f"{rows[0].strip()!r} is neither a number of values nor a step: delete the line if it is a header"
                 )
             return Header(first + 1, whole[0] if whole else count, others[0] if others else step)
     return Header(first, count, step)
@@ -87,7 +87,7 @@ def check_against_header(motion: GroundMotion, header: Header) -> None:
 
 
 def _is_words(line: str) -> bool:
-    """Return whether a line is blank, a comment, or of words with at most as many numbers, except "NaN" and the like."""
+    """Return whether a line is blank, a comment, or begins with a word or has at most as many numbers as words."""
     text = line.strip()
     if not text or (text[0] in "#%" and not _ERRORS.match(text)):
         return True
@@ -121,8 +121,8 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     for i, row in zip(places, rows, strict=True):
         if len(row) > len(rows[0]) or (len(row) < len(rows[0]) and i != places[-1]):
             raise ValueError(
-                f"{record.place(i)}: {len(row)} values, where the first line has {len(rows[0])}: a value is missing or was "
-                "added"
+                f"{record.place(i)}: {len(row)} values, where the first line has {len(rows[0])}: a value is missing or "
+                "was added"
             )
     numbers = NumberLines(path, [" ".join(row) for row in rows], [i + 1 for i in places])
     values = numbers.values()
@@ -131,7 +131,8 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     step = step if step is not None else header.step
     if step is None:
         raise ValueError(
-            f"{path}: the step of these {values.size} values must be given: wd.records.read(path, unit={unit!r}, step=0.01)"
+            f"{path}: the step of these {values.size} values must be given: wd.records.read(path, unit={unit!r}, "
+            "step=0.01)"
         )
     check_last_value(record.text, [token for row in rows for token in row], path)
     check_forms(numbers)
@@ -147,31 +148,31 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
 
 
 def _check_separators(record: RecordText, places: list[int]) -> None:
-    """Raise a ValueError if lines are separated in other ways, have decimal commas, or a number did not fit its field."""
+    """Raise a ValueError if separators differ, commas may be decimal ones, or a number did not fit its field."""
     for i in places:
         if "**" in record.lines[i]:
             raise ValueError(
-                f"{record.place(i)}: asterisks stand for a value that did not fit its field, and is lost: get the record in "
-                "another format or unit"
+                f"{record.place(i)}: asterisks stand for a value that did not fit its field, and is lost: get the "
+                "record in another format or unit"
             )
     decimal = next((i for i in places if re.search(r"\d,\d", record.lines[i]) and "." not in record.lines[i]), None)
     if decimal is not None:
         raise ValueError(
-            f"{record.place(decimal)}: {record.lines[decimal].strip()[:40]!r} seems to have decimal commas: replace them by "
-            "points"
+            f"{record.place(decimal)}: {record.lines[decimal].strip()[:40]!r} seems to have decimal commas: replace "
+            "them by points"
         )
     marks = [len(re.findall(r"[,;\t]", record.lines[i])) for i in places[:-1]]
     usual = Counter(marks).most_common(1)[0][0] if marks else 0
     odd = next((i for i, count in zip(places, marks, strict=False) if count != usual), None)
     if odd is not None:
         raise ValueError(
-            f"{record.place(odd)}: {record.lines[odd].strip()[:60]!r} has another number of commas, semicolons or tabs than the "
-            "other lines: one of them is damaged"
+            f"{record.place(odd)}: {record.lines[odd].strip()[:60]!r} has another number of commas, semicolons or tabs "
+            "than the other lines: one of them is damaged"
         )
 
 
 def _lines_of_other_layout(lines: list[str]) -> list[int]:
-    """Return the few lines whose numbers do not end where those of most lines do, as where one lost its sign or a digit."""
+    """Return the few lines whose numbers do not end where those of most lines do: one may have lost its sign."""
     ends = [tuple(match.end() for match in re.finditer(r"[\d.](?=[-+\s,;]|$)", line)) for line in lines]
     common, alike = Counter(ends).most_common(1)[0]
     others = [

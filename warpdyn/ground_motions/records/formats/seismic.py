@@ -34,8 +34,8 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
 
     Raises:
         ModuleNotFoundError: If obspy is not installed.
-        ValueError: If the unit is missing, obspy refuses the file, it has gaps, contains velocities or displacements, or
-            its values contradict the largest and smallest of its header.
+        ValueError: If the unit is missing, obspy refuses the file, it has gaps, contains velocities or displacements,
+            or its values contradict the largest and smallest of its header.
     """
     name = "SAC" if is_sac(data) else "MiniSEED"
     try:
@@ -44,8 +44,8 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
         raise ModuleNotFoundError(f"{path}: this is a {name} file, which obspy reads: pip install obspy") from error
     if unit is None:
         raise ValueError(
-            f"{path}: a {name} file does not state the unit of its values: give unit=, such as 'm/s2' or 'nm/s2'. If the "
-            "values are counts, remove the response of the instrument first (obspy's remove_response)"
+            f"{path}: a {name} file does not state the unit of its values: give unit=, such as 'm/s2' or 'nm/s2'. If "
+            "the values are counts, remove the response of the instrument first (obspy's remove_response)"
         )
     try:
         stream = obspy.read(io.BytesIO(data), format="SAC" if name == "SAC" else "MSEED")
@@ -60,7 +60,8 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
         channel = trace.stats.channel.upper()
         if len(channel) == 3 and channel[1] in _NO_ACCELEROMETERS:
             warn_caller(
-                f"{path}: {trace.id} is, by its channel, a {_NO_ACCELEROMETERS[channel[1]]}: are its values accelerations?"
+                f"{path}: {trace.id} is, by its channel, a {_NO_ACCELEROMETERS[channel[1]]}: are its values "
+                "accelerations?"
             )
     motions = from_obspy(stream, unit)
     for motion in motions:
@@ -85,6 +86,6 @@ def _check_sac(path: str | PathLike, trace) -> None:
         # Extrema and values are in float32; -12345 is SAC's mark for what is unknown.
         if stated is not None and stated != -12345 and np.isfinite(stated) and abs(stated - found) > 1e-5 * abs(stated):
             raise ValueError(
-                f"{path}: the header of this SAC file states an extremum of {stated:g}, but the values have {found:g}: one "
-                "is damaged"
+                f"{path}: the header of this SAC file states an extremum of {stated:g}, but the values have {found:g}: "
+                "one is damaged"
             )

@@ -34,7 +34,7 @@ def is_smc(first_lines: list[str]) -> bool:
 
 
 def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMotion]:
-    """Read the acceleration of an SMC file: 11 lines of text, 48 whole numbers, 50 decimal ones, comments, values in cm/s2.
+    """Read the acceleration of an SMC file: 11 lines of text, 98 numbers of the header, comments, values in cm/s2.
 
     Source: U.S. Geological Survey, "SMC-format data files".
 
@@ -43,8 +43,8 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
         step: Step [s] for records that were digitised at uneven times; these are interpolated.
 
     Raises:
-        ValueError: If the file contains velocities, displacements or spectra, its header is not as specified, the number
-            or the peaks of the values are not those of the header, or the file is cut.
+        ValueError: If the file contains velocities, displacements or spectra, its header is not as specified, the
+            number or the peaks of the values are not those of the header, or the file is cut.
     """
     record = RecordText.of(path)
     title = _TITLE.match(record.lines[0])
@@ -53,8 +53,8 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
     quantity = _KINDS.get(title["kind"], title["title"].lower())
     if quantity != "acceleration" or "accelerogram" not in title["title"].lower():
         raise ValueError(
-            f"{record.place(0)}: this SMC file contains {quantity} ({title['title'].lower()}), not accelerations: take the "
-            "file '2 CORRECTED ACCELEROGRAM' of the same record"
+            f"{record.place(0)}: this SMC file contains {quantity} ({title['title'].lower()}), not accelerations: take "
+            "the file '2 CORRECTED ACCELEROGRAM' of the same record"
         )
     integers, after = block(record, _TEXT_LINES, 48, _INTEGERS, is_data=False)
     reals, after = block(record, after, 50, _REALS, is_data=False)
@@ -104,8 +104,8 @@ def _check_extrema(record: RecordText, values: np.ndarray, times: np.ndarray, re
             continue
         if abs(stated - found) > precision:
             raise ValueError(
-                f"{record.path}: value {at + 1} of the decimal numbers states an extremum of {stated:g} cm/s2, but the values "
-                f"have {found:g}: one of them is damaged"
+                f"{record.path}: value {at + 1} of the decimal numbers states an extremum of {stated:g} cm/s2, but the "
+                f"values have {found:g}: one of them is damaged"
             )
         near = times[np.abs(values - found) <= precision]
         if abs(time) < _LARGEST_KNOWN and np.abs(near - time).min() > 1.01 * float(np.diff(times).max()):

@@ -120,7 +120,7 @@ def is_miniseed(data: bytes) -> bool:
 
 
 def is_sac(data: bytes) -> bool:
-    """Return whether a file is a binary SAC file: word 77 of its header is the version, 6 or 7, in either byte order."""
+    """Return whether a file is a binary SAC file: word 77 of its header is the version, 6 or 7."""
     if len(data) < 632:
         return False
     return any(
@@ -145,9 +145,9 @@ def _is_utf_16(data: bytes) -> bool:
 def decoded(data: bytes) -> str:
     """Return the text of a file, with lines that end in LF alone.
 
-    Encodings are UTF-8, UTF-16 and otherwise Latin-1, in which each byte is a letter. Line ends are LF, CR LF, CR, LF CR
-    and CR CR LF, which a program writes that translates CR LF a second time. What DOS programs fill the end of a file
-    with, control-Z or zero bytes behind the last line, is left out.
+    Encodings are UTF-8, UTF-16 and otherwise Latin-1, in which each byte is a letter. Line ends are LF, CR LF, CR, LF
+    CR and CR CR LF, which a program writes that translates CR LF a second time. What DOS programs fill the end of a
+    file with, control-Z or zero bytes behind the last line, is left out.
 
     Args:
         data: The bytes of the file.

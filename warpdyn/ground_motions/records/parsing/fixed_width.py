@@ -136,15 +136,15 @@ def _check_line(line: str, fields: int, layout: Layout, place: str) -> None:
     for field in row:
         if "*" in field:
             raise ValueError(
-                f"{place}: {field.strip()!r} stands for a value that did not fit its field of {width} characters, and is "
-                "lost: get the record in another format or unit"
+                f"{place}: {field.strip()!r} stands for a value that did not fit its field of {width} characters, and "
+                "is lost: get the record in another format or unit"
             )
         if re.fullmatch(r"\s*[-+]?(nan|inf\w*)\s*", field, re.IGNORECASE):
             raise ValueError(f"{place}: {field.strip()!r} is not a finite number")
     if len(row) != fields or (row and len(row[-1]) != width):
         raise ValueError(
-            f"{place}: this line must have {fields} values of {width} characters, got {line.strip()[:60]!r}: characters are "
-            "missing or were added"
+            f"{place}: this line must have {fields} values of {width} characters, got {line.strip()[:60]!r}: "
+            "characters are missing or were added"
         )
     for field in row:
         if not _field_pattern(layout.decimals, layout.is_scientific).fullmatch(field):

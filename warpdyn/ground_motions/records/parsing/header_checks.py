@@ -37,8 +37,8 @@ def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> 
     if others.size >= FEWEST_OTHERS and peak > FARTHEST_PEAK * float(others.max()):
         count = int(np.sum(sizes == peak))
         raise ValueError(
-            f"{place_of(first)}: the value {values[first]:g} ({count} times in the file) marks a missing value, since all "
-            f"others are at most {others.max():g}: replace it, or get the record without gaps"
+            f"{place_of(first)}: the value {values[first]:g} ({count} times in the file) marks a missing value, since "
+            f"all others are at most {others.max():g}: replace it, or get the record without gaps"
         )
 
 
@@ -63,8 +63,8 @@ def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: f
     tolerance = printed_precision(stated) + precision
     if told != 0 and abs(peak - told) > tolerance * (1 + 1e-6):
         raise ValueError(
-            f"{place}: the header states a peak of {told:g}, but the largest value is {peak:g}: the header or the values "
-            "are damaged. Get another copy of the file"
+            f"{place}: the header states a peak of {told:g}, but the largest value is {peak:g}: the header or the "
+            "values are damaged. Get another copy of the file"
         )
 
 
@@ -87,8 +87,8 @@ def check_time_of_peak(
     allowed = 1.01 * step + 0.51 * printed_precision(stated)
     if time > first and not np.any(np.abs((at + 0.5) * step - time) <= allowed):
         raise ValueError(
-            f"{place}: the header states the peak at {time:g} s, but the largest value is at {int(at[0]) * step:g} s: the step "
-            "is wrong, or values are missing or in another order"
+            f"{place}: the header states the peak at {time:g} s, but the largest value is at {int(at[0]) * step:g} s: "
+            "the step is wrong, or values are missing or in another order"
         )
 
 
@@ -128,7 +128,7 @@ def stated_step(text: str, place: str, *, is_rate: bool = False) -> float:
     step = checked_step(1.0 / found if is_rate else found, f"{place}: the step")
     if not SHORTEST_STEP <= step <= LONGEST_STEP:
         raise ValueError(
-            f"{place}: a step of {step:g} s is not that of a strong-motion record ({SHORTEST_STEP:g} to {LONGEST_STEP:g} s): "
-            "the header is damaged"
+            f"{place}: a step of {step:g} s is not that of a strong-motion record ({SHORTEST_STEP:g} to "
+            f"{LONGEST_STEP:g} s): the header is damaged"
         )
     return step

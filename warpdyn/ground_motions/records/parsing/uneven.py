@@ -8,7 +8,8 @@ import numpy as np
 
 from warpdyn.ground_motions.records.units import checked_step
 
-# s; digitised records have up to 0.04 s between points of straight parts, and a lost line of 4 to 5 points less than this.
+# s; digitised records have up to 0.04 s between points of straight parts, and a lost line of 4 to 5 points less than
+# this.
 LONGEST_GAP = 0.1
 LARGEST_INTERPOLATED = 10_000_000  # samples: a step that is given by mistake in other units must not fill the memory
 
@@ -44,13 +45,13 @@ def at_equal_steps(
     if gaps.max() > max(20 * mean, LONGEST_GAP):
         at = int(np.argmax(gaps))
         raise ValueError(
-            f"{path}: no values from {times[at]:g} s to {times[at + 1]:g} s, while others are {mean:.4g} s apart: lines are "
-            "missing or a time is damaged"
+            f"{path}: no values from {times[at]:g} s to {times[at + 1]:g} s, while others are {mean:.4g} s apart: "
+            "lines are missing or a time is damaged"
         )
     if step is None:
         raise ValueError(
-            f"{path}: the record was digitised at uneven times, {gaps.min():.4g} to {gaps.max():.4g} s apart. Give step= to "
-            f"interpolate it, such as wd.records.read(path, step=0.005), or take the corrected file (V2)"
+            f"{path}: the record was digitised at uneven times, {gaps.min():.4g} to {gaps.max():.4g} s apart. Give "
+            f"step= to interpolate it, such as wd.records.read(path, step=0.005), or take the corrected file (V2)"
         )
     step = checked_step(step, "step")
     if (times[-1] - times[0]) / step > LARGEST_INTERPOLATED:
