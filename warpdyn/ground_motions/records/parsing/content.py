@@ -163,7 +163,7 @@ def decoded(data: bytes) -> str:
     if "\x1a" in text or "\x00" in text:
         text = re.sub(r"(?:(?<=\n)\x00|\x1a)[\x1a\x00\s]*\Z", "", text)
     if "\r" in text:
-        if "\n\r" in text and "\r\n" not in text:
-            text = text.replace("\n\r", "\n")
+        is_lf_cr = re.match(r"[^\r\n]*\n\r", text) is not None and text.count("\r") == text.count("\n")
+        text = text.replace("\n\r", "\n") if is_lf_cr else text
         text = re.sub(r"\r+\n|\r", "\n", text)
     return text
