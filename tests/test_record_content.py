@@ -1,4 +1,4 @@
-"""What a record file may be besides plain text: other encodings and line ends, archives, binary formats, other content."""
+"""Record files in other encodings and line ends, in archives, and files that contain something else."""
 
 import builtins
 import gzip
@@ -142,12 +142,20 @@ V2, V3 = TEXTS["V2"].encode(), b"Response and Fourier amplitude spectra (86 peri
         ("CE1.V2.gz", gzip.compress(V2), ["CE1 090"]),
         ("CE1.V2.gz", gzip.compress(V2[:999]) + gzip.compress(V2[999:]), ["CE1 090"]),
         ("a.zip", zipped({"CE1.V2": V2}), ["CE1 090"]),
-        ("a.zip", zipped({"b/": b"", "b/CE1.V2": V2, "b/CE2.V2": V2, "__MACOSX/b/._CE1.V2": b"\x00\x05\x16"}), ["CE1
-        090", "CE2 090"]), ("a.zip", zipped({"c.zip": zipped({"CE1.V2": V2}), "d.AT2.gz":
-        gzip.compress(TEXTS["AT2"].encode())}), ["CE1 090", "d"]), ("a.tar", tarred({"CE1.V2": V2}), ["CE1 090"]),
+        (
+            "a.zip",
+            zipped({"b/": b"", "b/CE1.V2": V2, "b/CE2.V2": V2, "__MACOSX/b/._CE1.V2": b"\x00\x05\x16"}),
+            ["CE1 090", "CE2 090"],
+        ),
+        (
+            "a.zip",
+            zipped({"c.zip": zipped({"CE1.V2": V2}), "d.AT2.gz": gzip.compress(TEXTS["AT2"].encode())}),
+            ["CE1 090", "d"],
+        ),
+        ("a.tar", tarred({"CE1.V2": V2}), ["CE1 090"]),
         ("a.tar.gz", gzip.compress(tarred({"CE1.V2": V2, "CE2.V2": V2})), ["CE1 090", "CE2 090"]),
     ],
-)  # fmt: skip
+)
 def test_archives(tmp_path, name, content, names):
     motions = wd.records.read(write(tmp_path, content, name))
     assert [motion.name for motion in motions] == names
