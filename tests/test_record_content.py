@@ -287,7 +287,7 @@ def test_sac(tmp_path, trace):
     data[632 + 4 * int(np.argmax(np.abs(VALUES))) + 3] ^= 0x40  # the exponent of the largest value
     with pytest.raises(ValueError, match="the header of this SAC file states an extremum of"):
         wd.records.read(write(tmp_path, bytes(data), "damaged.sac"), unit="gal")
-    with pytest.raises(ValueError, match="obspy cannot read this SAC file|unknown format"):
+    with pytest.raises(ValueError, match=r"obspy cannot read this SAC file|unknown format"):
         wd.records.read(write(tmp_path, bytes(data[:700]), "cut.sac"), unit="gal")
     for code, quantity in ((6, "displacement"), (7, "velocity")):
         trace.stats.sac = {"idep": code}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,7 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
 
 
 def read_text(
-    path: str | Path,
+    path: str | PathLike,
     *,
     unit: str,
     step: float | None = None,
@@ -119,7 +120,7 @@ def read_text(
     return GroundMotion(factor * values[0], step, Path(path).stem, str(path), record, component)
 
 
-def _component_of(path: str | Path, name: str, header: list[str]) -> tuple[str, str]:
+def _component_of(path: str | PathLike, name: str, header: list[str]) -> tuple[str, str]:
     """Return the record and the component from the name of the column, the header and the file's name."""
     label = record_and_component(re.sub(r"[(\[{].*?[)\]}]", "", name))[1]
     if label:
@@ -133,7 +134,7 @@ def _component_of(path: str | Path, name: str, header: list[str]) -> tuple[str, 
 class _Table:
     """The numbers of a file, with what its errors and its header need."""
 
-    path: str | Path
+    path: str | PathLike
     text: str
     numbers: NumberLines
     names: list[str]  # of the columns, if a header names them
@@ -141,7 +142,7 @@ class _Table:
     count: int  # of columns
 
 
-def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
+def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
     text = text_of(path)
     lines = text.rstrip().split("\n")
     if delimiter is not None and not (isinstance(delimiter, str) and re.fullmatch(r"[^\w.+\-\n]", delimiter)):

@@ -65,7 +65,7 @@ class NumberLines:
     """
 
     def __init__(
-        self, path: str | Path, lines: Sequence[str], line_numbers: Sequence[int], mark: str | None = None
+        self, path: str | PathLike, lines: Sequence[str], line_numbers: Sequence[int], mark: str | None = None
     ) -> None:
         self.path, self.lines, self.line_numbers, self.mark = path, lines, line_numbers, mark
         self._text = "\n".join(lines).encode("ascii", "replace")
@@ -248,7 +248,7 @@ def check_peak(values: np.ndarray, told: float, place: str) -> None:
         raise ValueError(f"{place}: tells a peak of {abs(told):g}, but the largest value is {peak:g}: one is damaged")
 
 
-def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None:
+def check_last_value(text: str, values: Sequence[str], path: str | PathLike) -> None:
     """Raise a ValueError if the last value of a file is cut; warn if it may be.
 
     A value that white space follows is complete, but blanks after the last newline are a line that is cut. If no
