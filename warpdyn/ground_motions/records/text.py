@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 

@@ -64,7 +64,7 @@ def header_of(record: RecordText) -> Header:
         total = sum(len(tokens_of(line)) for line in rows[1:])
         whole = [int(token) for token in numbers if token.isdigit()]
         if widths[0] != widths[1] or (whole == [total] and not rows[1].strip().isdigit()):
-            others = [_number(token) for token in numbers if not token.isdigit()]
+            others = [_float_of(token) for token in numbers if not token.isdigit()]
             if len(whole) > 1 or len(others) > 1 or any(not 0 < other < 1 for other in others):
                 raise ValueError(
                     f"{record.place(first)}: this line has another number of values than the next lines, and "
@@ -186,5 +186,5 @@ def tokens_of(line: str) -> list[str]:
     return re.sub(r"[,;]", " ", _TOUCHING.sub(" ", line)).split()
 
 
-def _number(token: str) -> float:
+def _float_of(token: str) -> float:
     return float(token.upper().replace("D", "E"))
