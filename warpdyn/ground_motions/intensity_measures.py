@@ -117,7 +117,7 @@ class PeakGroundDisplacement(IntensityMeasure):
     Example:
         >>> filtered = wd.records.band_pass(motions[0], 0.2, 20.0)  # without what noise adds up to at long periods
         >>> round(wd.PeakGroundDisplacement().value(filtered), 2)
-        0.08
+        0.09
     """
 
     units = "m"
