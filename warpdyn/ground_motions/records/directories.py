@@ -14,6 +14,7 @@ from warpdyn.ground_motions.records.components import (
     COMPONENTS,
     chosen_components,
     component_of_header,
+    numbered_record,
     record_of_header,
     records_and_components,
 )
@@ -81,10 +82,10 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
     found = records_and_components(
         [file.name for file in files], [component_of_header(title) for title in titles], [str(file) for file in files]
     )
-    # Files that are named by their component alone, such as "EW.AT2", are one record.
+    # A header that tells event and station, names that count components, or a folder of "EW.AT2" and "NS.AT2".
     records = [
-        record or record_of_header(title) or (directory.resolve().name if label else "")
-        for (record, label), title in zip(found, titles, strict=True)
+        record or record_of_header(title) or ((numbered_record(file.name) or directory.resolve().name) if label else "")
+        for (record, label), title, file in zip(found, titles, files, strict=True)
     ]
     labels = [label for _, label in found]
     chosen = chosen_components(labels, components, [file.name for file in files], records, str(path))

@@ -1,6 +1,10 @@
 """Components of a record: labels of directions, names of files, and pairs of horizontal components."""
 
-from warpdyn.ground_motions.records.components.file_names import record_and_component, records_and_components
+from warpdyn.ground_motions.records.components.file_names import (
+    numbered_record,
+    record_and_component,
+    records_and_components,
+)
 from warpdyn.ground_motions.records.components.headers import component_of_header, named_component, record_of_header
 from warpdyn.ground_motions.records.components.orientations import (
     Orientation,
@@ -22,6 +26,7 @@ __all__ = [
     "instrument_of",
     "is_vertical",
     "named_component",
+    "numbered_record",
     "orientation",
     "pairs",
     "record_and_component",

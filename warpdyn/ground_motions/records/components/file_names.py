@@ -60,6 +60,10 @@ class _Candidate:
         return self.before.rstrip(" -_.~").upper(), self.after.strip(" -_.~").upper()
 
     @property
+    def ending(self) -> tuple[str, str]:
+        return self.orientation.label, self.after
+
+    @property
     def record(self) -> str:
         after = self.after.strip(" -_.~") if not _is_added(self.after) else ""
         return f"{self.before.rstrip(' -_.~')} {after}".strip()
@@ -96,32 +100,41 @@ def records_and_components(
     for candidates in found:
         for candidate in candidates:
             directions[candidate.key].add(candidate.orientation)
+    # What ends all names, such as ".T1", does not distinguish them.
+    endings = [{each.ending for each in candidates} for candidates in found]
+    common = set.intersection(*endings) if len(endings) > 1 else set()
     answers = []
     for stem, candidates, header, place in zip_longest(stems, found, headers, places, fillvalue=""):
         told = orientation(header)
-        best = _best(stem, candidates, directions, told)
-        label = _settled(told, best.orientation if best else orientation(""), place)
+        best, is_sure = _best(stem, candidates, directions, told, common)
+        label = _settled(told, best.orientation if best else orientation(""), is_sure, place)
         number = _PEER_NUMBER.match(stem)
         record = number[0].upper() if number else best.record if best and label else ""
         answers.append((record, label))
     return answers
 
 
-def _settled(header: Orientation, name: Orientation, place: str) -> str:
-    """Return the label that counts: the header's, unless the name says that the record is vertical."""
+def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) -> str:
+    """Return the label that counts: the header's, unless the name says for sure that the record is vertical."""
     if header.kind == "unknown":
         return name.label or (header.label if header.family else "")
-    if name.kind == "unknown":
+    if name.kind == "unknown" or not is_sure:
         return header.label
     both_known = header.azimuth is not None and name.azimuth is not None
     is_turned = both_known and angle_between(header.azimuth or 0.0, name.azimuth or 0.0) > 45.0
+    used = name.label if name.kind == "vertical" != header.kind else header.label
     if (header.kind != name.kind or is_turned) and place:
-        used = name.label if name.kind == "vertical" else header.label
         warn_caller(
             f"{place}: the component is {header.label!r} in the header and {name.label!r} in the file's name; "
             f"{used!r} is used. Compare the file with its source, and rename it"
         )
-    return name.label if name.kind == "vertical" != header.kind else header.label
+    return used
+
+
+def numbered_record(name: str) -> str:
+    """Return a file's name without suffix and without the number or letter that counts components: "0111b" is "0111"."""
+    stem = _stem(name)
+    return "" if orientation(stem).family else re.sub(r"[-_. ]?(?:0?[1-9]|[a-c])$", "", stem, flags=re.IGNORECASE)
 
 
 def _stem(name: str) -> str:
@@ -154,6 +167,14 @@ def _candidates(stem: str) -> Iterator[_Candidate]:
         for label, distinctive in _glued(token[0], stem):
             code = token[0][: -len(label)]
             yield _Candidate(orientation(label), before + code, after, distinctive, _is_added(after))
+    yield from _letters_within(stem)
+
+
+def _letters_within(stem: str) -> Iterator[_Candidate]:
+    """Yield single letters beside a digit, such as those of "000055xa", "000055ya" and "000055za"."""
+    for found in re.finditer(r"(?<=\d)[NSEWVZULTXY](?=[A-Z])|(?<=[A-Z])[NSEWVZULTXY](?=\d)", stem, re.IGNORECASE):
+        before, after = stem[: found.start()], stem[found.end() :]
+        yield _Candidate(orientation(found[0]), before, after, _ONLY_IN_SETS, False)
 
 
 def _is_added(after: str) -> bool:
@@ -168,10 +189,13 @@ def _of_whole(label: str, before: str, separators: int) -> int | None:
         return None
     letters = re.sub(r"[^A-Z]", "", found.label)
     if separators:
-        return _SURE if found.family == "compass axes" or len(letters) >= 8 else None
+        is_axis = found.family == "compass axes" or found.label in ("UD", "UPDOWN") or len(letters) >= 8
+        return _SURE if is_axis else None
     if found.family == "azimuth":
         digits = re.sub(r"\D", "", label)
-        return _SURE if letters else (_USUAL if len(digits) == 3 and label.isdigit() else None)
+        if letters:
+            return _SURE
+        return None if not label.isdigit() else _USUAL if len(digits) == 3 else _ONLY_IN_SETS
     if found.family == "seed":
         return _SURE if _NAMES_NET_STATION.search(before) else _USUAL
     if len(letters) == 1 or found.label in ("SN", "SP", "H"):
@@ -182,7 +206,10 @@ def _of_whole(label: str, before: str, separators: int) -> int | None:
 def _glued(token: str, stem: str) -> Iterator[tuple[str, int]]:
     """Yield the labels that may end a token behind a station's code, and how distinctive they are."""
     if (found := _GLUED_AZIMUTH.match(token)) and int(found["label"]) <= 360:
-        yield found["label"], _USUAL
+        # "H-E06140" is a station and an azimuth; longer numbers are dates.
+        digits = len(token) - len(token.rstrip("0123456789"))
+        if digits <= 6:
+            yield found["label"], _USUAL if digits == 3 or _PEER_NUMBER.match(stem) else _POSSIBLE
     elif re.fullmatch(r"\d{4,}", token) and int(token[-3:]) <= 360 and not _YEAR_OR_DATE.match(token):
         yield token[-3:], _POSSIBLE if _PEER_NUMBER.match(stem) else _ONLY_IN_SETS
     if found := _GLUED_WORD.match(token):
@@ -200,34 +227,50 @@ def _best(
     candidates: Sequence[_Candidate],
     directions: dict[tuple[str, str], set[Orientation]],
     header: Orientation,
-) -> _Candidate | None:
-    """Return the most likely candidate, or None if no candidate is likely enough."""
-    ranked: list[tuple[tuple[float, ...], _Candidate]] = []
+    common: set[tuple[str, str]],
+) -> tuple[_Candidate | None, bool]:
+    """Return the most likely candidate, or None, and whether it is sure even if the header says something else."""
+    ranked: list[tuple[tuple[float, ...], _Candidate, bool]] = []
     for i, candidate in enumerate(candidates):
-        others = {each for each in directions[candidate.key] if _is_other_direction(each, candidate.orientation)}
+        present = directions[candidate.key]
+        others = {each for each in present if _is_other_direction(each, candidate.orientation)}
         kinds = {each.kind for each in others} | {candidate.orientation.kind}
         is_triple = len(others) >= 2 and "vertical" in kinds
-        agrees = header.kind == candidate.orientation.kind != "unknown" and not _is_other_direction(
-            header, candidate.orientation
+        # "219_90" and "219_360", but not records that are numbered from 1 to 100.
+        is_pair = candidate.orientation.family == "azimuth" and bool(others) and len(present) <= 3
+        is_text_of_header = candidate.orientation.label == header.label
+        agrees = is_text_of_header or (
+            candidate.distinctive > _ONLY_IN_SETS and _is_same_direction(header, candidate.orientation)
         )
         is_needed = candidate.distinctive == _ONLY_IN_SETS or (not candidate.is_last and candidate.distinctive < _SURE)
-        if is_needed and not (is_triple or (others and candidate.distinctive) or agrees):
+        if is_needed and not (is_triple or is_pair or (others and candidate.distinctive) or agrees):
             continue
         is_bare = candidate.orientation.family == "azimuth" and not others and not _PEER_NUMBER.match(stem)
-        if is_bare and len(directions[candidate.key]) > 1:
+        if is_bare and len(present) > 1:
             continue  # numbers of stations, such as TCU045 and TCU052
-        rank = (3 * agrees + 3 * min(len(others), 2) + candidate.distinctive + 3 * candidate.is_last, float(i))
-        ranked.append((rank, candidate))
+        is_common = candidate.ending in common and not others
+        place = 3 * candidate.is_last - 4 * is_common
+        rank = (3 * agrees + 3 * min(len(others), 2) + candidate.distinctive + place, float(i))
+        ranked.append((rank, candidate, bool(others) or candidate.distinctive >= _USUAL))
     if not ranked:
-        return None
-    best = max(ranked, key=lambda each: each[0])[1]
+        return None, False
+    _, best, is_sure = max(ranked, key=lambda each: each[0])
     added = stem[len(best.before.rstrip("-_")) :]
     if _ADDED_KIND.fullmatch(added):
         for each in candidates:
             is_same = each.orientation.kind == best.orientation.kind and each.after == added
             if is_same and each.distinctive > _ONLY_IN_SETS:
-                return each
-    return best
+                return each, is_sure
+    return best, is_sure
+
+
+def _is_same_direction(one: Orientation, other: Orientation) -> bool:
+    """Return whether two labels name one direction."""
+    if one.kind != other.kind or one.kind == "unknown":
+        return False
+    if one.azimuth is not None and other.azimuth is not None:
+        return angle_between(one.azimuth, other.azimuth) <= 15.0
+    return one.kind == "vertical" or one.label == other.label
 
 
 def _is_other_direction(one: Orientation, other: Orientation) -> bool:

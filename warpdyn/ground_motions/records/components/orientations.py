@@ -84,7 +84,8 @@ def orientation(label: str) -> Orientation:
         return of_word
     if seed := _SEED.match(compact):
         return _of_channel(seed, compact)
-    if numbered := re.match(r"(?P<word>\D+)(?P<sensor>\d{1,2})$", compact):
+    numbered = re.match(r"(?P<word>\D+)(?P<sensor>\d{1,2})$", compact)
+    if numbered and not re.search(r"\s\d+$", stripped):  # "UP 9" has a number of something else
         found = _of_word(numbered["word"])
         if found.kind != "unknown":
             return Orientation(compact, found.kind, found.azimuth, numbered["sensor"], found.family)
