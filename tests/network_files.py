@@ -214,6 +214,26 @@ def afad(table: np.ndarray, step: float = 0.01) -> str:
     ) + "\n"  # fmt: skip
 
 
+def cwa(table: np.ndarray, step: float = 0.01) -> str:
+    """Return a CWA file of a table of values in gal, shape [time, 3], to three decimals: vertical, north, east."""
+    table = np.round(table, 3)
+    told = {
+        "Origin Time(GMT+08)": "2030/01/01-23:50:42", "StationCode": "EAS",
+        "StartTime(GMT+08)": "2030/01/01-23:50:29.000",
+        "RecordLength(sec)": f"{len(table) * step:g}", "SampleRate(Hz)": f"{1 / step:.0f}",
+        "AmplitudeUnit": " gal. DCoffset(corr)",
+        **{f"AmplitudeMAX. {c}": f"{x.max():8.3f}~{x.min():9.3f}" for c, x in zip("UNE", table.T, strict=True)},
+        "DataSequence": "Time U(+); N(+); E(+)", "Data": "4F10.3",
+    }  # fmt: skip
+    rows = np.column_stack([step * np.arange(len(table)), table])
+    return "\n".join(
+        [
+            "#Earthquake Information", *(f"#{name}: {value}" for name, value in told.items()),
+            *("".join(f"{value:10.3f}" for value in row) for row in rows),
+        ]
+    ) + "\n"  # fmt: skip
+
+
 def running(values: np.ndarray, step: float = 0.01) -> str:
     """Return values in gal that run on from line to line, behind a line with their number and the step."""
     header = f"Record of nowhere, component 90\nNPTS= {values.size}, DT= {step:g} s"

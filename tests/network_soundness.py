@@ -196,6 +196,24 @@ def afad(text: str) -> bool:
     )
 
 
+def cwa(text: str) -> bool:
+    lines = text.rstrip().split("\n")
+    header = dict(re.findall(r"^#([^:\n]*):[ \t]*(.*)$", text, re.M))
+    first = next((i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), len(lines))
+    values = numbers(lines[first:], 10, 4, r" *-?\d*\.\d{3}")
+    if values is None or values.size % 4 or not re.search(r"4F10\.3", header.get("Data", ""), re.I):
+        return False
+    table, step = values.reshape(-1, 4), 1 / float(header["SampleRate(Hz)"])
+    if np.abs(table[:, 0] - table[0, 0] - step * np.arange(len(table))).max() > 0.02 * step:
+        return False
+    for i, component in enumerate("UNE", start=1):
+        peaks = re.findall(r"-?\d+\.\d+", header.get(f"AmplitudeMAX. {component}", ""))
+        if peaks and abs(max(abs(float(peak)) for peak in peaks) - np.abs(table[:, i]).max()) > 2.001e-3:
+            return False
+    length = header["RecordLength(sec)"]
+    return lasts(len(table), step, float(length), 10.0 ** -len(length.partition(".")[2]))
+
+
 def running(text: str) -> bool:
     lines = text.rstrip().split("\n")
     stated = re.search(r"NPTS\s*=?\s*(\d+)", lines[1]) if len(lines) > 1 else None
@@ -211,5 +229,6 @@ SOUND: dict[str, Callable[[str], bool]] = {
     "geonet": geonet,
     "asa": asa,
     "afad": afad,
+    "cwa": cwa,
     "running": running,
 }

@@ -36,6 +36,7 @@ READERS: dict[str, tuple[Callable[[np.ndarray], str], Callable[[Path], list[wd.G
     "geonet": (lambda values: network_files.geonet(10 * values), lambda path: wd.records.read(path)),
     "asa": (lambda values: network_files.asa(_table(values)), lambda path: wd.records.read(path)),
     "afad": (lambda values: network_files.afad(_table(values)), lambda path: wd.records.read(path)),
+    "cwa": (lambda values: network_files.cwa(_table(values)), lambda path: wd.records.read(path)),
     "running": (network_files.running, lambda path: wd.records.read(path, unit="gal", step=0.01)),
 }
 

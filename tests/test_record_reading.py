@@ -26,6 +26,7 @@ FILES = {
     "GeoNet": (network_files.geonet(10 * VALUES), VALUES, 0.5e-2),
     "ASA": (network_files.asa(TABLE), VALUES, 0.0),
     "AFAD": (network_files.afad(TABLE), VALUES, 0.0),
+    "CWA": (network_files.cwa(TABLE), VALUES, 0.5e-3),
 }
 
 
@@ -40,7 +41,7 @@ def test_values_of_each_format(tmp_path, name):
     text, gal, rounding = FILES[name]
     motion = wd.records.read(write(tmp_path, text))[0]
     np.testing.assert_allclose(100 * motion.acceleration, gal, rtol=4e-16, atol=rounding + 1e-12)
-    assert motion.step == (0.005 if name not in ("AT2", "AFAD") else 0.01)
+    assert motion.step == (0.005 if name not in ("AT2", "AFAD", "CWA") else 0.01)
     assert motion.source.endswith("record.txt")
 
 
@@ -65,13 +66,14 @@ def test_values_of_each_format(tmp_path, name):
         (network_files.geonet(VALUES), ["N10E", "N80W", "UP"], "HSES 20300101_110256_HSES_20"),
         (network_files.asa(TABLE), ["V", "N00E", "N90E"], "ACAC 2030/01/01 18:14:18"),
         (network_files.afad(TABLE), ["NS", "EW", "UD"], "0921 01/01/2030 22:30:58.000000 (GMT)"),
+        (network_files.cwa(TABLE), ["U", "N", "E"], "EAS 2030/01/01-23:50:29.000"),
     ],
 )
 def test_components_and_records(tmp_path, text, components, record):
     motions = wd.records.read(write(tmp_path, text))
     assert [motion.component for motion in motions] == components
     assert {motion.record for motion in motions} == {record}
-    vertical = [name for name in components if name in ("UP", "UD", "UD1", "V")]
+    vertical = [name for name in components if name in ("UP", "UD", "UD1", "U", "V")]
     if vertical:
         assert [m.component for m in wd.records.read(write(tmp_path, text), components="vertical")] == vertical
     else:
@@ -267,7 +269,7 @@ def test_contradictions_and_damage(tmp_path, content, message):
         ("* VOL1DS FILE:  5520/01\nInst Type = SSA-2\n", "V1 file of BHRC"),
         (
             "#Earthquake Information\n#Origin Time(GMT+08): 2030\n 0.0 1.0\n",
-            r"CWA \(Taiwan\).*read_text\(path, unit='gal'",
+            "the header of this CWA file lacks the line '#StationCode'",
         ),
         ("hello\nworld\n", "the format is unknown: its first line is 'hello'"),
     ],
@@ -292,6 +294,14 @@ def test_unit_and_step_are_compared_with_the_file(tmp_path):
         wd.records.read(tmp_path)
     with pytest.raises(TypeError, match="path must be the name of a file"):
         wd.records.read(None)
+
+
+def test_number_and_step_before_two_columns(tmp_path):
+    rows = "".join(f"{0.01 * i:9.3f}{value:12.4f}\n" for i, value in enumerate(VALUES))
+    (motion,) = wd.records.read(write(tmp_path, f"203   0.01\n{rows}"), unit="gal")
+    np.testing.assert_allclose(100 * motion.acceleration, VALUES, rtol=4e-16)
+    with pytest.raises(ValueError, match=r"columns|times must increase evenly|states"):
+        wd.records.read(write(tmp_path, f"204   0.01\n{rows}"), unit="gal")
 
 
 @pytest.mark.parametrize("per_line", [1, 5, 8, 203])
@@ -364,3 +374,9 @@ def test_a_sound_file_gives_no_warning(tmp_path):
         warnings.simplefilter("error")
         for text, _, _ in FILES.values():
             wd.records.read(write(tmp_path, text))
+
+
+def test_the_page_about_new_readers_shows_the_reader():
+    root = Path(__file__).parents[1]
+    source = (root / "warpdyn/ground_motions/records/formats/cwa.py").read_text()
+    assert f"```python\n{source}```" in (root / "docs/extending/reader.md").read_text()

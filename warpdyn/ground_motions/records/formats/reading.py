@@ -19,6 +19,7 @@ from warpdyn.ground_motions.records.esm import read_esm
 from warpdyn.ground_motions.records.formats.afad import is_afad, read_afad
 from warpdyn.ground_motions.records.formats.asa import is_asa, read_asa
 from warpdyn.ground_motions.records.formats.csmip import is_csmip, read_csmip
+from warpdyn.ground_motions.records.formats.cwa import is_cwa, read_cwa
 from warpdyn.ground_motions.records.formats.geonet import is_geonet, read_geonet
 from warpdyn.ground_motions.records.formats.knet import read_knet
 from warpdyn.ground_motions.records.formats.running_values import (
@@ -43,6 +44,7 @@ _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[Groun
     ),
     ("ESM", lambda lines: lines[0].upper().startswith("EVENT_NAME"), lambda path: [read_esm(path)]),
     ("AFAD", is_afad, read_afad),
+    ("CWA", is_cwa, read_cwa),
     ("GeoNet", is_geonet, read_geonet),
     ("ASA", is_asa, read_asa),
     ("SMC", is_smc, read_smc),
@@ -67,12 +69,6 @@ _OTHERS = tuple(
             "take its accelerations, which follow the header in units of g/10 at equal steps, and give them to "
             "wd.records.from_array(values, step, unit='g') after division by 10",
         ),
-        (
-            r"#\s*Earthquake\s+Information",
-            "a text file of CWA (Taiwan)",
-            "read each component: wd.records.read_text(path, unit='gal', time_column=0, acceleration_column=1), whose "
-            "columns are time, U, N, E",
-        ),
         (r"Date/Time|EVENT\s*ID\s*,", "a table of events or stations", "give the file with the values of the record"),
     )
 )
@@ -84,8 +80,8 @@ def read(
     """Read the ground motions of a record file, or of the files in a gzip, zip or tar archive, whatever its format.
 
     The format is recognised from the first lines: AT2 (PEER, NGA-West2, NGA-East), COSMOS V1 and V2, V1 and V2 of
-    CSMIP, CESMD, RENADIC and USC, SMC (USGS), K-NET and KiK-net, ESM and ITACA, AFAD, V1A and V2A of GeoNet, ASA 2.0
-    (Mexico), SAC and MiniSEED (by obspy), and text in columns or with several values per line.
+    CSMIP, CESMD, RENADIC and USC, SMC (USGS), K-NET and KiK-net, ESM and ITACA, AFAD, CWA, V1A and V2A of GeoNet, ASA
+    2.0 (Mexico), SAC and MiniSEED (by obspy), and text in columns or with several values per line.
 
     Args:
         path: The file. Its name and the components name the motions.

@@ -63,7 +63,8 @@ def header_of(record: RecordText) -> Header:
         numbers = tokens_of(rows[0])
         total = sum(len(tokens_of(line)) for line in rows[1:])
         whole = [int(token) for token in numbers if token.isdigit()]
-        if widths[0] != widths[1] or (whole == [total] and not rows[1].strip().isdigit()):
+        is_count = whole in ([total], [len(rows) - 1]) and not rows[1].strip().isdigit()
+        if widths[0] != widths[1] or is_count:
             others = [_float_of(token) for token in numbers if not token.isdigit()]
             if len(whole) > 1 or len(others) > 1 or any(not 0 < other < 1 for other in others):
                 raise ValueError(
@@ -164,6 +165,8 @@ def _check_separators(record: RecordText, places: list[int]) -> None:
     marks = [len(re.findall(r"[,;\t]", record.lines[i])) for i in places[:-1]]
     usual = Counter(marks).most_common(1)[0][0] if marks else 0
     odd = next((i for i, count in zip(places, marks, strict=False) if count != usual), None)
+    if odd is None and usual == 0 and places and re.search(r"[,;\t]", record.lines[places[-1]]):
+        odd = places[-1]
     if odd is not None:
         raise ValueError(
             f"{record.place(odd)}: {record.lines[odd].strip()[:60]!r} has another number of commas, semicolons or tabs "

@@ -157,11 +157,12 @@ def _check_line(line: str, fields: int, layout: Layout, place: str) -> None:
 
 @cache
 def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]:
+    # Fortran prints no plus sign before a number.
     if is_scientific:
-        return re.compile(rf" *[-+]?\d\.\d{{{decimals}}}[EeDd][-+]\d{{1,3}}", re.ASCII)
+        return re.compile(rf" *-?\d\.\d{{{decimals}}}[EeDd][-+]\d{{1,3}}", re.ASCII)
     if decimals is None:
-        return re.compile(r" *[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?", re.ASCII)
-    return re.compile(r" *[-+]?\d+" if decimals == 0 else rf" *[-+]?\d*\.\d{{{decimals}}}", re.ASCII)
+        return re.compile(r" *-?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?", re.ASCII)
+    return re.compile(r" *-?\d+" if decimals == 0 else rf" *-?\d*\.\d{{{decimals}}}", re.ASCII)
 
 
 def layout_of_lines(record: RecordText, first: int, decimals: int | None = None) -> Layout:
