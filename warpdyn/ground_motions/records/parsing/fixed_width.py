@@ -12,7 +12,7 @@ import numpy as np
 
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
-from warpdyn.ground_motions.records.text import check_last_value, lines_of, number, text_of
+from warpdyn.ground_motions.records.text import lines_of, number, text_of
 
 _TO_FORM = str.maketrans("123456789d", "000000000D")
 _FORMAT = re.compile(
@@ -205,6 +205,3 @@ def check_end(record: RecordText, next_line: int) -> None:
         )
     if record.text[-1] != "\n" and not record.text.rpartition("\n")[2].strip():
         warn_caller(f"{record.path}: ends within a line of blanks, so it may be truncated")
-
-
-__all__ = ["Layout", "RecordText", "block", "check_end", "check_last_value", "layout_of_lines"]
