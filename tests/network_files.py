@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from record_files import fortran
 
 
 def fields(values: np.ndarray, form: str, per_line: int) -> list[str]:
@@ -69,6 +70,27 @@ def csmip_pairs(values: np.ndarray, times: np.ndarray) -> str:
     head[11] = f"UNITS OF UNCOR ACCEL ARE SEC AND G/10.     MAX  =  {np.abs(values).max() / 10:.4f} G, AT   0.100 SEC."
     pairs = np.column_stack([times, values]).ravel()
     return "\n".join([*head, *_numeric_header(50), *fields(pairs, "%7.3f", 10), "/&  ----------"]) + "\n"
+
+
+def bhrc(values: np.ndarray, step: float = 0.005) -> str:
+    """Return a file of BHRC of three components with the same values in g/10, whose header is cut at 70 characters."""
+    rows = [values[i : i + 10] for i in range(0, values.size, 10)]
+    lines = []
+    for label in ("L1", "V2", "T3"):
+        lines += ["* VOL1DS FILE:  5520/01", "Inst Type = SSA-2", "Origin Time : 2030/08/11   12:23:16", "", "L", ""]
+        lines += [
+            f"COMP {label}",
+            "Nowhere                   Station   38.474 N 47.059 E   Altitude 1360m   Azimuth L 352   T 82",
+            "Epicenter 38.520 N 46.860 E   FD 12 Km",
+            "INSTR PERIOD =  .019 SEC   DAMPING =  .640",
+            f"NO. OF POINTS =  {values.size}      DURATION =  {values.size * step:.3f}",
+            "UNITS ARE SECONDS AND G/10",
+            "",
+            *(line[:70] for line in _numeric_header(50, 13)),
+            *("".join(f"{fortran(value, 6):>13}" for value in row) for row in rows),
+            "/&",
+        ]
+    return "\n".join(lines) + "\n"
 
 
 def csmip_v2(

@@ -74,6 +74,21 @@ def csmip_v1(text: str) -> bool:
     return is_counted and lasts(values.size, step, float(sizes[2]), 1e-3) and is_peak
 
 
+def bhrc(text: str) -> bool:
+    """The number and the duration alone state the step."""
+    lines, at = text.rstrip().split("\n"), 0
+    while at < len(lines):
+        sizes = re.search(r"NO\. OF POINTS\s*=\s*(\d+)\s+DURATION\s*=\s*(\d*\.?\d+)", lines[at + 10], re.I)
+        if sizes is None or not re.search(r"SECONDS AND G/10", lines[at + 11], re.I):
+            return False
+        end = at + 27 + -(-int(sizes[1]) // 10)
+        values = numbers(lines[at + 27 : end], 13, 10, r" *-?\d*\.\d+E[-+]\d\d")
+        if values is None or values.size != int(sizes[1]) or not lines[end].lstrip().startswith("/&"):
+            return False
+        at = end + 1
+    return True
+
+
 def csmip_v2(text: str) -> bool:
     lines = text.rstrip().split("\n")
     points = re.match(
@@ -225,6 +240,7 @@ SOUND: dict[str, Callable[[str], bool]] = {
     "knet": knet,
     "csmip_v1": csmip_v1,
     "csmip_v2": csmip_v2,
+    "bhrc": bhrc,
     "smc": smc,
     "geonet": geonet,
     "asa": asa,

@@ -32,6 +32,7 @@ READERS: dict[str, tuple[Callable[[np.ndarray], str], Callable[[Path], list[wd.G
     "knet": (network_files.knet, lambda path: wd.records.read(path)),
     "csmip_v1": (lambda values: network_files.csmip_v1(values / 1000), lambda path: wd.records.read(path)),
     "csmip_v2": (network_files.csmip_v2, lambda path: wd.records.read(path)),
+    "bhrc": (lambda values: network_files.bhrc(values / 100), lambda path: wd.records.read(path)),
     "smc": (network_files.smc, lambda path: wd.records.read(path)),
     "geonet": (lambda values: network_files.geonet(10 * values), lambda path: wd.records.read(path)),
     "asa": (lambda values: network_files.asa(_table(values)), lambda path: wd.records.read(path)),

@@ -21,6 +21,7 @@ FILES = {
     "ESM": (record_files.esm(VALUES), VALUES, 0.0),
     "COSMOS": (record_files.cosmos(VALUES), VALUES, 0.0),
     "CSMIP V1": (network_files.csmip_v1(VALUES / 1000), 0.980665 * VALUES, 0.5e-6 * 980.665),
+    "BHRC": (network_files.bhrc(VALUES / 98.0665), VALUES, 0.5e-5 * 98.0665),  # 6 digits of values below 10
     "CSMIP V2": (network_files.csmip_v2(VALUES), VALUES, 0.0),
     "SMC": (network_files.smc(VALUES), VALUES, 0.5e-2),  # 5 digits of values up to 999
     "GeoNet": (network_files.geonet(10 * VALUES), VALUES, 0.5e-2),
@@ -50,6 +51,7 @@ def test_values_of_each_format(tmp_path, name):
     [
         (network_files.knet(VALUES), ["NS"], "MYG001 2030/01/01 12:01:00"),
         (network_files.knet(VALUES, **{"Dir.": "3"}), ["UD1"], "MYG001 2030/01/01 12:01:00"),
+        (network_files.bhrc(VALUES / 100), ["352", "V", "082"], "Nowhere 5520/01"),
         (network_files.csmip_v1(VALUES / 1000, label=" Up"), ["UP"], "89146 89146-L2500-12044.02"),
         (
             network_files.csmip_v1(VALUES / 1000, label="270 DegR   Location: Roof"),
@@ -229,6 +231,10 @@ def replaced(text: str, old: str, new: str) -> str:
         ),
         # Files that are cut, values that are missing, do not fit or are not numbers.
         (V2[: V2.index("points of veloc")], "expected the end of the channel|truncated"),
+        (
+            replaced(network_files.bhrc(VALUES / 100), "POINTS =  203", "POINTS =  204"),
+            "this line must have 4 values|truncated",
+        ),
         (V1[:-200], "truncated: the file ends at line|this line must have"),
         (SMC[:-15], "this line must have 3 values of 10 characters|truncated"),
         (GEONET[: len(GEONET) // 2], "truncated|this line must have|expected numbers in columns"),
@@ -266,7 +272,7 @@ def test_contradictions_and_damage(tmp_path, content, message):
             "Response and Fourier amplitude spectra (86 periods)   for\nCorrected accelerogram\n",
             "V3.*take the V2 or V1 file",
         ),
-        ("* VOL1DS FILE:  5520/01\nInst Type = SSA-2\n", "V1 file of BHRC"),
+        ("* VOL1DS FILE:  5520/01\nInst Type = SSA-2\n", "truncated: the file ends at line 2"),
         (
             "#Earthquake Information\n#Origin Time(GMT+08): 2030\n 0.0 1.0\n",
             "the header of this CWA file lacks the line '#StationCode'",

@@ -1,4 +1,4 @@
-"""Reader of the V1 and V2 files of CSMIP and CESMD, and of agencies that write the same volumes (RENADIC, USC)."""
+"""Reader of the V1 and V2 files of CSMIP and CESMD, and of agencies that write similar ones (BHRC, RENADIC, USC)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.components import orientation
+from warpdyn.ground_motions.records.components import azimuth_label, orientation
 from warpdyn.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, layout_of_lines
 from warpdyn.ground_motions.records.parsing.header_checks import (
     check_duration,
@@ -24,6 +24,7 @@ from warpdyn.ground_motions.records.units import unit_factor
 
 _CORRECTED = re.compile(r"\s*corrected\s+accelerogram\b", re.IGNORECASE)
 _UNCORRECTED = re.compile(r"\s*(file\s+\d+\s+of\s+)?uncorrected\s+accelerogram\b", re.IGNORECASE)
+_BHRC = re.compile(r"\*\s*VOL1DS\s+FILE\s*:\s*(?P<record>\S+)", re.IGNORECASE)  # of Iran: values in g/10, without pairs
 _TEXT_LINES, _REAL_LINES = {"V1": 13, "V2": 25}, {"V1": 7, "V2": 13}
 _INTEGER_LINES = 7  # 100 whole numbers, 16 per line
 _END = re.compile(r"\s*/&", re.IGNORECASE)
@@ -55,7 +56,7 @@ _STATION = re.compile(r"station\s*(?:no\.|id\.?|usc#)\s*(?P<code>\w[\w-]*)(?![.\
 
 def is_csmip(first_lines: list[str]) -> bool:
     """Return whether a file begins as a V1 or V2 file does."""
-    return bool(_CORRECTED.match(first_lines[0]) or _UNCORRECTED.match(first_lines[0]))
+    return any(pattern.match(first_lines[0]) for pattern in (_CORRECTED, _UNCORRECTED, _BHRC))
 
 
 def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMotion]:
@@ -78,8 +79,8 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
         if not record.lines[at].strip():
             at += 1
             continue
-        volume = "V2" if _CORRECTED.match(record.lines[at]) else "V1" if _UNCORRECTED.match(record.lines[at]) else ""
-        if not volume:
+        volume = "V2" if _CORRECTED.match(record.lines[at]) else "V1"
+        if not is_csmip(record.lines[at:]):
             raise ValueError(
                 f"{record.place(at)}: expected the header of the next channel, 'Uncorrected accelerogram' or "
                 f"'Corrected accelerogram', got {record.lines[at].strip()[:60]!r}: lines are missing or were added "
@@ -117,6 +118,8 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
             after = _equal_steps(record, after, other)[2]
         precision = 0.0 if found["of_time"].lower() == "pts/sec" else printed_precision(found["time"])
         _check_header(record, head, first, volume, values, step, precision)
+    elif _BHRC.match(head[0]):
+        values, step, after = _values_of_bhrc(record, head, first, data)
     else:
         times, values, after = _pairs_of_values(record, head, first, data)
         digits = printed_precision(record.lines[data].split()[0])
@@ -157,6 +160,20 @@ def _equal_steps(
         factor = _factor(unit, place)
     values, after = block(record, at + 1, count, layout)
     return factor * values, step, after
+
+
+def _values_of_bhrc(record: RecordText, head: list[str], first: int, data: int) -> tuple[np.ndarray, float, int]:
+    """Return accelerations [m/s2] at equal steps, the step [s], and the line after the values, of a file of BHRC."""
+    place = record.place(first + 10)
+    counted, duration = _COUNT.search(head[10]), re.search(r"duration\s*=\s*(\d*\.?\d+)", head[10], re.IGNORECASE)
+    if counted is None or duration is None or not re.search(r"seconds\s+and\s+g/10", head[11], re.IGNORECASE):
+        raise ValueError(
+            f"{place}: expected the number of points, the duration, and values in g/10, got {head[10].strip()!r}"
+        )
+    count = stated_count(counted[1], place)
+    step = stated_step(f"{float(duration[1]) / count:.6g}", place)
+    values, after = block(record, data, count, layout_of_lines(record, data))
+    return _factor("g/10", place) * values, step, after
 
 
 def _pairs_of_values(record: RecordText, head: list[str], first: int, data: int) -> tuple[np.ndarray, np.ndarray, int]:
@@ -213,6 +230,11 @@ def _check_header(
 
 def _names(record: RecordText, head: list[str], first: int) -> tuple[str, str]:
     """Return what the channels of one sensor have in common, and the component of a channel."""
+    if file := _BHRC.match(head[0]):
+        azimuths = re.search(r"azimuth\s+L\s*(?P<L>\d+)\s+T\s*(?P<T>\d+)", head[7], re.IGNORECASE)
+        axis = head[6].strip().upper().removeprefix("COMP").strip()[:1]
+        of_axis = azimuth_label(float(azimuths[axis])) if azimuths and axis in ("L", "T") else axis
+        return f"{head[7].split('Station')[0].strip()} {file['record']}", of_axis
     first_of_volume_1 = 1 if _CORRECTED.match(head[0]) else 0
     named = head[first_of_volume_1 + 5].strip()
     station = next((match["code"] for line in head if (match := _STATION.search(line))), re.split(r"\s{3,}", named)[0])

@@ -63,12 +63,6 @@ _OTHERS = tuple(
             "a file of response or Fourier spectra (V3)",
             "take the V2 or V1 file of the same record, which contains its accelerations",
         ),
-        (
-            r"\*\s*VOL1DS\s+FILE",
-            "a V1 file of BHRC (Iran), whose header is cut",
-            "take its accelerations, which follow the header in units of g/10 at equal steps, and give them to "
-            "wd.records.from_array(values, step, unit='g') after division by 10",
-        ),
         (r"Date/Time|EVENT\s*ID\s*,", "a table of events or stations", "give the file with the values of the record"),
     )
 )
@@ -80,8 +74,8 @@ def read(
     """Read the ground motions of a record file, or of the files in a gzip, zip or tar archive, whatever its format.
 
     The format is recognised from the first lines: AT2 (PEER, NGA-West2, NGA-East), COSMOS V1 and V2, V1 and V2 of
-    CSMIP, CESMD, RENADIC and USC, SMC (USGS), K-NET and KiK-net, ESM and ITACA, AFAD, CWA, V1A and V2A of GeoNet, ASA
-    2.0 (Mexico), SAC and MiniSEED (by obspy), and text in columns or with several values per line.
+    CSMIP, CESMD, RENADIC, USC and BHRC, SMC (USGS), K-NET and KiK-net, ESM and ITACA, AFAD, CWA, V1A and V2A of
+    GeoNet, ASA 2.0 (Mexico), SAC and MiniSEED (by obspy), and text in columns or with several values per line.
 
     Args:
         path: The file. Its name and the components name the motions.

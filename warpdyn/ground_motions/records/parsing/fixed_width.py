@@ -27,7 +27,7 @@ class Layout:
     Args:
         per_line: Values per line; the last line may have fewer.
         width: Characters per value.
-        decimals: Digits after the point; None if they are not fixed, 0 for whole numbers without a point.
+        decimals: Digits after the point; None if their number is not fixed, 0 for whole numbers without a point.
         indent: Blanks before the first value of a line.
         is_scientific: Whether values have one digit before the point and an exponent, as 1.2345E+1.
     """
@@ -161,7 +161,7 @@ def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]
     if is_scientific:
         return re.compile(rf" *-?\d\.\d{{{decimals}}}[EeDd][-+]\d{{1,3}}", re.ASCII)
     if decimals is None:
-        return re.compile(r" *-?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?", re.ASCII)
+        return re.compile(r" *-?(\d+\.\d*|\.\d+)([EeDd][-+]?\d+)?", re.ASCII)
     return re.compile(r" *-?\d+" if decimals == 0 else rf" *-?\d*\.\d{{{decimals}}}", re.ASCII)
 
 
