@@ -13,7 +13,7 @@ pytestmark = pytest.mark.fast
 
 @pytest.mark.parametrize("name", record_mutations.READERS)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(60, 90))
-@settings(max_examples=120, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 def test_damage_is_told(tmp_path_factory, name, seed, count):
     """Examples are the same in each run, because among thousands one may be read silently, as the script counts.
 
@@ -28,7 +28,7 @@ def test_damage_is_told(tmp_path_factory, name, seed, count):
 
 @pytest.mark.parametrize("name", record_mutations.READERS)
 @given(text=st.text(max_size=200), keep=st.floats(0, 1))
-@settings(max_examples=60, derandomize=True)
+@settings(max_examples=40, derandomize=True)
 def test_any_text_is_refused_by_a_sentence(tmp_path_factory, name, text, keep):
     """What stands in a file, even behind a part of a sound one, raises nothing but a ValueError that names the file."""
     whole = record_mutations.READERS[name][0](np.arange(1.0, 20.0))

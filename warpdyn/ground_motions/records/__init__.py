@@ -8,6 +8,7 @@ from warpdyn.ground_motions.records.cosmos import read_cosmos
 from warpdyn.ground_motions.records.directories import read_directory
 from warpdyn.ground_motions.records.esm import read_esm
 from warpdyn.ground_motions.records.fema_p695 import far_field, near_field
+from warpdyn.ground_motions.records.formats.reading import read
 from warpdyn.ground_motions.records.obspy_streams import from_obspy
 from warpdyn.ground_motions.records.processing import band_pass, detrend, trim
 from warpdyn.ground_motions.records.units import UNITS
@@ -22,6 +23,7 @@ __all__ = [
     "from_obspy",
     "near_field",
     "pairs",
+    "read",
     "read_at2",
     "read_cosmos",
     "read_directory",

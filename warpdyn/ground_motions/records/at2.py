@@ -11,6 +11,7 @@ import numpy as np
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import component_of_header, record_and_component, record_of_header
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_forms,
@@ -86,6 +87,8 @@ def read_at2_and_title(path: str | Path) -> tuple[GroundMotion, str]:
         raise ValueError(f"{path}: holds {len(values)} values, more than the {count} that its header announces")
     check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], path)
     check_forms(numbers)
+    per_line = len(numbers.tokens(0))
+    check_missing_values(values, lambda i: numbers.place(min(i // per_line, len(numbers) - 1)))
     return GroundMotion(factor * values, step, Path(path).stem, str(path)), lines[1]
 
 
@@ -93,7 +96,10 @@ def _unit_of(line: str, place: str) -> float:
     """Return the factor to m/s2 from the header line that names the unit."""
     quantity = _OTHER_QUANTITY.search(line)
     if quantity and not re.search(r"\bACC", line, re.IGNORECASE):
-        raise ValueError(f"{place}: holds a {quantity[1].lower()} history, not an acceleration: {line.strip()!r}")
+        raise ValueError(
+            f"{place}: holds a {quantity[1].lower()} history, not an acceleration: take the .AT2 file of the same "
+            f"record. Got {line.strip()!r}"
+        )
     unit = _UNITS.search(line)
     if not unit:
         raise ValueError(f"{place}: expected 'UNITS OF' and one of {ALLOWED_UNITS}, got {line.strip()!r}")

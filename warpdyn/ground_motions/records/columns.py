@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import named_component, record_and_component
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.quantities import (
     check_stated_numbers,
     check_statements,
@@ -28,11 +30,16 @@ RUNS_ON = 0.7  # of the step from line to line, of that from value to value; of 
 SLOWEST_STEP = 0.5  # s; records are sampled at .001 to .05 s, and times in milliseconds differ by 1 to 50
 # A letter, two in a row, or a unit such as "m/s2": not "1.5E-3", nor "O.5".
 _HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}|[^\W\d_]/[^\W\d_]")
+# What spreadsheets and programs write in the place of a number.
+_MISSING = re.compile(
+    r"\s*(?:#(?:N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!|NV|WERT!)|[-+]?(?:NAN|INF(?:INITY)?)|N/?A|NULL|NONE)[\s,;]*",
+    re.IGNORECASE,
+)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
 
 
 def read_text(
-    path: str | Path,
+    path: str | PathLike,
     *,
     unit: str,
     step: float | None = None,
@@ -99,21 +106,24 @@ def read_text(
         first = [numbers.tokens(i)[0] for i in (0, 1)]
         refuse_step_as_sample(path, numbers.line_numbers[0], first, values[0], step)
     _check_damage(table, columns)
+    check_missing_values(values[0], numbers.place)
     name = table.names[acceleration] if table.names else ""
     check_statements(path, name, table.header, unit, factor)
     refuse_times(path, acceleration, values[0])
     if time is not None:
         step = _step_of_column(table, time, values[1], step, time_unit)
-    elif step is None:
-        stated = stated_step(table.header)
-        hint = f": the header says {stated[1].lower()!r}, so step={stated[0]:g}" if stated else ""
-        raise ValueError(f"{path}: one column has no times, so step [s] must be given{hint}")
+    else:
+        _refuse_gaps(table)
+        if step is None:
+            stated = stated_step(table.header)
+            hint = f": the header says {stated[1].lower()!r}, so step={stated[0]:g}" if stated else ""
+            raise ValueError(f"{path}: one column has no times, so step [s] must be given{hint}")
     check_stated_numbers(path, table.header, step, values.shape[1])
     record, component = _component_of(path, name, table.header)
     return GroundMotion(factor * values[0], step, Path(path).stem, str(path), record, component)
 
 
-def _component_of(path: str | Path, name: str, header: list[str]) -> tuple[str, str]:
+def _component_of(path: str | PathLike, name: str, header: list[str]) -> tuple[str, str]:
     """Return the record and the component from the name of the column, the header and the file's name."""
     label = record_and_component(re.sub(r"[(\[{].*?[)\]}]", "", name))[1]
     if label:
@@ -127,7 +137,7 @@ def _component_of(path: str | Path, name: str, header: list[str]) -> tuple[str, 
 class _Table:
     """The numbers of a file, with what its errors and its header need."""
 
-    path: str | Path
+    path: str | PathLike
     text: str
     numbers: NumberLines
     names: list[str]  # of the columns, if a header names them
@@ -135,7 +145,7 @@ class _Table:
     count: int  # of columns
 
 
-def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
+def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
     text = text_of(path)
     lines = text.rstrip().split("\n")
     if delimiter is not None and not (isinstance(delimiter, str) and re.fullmatch(r"[^\w.+\-\n]", delimiter)):
@@ -193,13 +203,14 @@ def _names_of(line: str, count: int, mark: str | None) -> list[str]:
 
 
 def _is_skipped(line: str) -> bool:
-    return not line or line[0] in "#%" or (line[0] in " \t" and (not line.strip() or line.lstrip()[0] in "#%"))
+    is_such = not line or line[0] in "#%" or (line[0] in " \t" and (not line.strip() or line.lstrip()[0] in "#%"))
+    return is_such and not _MISSING.fullmatch(line)
 
 
 def _is_header(line: str) -> bool:
     """Return whether a line is of words alone, none of which is a number or the damaged text of one."""
     words = re.split(r"[\s,;()\[\]]+", line.strip(" \t\"',;()[]"))
-    return all(_HEADER_WORD.match(word) and word.lower() not in ("nan", "inf", "-inf", "+inf") for word in words)
+    return not _MISSING.fullmatch(line) and all(_HEADER_WORD.match(word) for word in words)
 
 
 def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_told: bool) -> None:
@@ -263,6 +274,32 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
     if len(set(chosen)) < len(chosen):
         raise ValueError(f"{table.path}: acceleration_column and time_column are the same column")
     return (chosen[1] if time is not None else None), chosen[0]
+
+
+def _refuse_gaps(table: _Table) -> None:
+    """Raise a ValueError if a line between two values contains no value, which may stand for a sample.
+
+    Spreadsheets write "#N/A" or an empty cell for a missing one. Without times nothing else shows that all later
+    samples come one step early. Files in which every second line is blank have no gap.
+    """
+    at = np.array(table.numbers.line_numbers)
+    steps = np.diff(at)
+    if steps.max(initial=1) == 1 or (steps.min() == steps.max() and not _lines_between(table)):
+        return
+    i = int(at[int(np.argmax(steps > steps.min()))])  # the line before the first gap, from 1
+    found = table.text.split("\n")[i].strip()
+    what = f"{found[:40]!r} is" if found else "a blank line is"
+    raise ValueError(
+        f"{table.path}:{i + 1}: {what} between two values. If it stands for a missing sample, all later ones would "
+        "come one step early: write a value in its place, or delete the line if no sample is missing"
+    )
+
+
+def _lines_between(table: _Table) -> bool:
+    """Return whether a line between the values is not blank."""
+    lines, at = table.text.split("\n"), table.numbers.line_numbers
+    values = set(at)
+    return any(lines[i - 1].strip() for i in range(at[0], at[-1]) if i not in values)
 
 
 def _check_damage(table: _Table, columns: list[int]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from warpdyn.core.checks import one_of
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import COMPONENTS, azimuth_label, chosen_components
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_count,
@@ -26,8 +27,8 @@ _TEXT_LINES = re.compile(r"\(Format\s+v\S+\s+with\s+(\d+)\s+text\s+lines\)", re.
 _VALUES = re.compile(r"^\s*(\d+)\s+(Integer|Real)-header\s+values\s+follow\s+on\s+(\d+)\s+lines", re.IGNORECASE)
 _COMMENTS = re.compile(r"^\s*(\d+)\s+Comment\s+line", re.IGNORECASE)
 _DATA = re.compile(
-    r"^\s*(?P<count>\d+)\s+(?P<quantity>\w+)\s+pts,\s*approx\s+(?P<seconds>[\d.]+)\s+secs,\s*"
-    r"units=\s*(?P<unit>[^(,]+?)[.\s]*\((?P<code>\d+)\)\s*,?\s*Format=\s*\((?P<per_line>\d+)[FEG](?P<width>\d+)",
+    r"^\s*(?P<count>\d+)\s+(?P<quantity>[A-Za-z][\w. -]*?)\s+pts,\s*approx\s+(?P<seconds>[\d.]+)\s+secs,\s*"
+    r"units=\s*(?P<unit>[^(,]+?)[.\s]*\((?P<code>\d+)\)\s*,?\s*Format=\s*\((?P<per_line>\d+)[FEGI](?P<width>\d+)",
     re.IGNORECASE,
 )
 # The specification's tables 2 and 6, and places of values in its headers, counted from 0.
@@ -100,6 +101,11 @@ def read_cosmos(path: str | Path, components: str = "horizontal") -> list[Ground
                 raise ValueError(f"{path}: truncated: no line 'End-of-data' follows the values that end at line {at}")
             at += 1
             break
+    if not motions:
+        raise ValueError(
+            f"{path}: this COSMOS file contains velocities or displacements, but no accelerations: take the "
+            "acceleration file of the same record ('.acc.V2c')"
+        )
     is_chosen = chosen_components(
         [motion.component for motion in motions],
         components,
@@ -145,6 +151,11 @@ def _read_data(
     count, per_line, width = (int(told[name]) for name in ("count", "per_line", "width"))
     rows = lines[at + 1 : at + 1 + -(-count // per_line)]
     end = at + 1 + len(rows)
+    if told["quantity"].lower().startswith("raw"):
+        raise ValueError(
+            f"{place}: this COSMOS file contains raw values in {told['unit']}, not accelerations: take the V1 or V2 "
+            "file of the same record"
+        )
     if not told["quantity"].lower().startswith("acc"):
         return None, end
     code = int(told["code"])
@@ -172,6 +183,7 @@ def _read_data(
     if is_cut:
         check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], path)
     check_forms(numbers)
+    check_missing_values(values, lambda i: numbers.place(i // per_line))
     step = checked_step(reals[_STEP_IN_MS] / 1000.0, f"{path}: the step")
     if abs(count * step - float(told["seconds"])) > max(1.0, 2 * step, 0.01 * count * step):
         raise ValueError(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from warpdyn.ground_motions.motions import GroundMotion
+from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_count,
@@ -60,7 +61,10 @@ def read_esm(path: str | Path) -> GroundMotion:
         raise ValueError(f"{path}: the header has no {', '.join(missing)}")
     kind, place = header["DATA_TYPE"]
     if kind.upper() != "ACCELERATION":
-        raise ValueError(f"{place}: DATA_TYPE must be ACCELERATION, got {kind!r}")
+        raise ValueError(
+            f"{place}: DATA_TYPE must be ACCELERATION, got {kind!r}: take the acceleration file of the same record "
+            "('.ACC.')"
+        )
     factor = unit_factor(*header["UNITS"])
     step = checked_step(number(*header["SAMPLING_INTERVAL_S"]), f"{header['SAMPLING_INTERVAL_S'][1]}: the step")
 
@@ -70,6 +74,7 @@ def read_esm(path: str | Path) -> GroundMotion:
     check_count(len(values), *header["NDATA"])
     check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], path)
     check_forms(numbers)
+    check_missing_values(values, numbers.place)
     peak, place = header.get("PGA_CM/S^2", ("", ""))
     if peak:
         check_peak(100.0 * factor * values, number(peak, place), place)

@@ -7,11 +7,16 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
 from warpdyn.core.messages import warn_caller
+from warpdyn.ground_motions.records.parsing.content import (
+    bytes_of,
+    decoded,
+    refuse_other_content,
+    refuse_other_text,
+)
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
 # Of a number whose digits are all written 0: what stands before the point, behind it, and the exponent.
@@ -23,19 +28,12 @@ FEWEST_ALIKE = 12
 LARGEST_SHARE_OF_OTHERS = 0.02
 
 
-def text_of(path: str | Path) -> str:
-    """Return the text of a file, or raise an error that gives the reason why there is none."""
-    if not isinstance(path, str | PathLike):
-        raise TypeError(f"path must be the name of a file, got {path!r}")
-    if Path(path).is_dir():
-        raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    text = Path(path).read_bytes().decode("utf-8-sig", errors="replace")
-    if "\r" in text:
-        text = text.replace("\r\n", "\n").replace("\r", "\n")
-    if not text.strip():
-        raise ValueError(f"{path}: the file is empty")
+def text_of(path: str | PathLike) -> str:
+    """Return the text of a file, or raise an error that names what the file is instead."""
+    data = bytes_of(path)
+    refuse_other_content(path, data)
+    text = decoded(data)
+    refuse_other_text(path, text)
     return text
 
 
@@ -66,7 +64,7 @@ class NumberLines:
     """
 
     def __init__(
-        self, path: str | Path, lines: Sequence[str], line_numbers: Sequence[int], mark: str | None = None
+        self, path: str | PathLike, lines: Sequence[str], line_numbers: Sequence[int], mark: str | None = None
     ) -> None:
         self.path, self.lines, self.line_numbers, self.mark = path, lines, line_numbers, mark
         self._text = "\n".join(lines).encode("ascii", "replace")
@@ -130,8 +128,9 @@ class NumberLines:
             column: The column to look at; all of them by default.
         """
         which = slice(None) if column is None else slice(column, column + 1)
-        # Where "0.5" is written with its zero, ".5" has lost a digit.
-        has_zeros = re.search(rb"(?<![\d.])0\.\d", self._text) is not None
+        # Where most numbers such as "0.5" are written with their zero, ".5" has lost a digit.
+        zeros_written = len(re.findall(rb"(?<![\d.])0\.\d", self._text))
+        has_zeros = zeros_written > len(re.findall(rb"(?<![\d.])\.\d", self._text))
         kinds = {form: [_kind(cell, has_zeros) for cell in cells[which]] for form, cells in self._cells.items()}
         if len({kind for row in kinds.values() for kind in row}) == 1:
             return None
@@ -249,7 +248,7 @@ def check_peak(values: np.ndarray, told: float, place: str) -> None:
         raise ValueError(f"{place}: tells a peak of {abs(told):g}, but the largest value is {peak:g}: one is damaged")
 
 
-def check_last_value(text: str, values: Sequence[str], path: str | Path) -> None:
+def check_last_value(text: str, values: Sequence[str], path: str | PathLike) -> None:
     """Raise a ValueError if the last value of a file is cut; warn if it may be.
 
     A value that white space follows is complete, but blanks after the last newline are a line that is cut. If no

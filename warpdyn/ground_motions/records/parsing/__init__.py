@@ -1,0 +1,1 @@
+"""What readers of record files share: archives, encodings, values of fixed width, and checks against headers."""

@@ -1,0 +1,119 @@
+"""Files inside compressed files and archives: gzip, zip and tar."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import tarfile
+import zipfile
+import zlib
+from collections.abc import Iterator
+from os import PathLike
+from pathlib import Path, PurePosixPath
+
+# Records have at most some tens of MB. A damaged or malicious archive can announce any size, and must not fill the
+# memory.
+LARGEST_FILE = 500_000_000  # bytes
+DEEPEST = 3  # archives inside archives: CESMD packs one zip per station into a zip
+_TOO_LARGE = f"it unpacks to more than {LARGEST_FILE // 1_000_000} MB, which no record does"
+
+
+class Member(PathLike):
+    """A file inside an archive: its path is that of the archive, a slash, and its name in there."""
+
+    def __init__(self, archive: str | PathLike, name: str, data: bytes) -> None:
+        self.path, self.data = f"{archive}/{name}", data
+
+    def __fspath__(self) -> str:
+        return self.path
+
+    def __str__(self) -> str:
+        return self.path
+
+
+def is_gzip(data: bytes) -> bool:
+    """Return whether a file is compressed by gzip."""
+    return data[:2] == b"\x1f\x8b"
+
+
+def is_tar(data: bytes) -> bool:
+    """Return whether a file is a tar archive."""
+    return data[257:262] == b"ustar"
+
+
+def zip_names(data: bytes) -> list[str] | None:
+    """Return the names of a zip archive's files, or None if this is another file."""
+    if data[:4] not in (b"PK\x03\x04", b"PK\x05\x06"):
+        return None
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            return archive.namelist()
+    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError):
+        return []
+
+
+def is_archive(data: bytes) -> bool:
+    """Return whether a file is one that `members` opens; an Excel or NumPy file, which is a zip archive, is another."""
+    names = zip_names(data)
+    if names is not None:
+        return not ("[Content_Types].xml" in names or (names and all(name.endswith(".npy") for name in names)))
+    return is_gzip(data) or is_tar(data)
+
+
+def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Member]:
+    """Return the files in an archive, those of archives inside it among them.
+
+    Folders, empty files and the copies of resource forks that macOS adds are left out.
+
+    Args:
+        path: The archive.
+        data: Its bytes.
+        depth: How many archives this one is in, with itself.
+
+    Raises:
+        ValueError: If the archive is damaged, encrypted, too large or nested too deeply.
+    """
+    if depth > DEEPEST:
+        raise ValueError(f"{path}: archives inside archives, more than {DEEPEST} deep: unpack the outer ones first")
+    try:
+        for name, content in _unpacked(path, data):
+            parts = PurePosixPath(name.replace("\\", "/")).parts
+            if not content or not parts or "__MACOSX" in parts or parts[-1].startswith("._"):
+                continue
+            member = Member(path, name, content)
+            if is_archive(content):
+                yield from members(member, content, depth + 1)
+            else:
+                yield member
+    except (zipfile.BadZipFile, tarfile.TarError, zlib.error, EOFError, OSError, NotImplementedError) as error:
+        raise ValueError(f"{path}: the archive is damaged ({error}): download it again") from error
+
+
+def _unpacked(path: str | PathLike, data: bytes) -> Iterator[tuple[str, bytes]]:
+    """Return names and bytes of the files of one archive, as they are unpacked."""
+    if is_gzip(data):
+        with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+            content = file.read(LARGEST_FILE + 1)
+        _check_size(path, len(content))
+        yield Path(path).stem if Path(path).suffix.lower() in (".gz", ".tgz") else Path(path).name, content
+    elif is_tar(data):
+        with tarfile.open(fileobj=io.BytesIO(data)) as archive:
+            for entry in archive:
+                if entry.isfile():
+                    _check_size(f"{path}/{entry.name}", entry.size)
+                    file_of_entry = archive.extractfile(entry)
+                    yield entry.name, file_of_entry.read() if file_of_entry else b""
+    else:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            for info in archive.infolist():
+                if info.is_dir():
+                    continue
+                if info.flag_bits & 1:
+                    raise ValueError(f"{path}/{info.filename}: is encrypted: unpack it with its password first")
+                _check_size(f"{path}/{info.filename}", info.file_size)
+                yield info.filename, archive.read(info)
+
+
+def _check_size(path: str | PathLike, size: int) -> None:
+    if size > LARGEST_FILE:
+        raise ValueError(f"{path}: {_TOO_LARGE}")
