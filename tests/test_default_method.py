@@ -40,7 +40,7 @@ def run(scene, **terms):
     return wd.simulate(scene, structures=12, device="cpu", seed=2, **terms)
 
 
-def measured(law="takeda", damping="rayleigh", method="velocity_verlet", error=1.0):
+def row_of(law="takeda", damping="rayleigh", method="velocity_verlet", error=1.0):
     return defaults.Measured(law, damping, method, 2, error, error)
 
 
@@ -89,7 +89,7 @@ def test_the_default_is_rk4_where_nothing_is_measured(monkeypatch):
 
 @pytest.mark.fast
 def test_of_several_laws_and_dampings_the_least_accurate_counts(monkeypatch):
-    rows = (measured(), measured("pinching4"), measured("pinching4", "storey", error=1.3), measured(damping="storey"))
+    rows = (row_of(), row_of("pinching4"), row_of("pinching4", "storey", error=1.3), row_of(damping="storey"))
     monkeypatch.setattr(defaults, "measured_methods", lambda: rows)
     assert default_method("takeda|pinching4", ("rayleigh",)).method == "velocity_verlet"
     assert default_method("takeda", ("rayleigh", "storey")).method == "velocity_verlet"
@@ -101,7 +101,7 @@ def test_of_several_laws_and_dampings_the_least_accurate_counts(monkeypatch):
 @pytest.mark.parametrize("implicit", [True, False])
 def test_a_default_fits_the_damping(monkeypatch, implicit):
     name = "newmark_linear" if implicit else "velocity_verlet"
-    monkeypatch.setattr(defaults, "measured_methods", lambda: (measured(damping="rayleigh_tangent", method=name),))
+    monkeypatch.setattr(defaults, "measured_methods", lambda: (row_of(damping="rayleigh_tangent", method=name),))
     monkeypatch.setattr(defaults, "measured_costs", lambda: {("takeda", name, 2): {"cpu": 0.5}})
     assert default_method("takeda", ("rayleigh_tangent",)).method == ("rk4" if implicit else name)
 
