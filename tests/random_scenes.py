@@ -279,7 +279,7 @@ def main():
     counts, listed, started = Counter(), [], time.perf_counter()
     with ProcessPoolExecutor(given.processes, mp_context=get_context("spawn")) as pool:
         waiting = iter(numbers)
-        under_way = [pool.submit(count_case, n, given.methods) for n in itertools.islice(waiting, given.processes)]
+        under_way = [pool.submit(count_case, n, given.methods) for n in itertools.islice(waiting, 2 * given.processes)]
         while under_way:
             text, counted, lines = under_way.pop(0).result()
             print(text, {k.strip(): v for k, v in counted.items() if v}, *lines, sep="\n    ", flush=True)

@@ -176,9 +176,9 @@ class StabilityFindings:
                 "sample_error=0.05 checks all of them" if self.unchecked else "sample_error=0.05 estimates their errors"
             )
             messages.append(
-                f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with the "
-                "motion as it is or times 1.001, a peak drift changes by more than 2 %. Use shares and medians of many "
-                f"samples, not single ones. A shorter longest_step= may help; {advice}"
+                f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with "
+                "the motion as it is or times 1.001, a peak drift changes by more than 2 %. Use shares and medians of "
+                f"many samples, not single ones. A shorter longest_step= may help; {advice}"
             )
         if self.blank:
             messages.append(
