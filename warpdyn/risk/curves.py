@@ -41,7 +41,7 @@ class Curves:
         measure: Name of the intensity measure.
         table: Intensities and probabilities, shape [point] and [damage_state, point], of curves that were given by
             points alone.
-        limits: Limits of the intensities, which the shape and the table follow.
+        limits: Limits of the intensities, which shape and table follow.
     """
 
     names: tuple[str, ...]
@@ -259,20 +259,16 @@ def warn_of_table_ends(function: str, curves: Curves, hazard: HazardLogicTree, r
 
 def _warn_of_minimum(function: str, curves: Curves, hazard: HazardLogicTree, rate: np.ndarray) -> None:
     """Warn of curves that keep a probability below their minimum intensity, if that decides the annual rates."""
-    least = curves.limits.minimum
-    if least <= curves.limits.no_damage:
+    least, below = curves.limits.minimum, curves.limits.rate_below_minimum(hazard)
+    if below == 0:
         return
-    below = sum(
-        weight * max(0.0, each.annual_rate[0] - float(each.rate_of(least)))
-        for weight, each in zip(hazard.weights, hazard.curves, strict=True)
-    )
     for name, whole, probable in zip(curves.names, rate, curves.probability(np.array([least]))[:, 0], strict=True):
         if probable * below > CUT_SHARE * whole > 0:
             warn_caller(
                 f"{function}: below its minimum intensity of {least:g} {curves.units} (minIML) the fragility curve of "
-                f"{name!r} keeps its probability of {probable:.3g}, from which {100 * probable * below / whole:.2g} % "
-                "of the rate comes, down to the first point of the hazard curve: set "
-                "curves.attrs['no_damage_limit'] to an intensity that causes no damage"
+                f"{name!r} keeps its probability of {probable:.3g}, which makes {100 * probable * below / whole:.2g} % "
+                "of the rate, down to the first point of the hazard curve: set curves.attrs['no_damage_limit'] to an "
+                "intensity that causes no damage"
             )
 
 

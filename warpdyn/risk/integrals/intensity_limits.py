@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import real_number
+from warpdyn.risk.hazard_curves import HazardLogicTree
 from warpdyn.risk.integrals.lognormal import LognormalShape
 from warpdyn.risk.integrals.quadrature import NumericalShape
 
@@ -71,6 +72,17 @@ class IntensityLimits:
         """Return intensities at which curves are evaluated instead, and whether there is damage at each of them."""
         found = np.clip(intensity, self.minimum, self.maximum)
         return found, found > self.no_damage
+
+    def rate_below_minimum(self, hazard: HazardLogicTree) -> float:
+        """Return the annual rate of intensities from the hazard's first point to the minimum, if there is damage there.
+
+        Args:
+            hazard: The hazard, of the same unit.
+        """
+        if self.minimum <= self.no_damage:
+            return 0.0
+        parts = [max(0.0, each.annual_rate[0] - float(each.rate_of(self.minimum))) for each in hazard.curves]
+        return float(hazard.weights @ parts)
 
     def with_step(self, levels: np.ndarray) -> np.ndarray:
         """Return intensities with two more at the step from no damage, if it lies between them."""
