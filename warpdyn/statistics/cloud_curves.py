@@ -103,7 +103,7 @@ def fragility_of_cloud(
         >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
         >>> curves = wd.fragility_of_cloud(run, {"slight": 0.005, "moderate": 0.007})
         >>> curves["fragility_median"].round(1).values  # g
-        array([0.5, 0.6])
+        array([0.5, 0.7])
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
     if not checked_flag("added_storeys", added_storeys):
