@@ -152,7 +152,8 @@ class Population:
         """Return the number of the level of each of a structure's samples in an event; 0 without any."""
         design, samples = self.designs[event], self.samples(event)
         if isinstance(design, Stripes) and design.structures_per_motion is None:
-            return design.places[1]
+            of_design = design.places[1]  # in a sequence, once for each history of the events before
+            return of_design[np.arange(samples) % of_design.size]
         return np.arange(samples) % self.levels_of(event).size
 
     @cached_property

@@ -23,7 +23,7 @@ from warpdyn.running.selections import without_added_storeys
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.demands import checked_demand, refuse_portfolio
 from warpdyn.statistics.estimators import FIT_MEANINGS, LOGNORMAL
-from warpdyn.statistics.estimators.binomial import PENALISED
+from warpdyn.statistics.estimators.binomial import PENALISED, UNDETERMINED
 from warpdyn.statistics.estimators.censored import CensoredRegression
 from warpdyn.statistics.estimators.cloud import (
     DEMAND_AND_COLLAPSE,
@@ -101,9 +101,9 @@ def fragility_of_cloud(
 
     Example:
         >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
-        >>> curves = wd.fragility_of_cloud(run, {"slight": 0.005, "complete": 0.015})
+        >>> curves = wd.fragility_of_cloud(run, {"slight": 0.005, "moderate": 0.007})
         >>> curves["fragility_median"].round(1).values  # g
-        array([0.5, 1.1])
+        array([0.5, 0.7])
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
     if not checked_flag("added_storeys", added_storeys):
@@ -287,7 +287,7 @@ def _warn(
             f"probability of collapse has no fit ({FIT_MEANINGS[of_collapse]}; {collapsed.sum()} of {collapsed.size} "
             "samples collapsed); add motions of intensities at which some samples collapse and some do not"
         )
-    without = is_finite & (outcome != FITTED)
+    without = is_finite & ~np.isin(outcome, (FITTED, UNDETERMINED))
     if without.any():
         said.append(
             f"no curve of a finite limit has a fit ({FIT_MEANINGS[outcome[without][0]]}): the demand does not grow "

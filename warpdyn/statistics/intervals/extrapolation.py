@@ -1,8 +1,9 @@
 """Medians that lie outside the intensities that were run: marked as extrapolations, or not given at all.
 
 A curve through levels that all lie on one side of its median is extrapolated along its slope, which few exceedances
-hardly tell. If the 95 % interval of the median reaches to more than four times the median and less than a fourth of it,
-or if a single record decides whether there is a fit, the data do not determine the median.
+hardly tell. If 1.96 standard errors of the median's logarithm are more than ln(4), so that four times the median and a
+fourth of it are within reach, or if a single record decides whether there is a fit, the data do not determine it. The
+quantile is that of a normal distribution, so that few groups of structures do not decide.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import stdtrit
 
 from warpdyn.core.output_variables import EXTRAPOLATED, MEDIAN_MEANINGS, NO_MEDIAN, WITHIN_LEVELS
 from warpdyn.statistics.estimators.binomial import PENALISED, UNDETERMINED
@@ -20,8 +20,7 @@ from warpdyn.statistics.intervals.jackknife import FARTHEST_DRAW, LeftOut, trust
 
 MOST_BEYOND = 4.0  # times the highest level: further levels are not advised at once
 DIGITS = 2  # of advised levels
-COVERED = 0.975  # quantile of the upper end of a 95 % interval
-MANY = 1e6  # degrees of freedom, with which Student's t is a normal distribution
+REACH = 1.96  # standard errors: the 97.5 % quantile of a normal distribution
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +56,12 @@ def mark(
     fitted = np.exp(left.whole[0])
     is_outside = (fitted < lowest) | (fitted > highest)
     spread = left.spread
-    error, freedom, has_interval = spread.standard_error[0], spread.freedom[0], trusted(left, outcome)
+    error, has_interval = spread.standard_error[0], trusted(left, outcome)
     if len(left.records) < 2:  # nothing is known of the variance among records
-        error, freedom = np.sqrt(left.binomial[0]), np.full(outcome.shape, MANY)
+        error = np.sqrt(left.binomial[0])
         has_interval = np.isfinite(error)
     with np.errstate(invalid="ignore"):
-        unsure = (outcome == PENALISED) | ~has_interval | (stdtrit(freedom, COVERED) * error > FARTHEST_DRAW)
+        unsure = (outcome == PENALISED) | ~has_interval | (REACH * error > FARTHEST_DRAW)
     missing = is_outside & unsure
     status = np.where(is_outside, EXTRAPOLATED, WITHIN_LEVELS)
     status = np.where(missing | ~np.isfinite(fitted), NO_MEDIAN, status).astype(np.int8)
