@@ -49,10 +49,7 @@ def file_of(what: str) -> str:
 
 
 class Program:
-    """A program that is run in a process of a server, which has imported all it needs, and can be waited for.
-
-    It has a folder of its own for what it prints, and a session: all that it starts can be found by it.
-    """
+    """A program in a process of a server, which has imported all it needs; what it starts is found by its session."""
 
     _server: subprocess.Popen[str] | None = None
 
