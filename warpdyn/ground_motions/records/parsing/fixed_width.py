@@ -42,7 +42,7 @@ class Layout:
     def of(cls, text: str) -> Layout | None:
         """Return the layout of a Fortran format such as "(8f9.6)", or None."""
         found = _FORMAT.search(text)
-        if found is None:
+        if found is None or not int(found["per_line"]) or not int(found["width"]):
             return None
         is_fixed = found["kind"].upper() in "FI"
         decimals = int(found["decimals"] or 0) if is_fixed else None
