@@ -161,7 +161,7 @@ def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]
     if is_scientific:
         return re.compile(rf" *-?\d\.\d{{{decimals}}}[EeDd][-+]\d{{1,3}}", re.ASCII)
     if decimals is None:
-        return re.compile(r" *-?(\d+\.\d*|\.\d+)([EeDd][-+]?\d+)?", re.ASCII)
+        return re.compile(r" *-?(\d+\.\d*|\.\d+)([EeDd][-+]\d+)?", re.ASCII)
     return re.compile(r" *-?\d+" if decimals == 0 else rf" *-?\d*\.\d{{{decimals}}}", re.ASCII)
 
 
