@@ -170,3 +170,14 @@ def test_knet_through_obspy(tmp_path):
     np.testing.assert_allclose(motions[0].acceleration, counts * 3920 / 6182761 / 100, rtol=1e-15)
     assert motions[0].step == 0.01
     assert len(wd.records.pairs(motions)) == 1
+
+
+def test_esm_with_a_lost_leading_digit(tmp_path):
+    """ESM prints a zero before the point, so that '.127190' is what is left of '5.127190'."""
+    text = record_files.esm(np.where(np.abs(VALUES) < 1, 2.5, VALUES))
+    large = next(line for line in text.split("\n")[64:] if len(line.lstrip("-").split(".")[0]) == 1)
+    damaged = text.replace(
+        f"\n{large}\n", "\n" + ("-" if large[0] == "-" else "") + large[large.index(".") :] + "\n", 1
+    )
+    with pytest.raises(ValueError, match="has no digit before its point, which ESM always prints: a digit is lost"):
+        wd.records.read_esm(write(tmp_path, damaged))

@@ -149,6 +149,8 @@ def _read_data(
     """Return values [m/s2] and step [s] of an acceleration, or None of another quantity, and where the lines go on."""
     place = f"{path}:{at + 1}"
     count, per_line, width = (int(told[name]) for name in ("count", "per_line", "width"))
+    if per_line < 1 or width < 1:
+        raise ValueError(f"{place}: expected a format such as (8F10.5), got {lines[at].strip()[-20:]!r}")
     rows = lines[at + 1 : at + 1 + -(-count // per_line)]
     end = at + 1 + len(rows)
     if told["quantity"].lower().startswith("raw"):

@@ -74,6 +74,12 @@ def read_esm(path: str | Path) -> GroundMotion:
     check_count(len(values), *header["NDATA"])
     check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], path)
     check_forms(numbers)
+    if numbers.has_line(lambda line: line.lstrip(" -").startswith(".")):
+        i = next(i for i, line in enumerate(numbers.lines) if line.lstrip(" -").startswith("."))
+        raise ValueError(
+            f"{numbers.place(i)}: {numbers.lines[i].strip()!r} has no digit before its point, which ESM always prints: "
+            "a digit is lost"
+        )
     check_missing_values(values, numbers.place)
     peak, place = header.get("PGA_CM/S^2", ("", ""))
     if peak:

@@ -130,7 +130,7 @@ class NumberLines:
         which = slice(None) if column is None else slice(column, column + 1)
         # Where most numbers such as "0.5" are written with their zero, ".5" has lost a digit.
         zeros_written = len(re.findall(rb"(?<![\d.])0\.\d", self._text))
-        has_zeros = zeros_written > len(re.findall(rb"(?<![\d.])\.\d", self._text))
+        has_zeros = 0 < zeros_written >= len(re.findall(rb"(?<![\d.])\.\d", self._text))
         kinds = {form: [_kind(cell, has_zeros) for cell in cells[which]] for form, cells in self._cells.items()}
         if len({kind for row in kinds.values() for kind in row}) == 1:
             return None

@@ -50,6 +50,8 @@ def read_cwa(path: str | PathLike) -> list[GroundMotion]:
         raise ValueError(f"{header['Data'][1]}: expected four columns, such as 4F10.3, got {header['Data'][0]!r}")
 
     count = len(record.lines) - first
+    if count < 2:
+        raise ValueError(f"{path}: truncated: the file ends at line {len(record.lines)}, before its values")
     table = block(record, first, 4 * count, layout)[0].reshape(count, 4)
     step_of_times(table[:, 0], step, str(path))
     check_duration(count, step, *header["RecordLength(sec)"])

@@ -59,7 +59,8 @@ def header_of(record: RecordText) -> Header:
     count, step = stated_count(words), stated[0] if stated else None
     rows = [line for line in record.lines[first:] if line.strip()]
     widths = [len(tokens_of(line)) for line in rows[:4]]
-    if len(widths) == 4 and widths[0] <= 2 and len(set(widths[1:])) == 1:
+    are_numbers = bool(rows) and all(map(_NUMBER.fullmatch, tokens_of(rows[0])))
+    if are_numbers and len(widths) == 4 and widths[0] <= 2 and len(set(widths[1:])) == 1:
         numbers = tokens_of(rows[0])
         total = sum(len(tokens_of(line)) for line in rows[1:])
         whole = [int(token) for token in numbers if token.isdigit()]

@@ -42,7 +42,7 @@ class Layout:
     def of(cls, text: str) -> Layout | None:
         """Return the layout of a Fortran format such as "(8f9.6)", or None."""
         found = _FORMAT.search(text)
-        if found is None:
+        if found is None or not int(found["per_line"]) or not int(found["width"]):
             return None
         is_fixed = found["kind"].upper() in "FI"
         decimals = int(found["decimals"] or 0) if is_fixed else None
@@ -161,7 +161,7 @@ def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]
     if is_scientific:
         return re.compile(rf" *-?\d\.\d{{{decimals}}}[EeDd][-+]\d{{1,3}}", re.ASCII)
     if decimals is None:
-        return re.compile(r" *-?(\d+\.\d*|\.\d+)([EeDd][-+]?\d+)?", re.ASCII)
+        return re.compile(r" *-?(\d+\.\d*|\.\d+)([EeDd][-+]\d+)?", re.ASCII)
     return re.compile(r" *-?\d+" if decimals == 0 else rf" *-?\d*\.\d{{{decimals}}}", re.ASCII)
 
 
