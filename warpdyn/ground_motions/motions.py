@@ -11,6 +11,7 @@ import numpy as np
 
 from warpdyn.core.checks import real_number, real_numbers
 from warpdyn.core.description import fingerprint, html_table
+from warpdyn.core.frozen_values import FrozenArrays
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import (
     Sampled,
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GroundMotion:
+class GroundMotion(FrozenArrays):
     """One recorded base acceleration, linear between its samples and zero after its end.
 
     Args:

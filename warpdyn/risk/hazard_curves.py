@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers, real_number
+from warpdyn.core.frozen_values import FrozenArrays
 from warpdyn.core.messages import warn_caller
 from warpdyn.risk.hazard import files
 from warpdyn.risk.hazard.measures import same_measure, units_of_hazard, warn_unless_compared
@@ -19,7 +20,7 @@ WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files wri
 
 
 @dataclass(frozen=True, eq=False)
-class HazardCurve:
+class HazardCurve(FrozenArrays):
     """The seismic hazard of a site: the annual rate at which each intensity is exceeded.
 
     Between its points the logarithm of the rate is linear in the logarithm of the intensity, and beyond its first and
@@ -219,7 +220,7 @@ class HazardCurve:
 
 
 @dataclass(frozen=True, eq=False)
-class HazardLogicTree:
+class HazardLogicTree(FrozenArrays):
     """Several hazard curves of one site with weights: what is not known of its hazard.
 
     Args:

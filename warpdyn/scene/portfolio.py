@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from warpdyn.core.checks import whole_number
 from warpdyn.core.description import html_table
+from warpdyn.core.frozen_values import FrozenMapping
 from warpdyn.scene.correlation import check_correlation
 from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.structures.shear_building import ShearBuilding, numbered_storeys
@@ -67,8 +67,8 @@ class Portfolio(Structure):
     family = "chain"
     demand = "drift"
     is_many = True
-    parameters = MappingProxyType({})
-    parameter_table = MappingProxyType({})
+    parameters = FrozenMapping({})
+    parameter_table = FrozenMapping({})
 
     archetypes: Mapping[str, Archetype]
     counts: np.ndarray = field(init=False, repr=False)
@@ -83,7 +83,7 @@ class Portfolio(Structure):
                 raise TypeError(f"the name of an archetype must be text, got {name!r}")
             with named(name):
                 counts.append(_checked_count(archetype))
-        object.__setattr__(self, "archetypes", MappingProxyType(dict(self.archetypes)))
+        object.__setattr__(self, "archetypes", FrozenMapping(dict(self.archetypes)))
         object.__setattr__(self, "counts", np.array(counts))
         object.__setattr__(self, "first", np.cumsum(counts) - counts)
 

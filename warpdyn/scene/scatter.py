@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number, real_numbers
+from warpdyn.core.frozen_values import FrozenArrays
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.scene.distributions import Distribution
 from warpdyn.structures.structure import Structure
@@ -141,7 +142,7 @@ class RandomValue(RandomScatter):
 
 
 @dataclass(frozen=True, eq=False)
-class GivenValues(ParameterScatter):
+class GivenValues(FrozenArrays, ParameterScatter):
     """Given values, one for each structure: a design of experiments, or samples drawn elsewhere.
 
     Args:
