@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.near_misses import did_you_mean
 
+MOST_REPLICATES = 10**6  # of a bootstrap, and draws of a posterior: quantiles are then known to 0.1 % of a deviation
 LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
 
 
@@ -55,11 +56,11 @@ def real_number(what: str, value: Any, *, above: float | None = None, least: flo
     return float(value)
 
 
-def whole_number(what: str, value: Any, least: int) -> int:
+def whole_number(what: str, value: Any, least: int, most: int = LARGEST_WHOLE_NUMBER) -> int:
     """Return a whole number as an int, or raise a ValueError that states its bounds."""
     good = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
-    if not good or not least <= int(value) <= LARGEST_WHOLE_NUMBER:
-        limit = "2^63 - 1" if good and value > least else None
+    if not good or not least <= int(value) <= most:
+        limit = ("2^63 - 1" if most == LARGEST_WHOLE_NUMBER else f"{most}") if good and value > least else None
         raise ValueError(
             f"{what} must be a whole number of at least {least}{f' and at most {limit}' if limit else ''}, "
             f"got {value!r}"

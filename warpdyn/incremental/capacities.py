@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.checks import one_of, real_number, whole_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.progress import counted_histories
+from warpdyn.core.sizes import check_memory
 from warpdyn.ground_motions.designs import Cloud, Design, Stripes
 from warpdyn.incremental.labels import Found, labelled_capacities
 from warpdyn.incremental.pairs import DRIFT_RATIO, Pairs
@@ -29,6 +30,7 @@ from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
 PAIRS_AT_A_TIME = 2**16
+BYTES_OF_A_CAPACITY = 64  # its bracket, value, status and resurrections, while they are joined
 FIRST_SHARE = 1e-3  # level of the elastic run, over the middle of the intensities as recorded
 BEYOND_ELASTIC = 4.0  # highest level of a cloud, over the largest that the first structure's elastic response needs
 
@@ -142,6 +144,11 @@ def capacities(
     if not scene.scatter and structures not in (None, 1):
         warn_caller("nothing is scattered, so that all structures are the same, and so are their capacities")
     count = structures if structures is not None else scene.structures_given or 1
+    check_memory(
+        f"capacities() of structures={whole_number('structures', count, 1)} under {len(design.motions)} motions",
+        BYTES_OF_A_CAPACITY * count * len(design.motions) * len(names),
+        "take fewer structures: a few per motion determine a fragility curve",
+    )
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     integration = run.integration
     if np.isinf(limit[-1]) and not run.model.plan.collapses:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from warpdyn.core.random_numbers import Purpose
+from warpdyn.core.sizes import check_memory
 from warpdyn.core.thread_pool import in_parts
 from warpdyn.kernels.arguments import lane_rows
 from warpdyn.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
@@ -21,6 +22,8 @@ from warpdyn.scene.scatter import (
 from warpdyn.scene.sobol_points import SobolPoints
 from warpdyn.structures.physics import physics_problem
 from warpdyn.structures.structure import Structure
+
+BYTES_OF_A_POINT = 24  # per variable: SciPy's permutations, its points and a copy
 
 
 class Sampler:
@@ -66,6 +69,11 @@ class Sampler:
         if sampling == "sobol":
             self._sobol = SobolPoints(len(self.variables), generator)
         elif sampling == "latin_hypercube":
+            check_memory(
+                f"a Latin hypercube of structures={structures}",
+                BYTES_OF_A_POINT * structures * len(self.variables),
+                'choose sampling="sobol" in the Scene, which needs no memory for its points',
+            )
             from scipy.stats import qmc  # which takes a third of a second to import
 
             self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)

@@ -61,11 +61,11 @@ def drift_over_height(
     Example:
         >>> figure = wd.plots.drift_over_height(run, levels=3)
     """
-    whole_number("levels", levels, 1)
+    levels = whole_number("levels", levels, 1)
     drawn = demands_of("drift_over_height", dataset, "peak_storey_drift_ratio", OF_STRIPES, by_storey=True)
     if not drawn.is_striped:
         raise ValueError("the run is not on stripes: drift_over_height draws one curve a stripe")
-    chosen = np.unique(np.linspace(0, drawn.levels.size - 1, levels).round().astype(int))
+    chosen = np.unique(np.linspace(0, drawn.levels.size - 1, min(levels, drawn.levels.size)).round().astype(int))
     result, (axes,) = panels("drift_over_height", ax, size=(7.0, 4.6))
     storeys = dataset["storey"].values
     shares, table = drawn.collapsed_share()[chosen], 100 * drawn.fractiles()[chosen]

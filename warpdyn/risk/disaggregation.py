@@ -13,6 +13,8 @@ from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 
 MISSED_SHARE = 0.1  # of a rate that comes from outside of the bins: with more a warning is given
 
+MOST_BINS = 10**5
+
 
 def disaggregate(
     curves: xr.Dataset, hazard: Hazard, *, bins: int = 40, lowest: float | None = None, highest: float | None = None
@@ -48,7 +50,7 @@ def contributions(
     found: Curves, tree: HazardLogicTree, *, bins: int, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:
     """Return what `disaggregate` does, of curves and a hazard that are checked."""
-    bins = whole_number("bins", bins, 2)
+    bins = whole_number("bins", bins, 2, MOST_BINS)
     low = min(each.intensity[0] for each in tree.curves) if lowest is None else real_number("lowest", lowest, above=0)
     high = (
         max(each.intensity[-1] for each in tree.curves) if highest is None else real_number("highest", highest, above=0)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import reprlib
+from collections.abc import Iterator, Sequence, Sized
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +12,18 @@ import xarray as xr
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.checks import whole_number
 from warpdyn.core.output_variables import DIVERGED
+from warpdyn.core.sizes import check_memory
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
 from warpdyn.integration.settings import Integration
 from warpdyn.integration.stability_guard import StabilityFindings, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.labels import history_variables
+
+
+# Histories of all samples of a larger run would not fit in memory: one of 1,000 steps takes 24 kB a storey.
+MOST_HISTORIES = 2**20
+BYTES_OF_A_VALUE = 24  # float64 as the kernel writes it, as it is read back, and in the dataset
 
 
 @dataclass(frozen=True)
@@ -43,9 +50,15 @@ class Histories:
     every: int = 1
 
     def __post_init__(self) -> None:
+        if isinstance(self.samples, Sized) and len(self.samples) > MOST_HISTORIES:
+            raise ValueError(
+                f"histories.samples asks for {len(self.samples):,} histories, and a run keeps at most "
+                f"{MOST_HISTORIES:,}: choose some, such as Histories(range(100))"
+            )
         samples = np.atleast_1d(np.asarray(self.samples))
         if samples.ndim != 1 or samples.size == 0:
-            raise ValueError(f"histories.samples must be a row of at least one sample, got {self.samples!r}")
+            given = reprlib.repr(self.samples)
+            raise ValueError(f"histories.samples must be a row of at least one sample, got {given}")
         whole = tuple(whole_number("histories.samples", sample, 0) for sample in samples.tolist())
         object.__setattr__(self, "samples", whole)
         object.__setattr__(self, "every", whole_number("histories.every", self.every, 1))
@@ -84,7 +97,21 @@ class KeptHistories:
         guard(whole, vibration, integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
         self.longest_step = float(self.part.schedule.step.max())  # reruns only divide it
+        self._check_memory(run)
         self._status = np.zeros(asked.size, dtype=np.int8)
+
+    def _check_memory(self, run: Run) -> None:
+        """Raise an error if the histories do not fit in `memory`, or in what is free."""
+        schedule = self.part.schedule
+        seconds = float((schedule.run_intervals * schedule.substeps * schedule.step).max())
+        states = 1 + int(seconds / (self.histories.every * self.longest_step))
+        values = len(self.histories.samples) * states * run.model.plan.dofs * len(run.model.dynamics.histories)
+        check_memory(
+            f"histories= of {len(self.histories.samples):,} samples with up to {states:,} states each",
+            BYTES_OF_A_VALUE * values,
+            "keep fewer samples, or a larger `every`",
+            limit=run.execution.memory,
+        )
 
     def add(self, run: Ensemble, status: np.ndarray) -> None:
         """Take the final steps and the status of the samples that are in a block."""

@@ -121,7 +121,7 @@ def simulate(
             samples; None for the first GPU, or the CPU where there is none.
         threads: CPU threads; None for every core this process may use.
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
-            memory. A dataset that is returned in memory is not counted.
+            memory. `histories` must fit in it, too. A dataset that is returned in memory is not counted.
         cluster: Client of a `dask.distributed` cluster whose workers run the samples, region by region; None to run
             them here. `path` is a Zarr store then, on a disk that all workers share, or None; with `statistics` it may
             be any file of this process. `device`, `threads` and

@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, whole_number
+from warpdyn.core.sizes import check_memory
 from warpdyn.core.random_numbers import Purpose, uniform_rows
 from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
@@ -109,6 +110,8 @@ class MotionGrid:
         if isinstance(rows, BuildingStock):
             rows.check(inventory)
             rows = rows.rows
+        # A number of each building of the inventory and each draw, and of each building that is chosen its point.
+        check_memory(f"draws={count} of {len(inventory)} buildings", 8 * count * len(inventory), "take fewer draws")
         every = np.arange(len(inventory))
         rows = every if rows is None else every[np.asarray(rows)]  # so that a mask chooses rows, too
         grid = self.longitude, self.latitude

@@ -7,10 +7,12 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers, whole_number
+from warpdyn.core.sizes import check_memory
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.sites.places import EARTH_RADIUS, arc, unit_vectors
 from warpdyn.sites.spatial_correlations import SpatialCorrelation
 
+FEWER = "draw fewer fields"
 MOST_BY_CHOLESKY = 4096  # points, whose covariance takes 128 MiB
 MOST_EMBEDDED = 2**26  # points of the periodic grid
 SMALL = 1e-4  # of the variance, by which negative eigenvalues may change it
@@ -74,6 +76,7 @@ def correlated_fields(
         raise ValueError("correlated_fields: the median must be finite and above 0 at all points")
     longitude, latitude = median["longitude"].values, median["latitude"].values
     count = earthquakes * draws
+    check_memory(f"draws={draws} fields of {earthquakes} earthquakes at {points} points", 40 * count * points, FEWER)
     eps = within_event_residuals(longitude, latitude, correlation, count, seed)
     eta = np.random.default_rng([whole_number("seed", seed, 0), Purpose.BETWEEN_EARTHQUAKES]).standard_normal(count)
     # Draw by draw over the earthquakes, so that more draws leave the first ones as they are.
@@ -109,6 +112,8 @@ def within_event_residuals(
         (50, 2)
     """
     lon, lat = finite_numbers("longitude", longitude), finite_numbers("latitude", latitude)
+    draws = whole_number("draws", draws, 1)
+    check_memory(f"draws={draws} fields at {lon.size} points", 24 * draws * lon.size, FEWER)
     random = np.random.default_rng([whole_number("seed", seed, 0), Purpose.WITHIN_EARTHQUAKES])
     if lon.size <= MOST_BY_CHOLESKY:
         points = unit_vectors(lon, lat)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.statistics.curve_dataset import dataset_of_curves
@@ -69,7 +69,7 @@ def fragility_from_capacities(
         array([0.5, 1.2])
     """
     check_dataset("fragility_from_capacities", capacities, "capacity", advice=_ADVICE)
-    replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
     lower, upper = _checked_brackets(capacities)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import (
     COLLAPSED,
@@ -89,7 +89,7 @@ def fragility_of_cloud(
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
     refuse_portfolio("fragility_of_cloud", dataset)
-    replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("estimator of a cloud", estimator, tuple(METHODS))
     one_of("intervals_over", intervals_over, OVER)

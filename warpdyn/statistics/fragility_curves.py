@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import measure_of_levels
 from warpdyn.core.units import unit_attributes
@@ -102,7 +102,7 @@ def fragility(
         array([0.75])
     """
     check_dataset("fragility", dataset, advice="give what simulate() returned")
-    replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
     chosen = estimator_of(estimator)

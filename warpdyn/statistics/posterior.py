@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import measure_of_levels
 from warpdyn.core.units import unit_attributes
@@ -72,7 +72,7 @@ def fragility_posterior(
         import pyFragility
     except ImportError as error:
         raise ImportError('fragility_posterior needs pyFragility: pip install "warpdyn[estimators]"') from error
-    draws, seed = whole_number("draws", draws, 100), whole_number("seed", seed, 0)
+    draws, seed = whole_number("draws", draws, 100, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     priors = {} if priors is None else dict(priors)
     for name, distribution in priors.items():

@@ -19,6 +19,7 @@ from warpdyn.structures.hazus import hazus_chain
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
 from warpdyn.structures.periods import chain_of_periods
 from warpdyn.structures.physics import storey_weight_over_height
+from warpdyn.structures.structure import MAXIMUM_STOREYS
 
 
 class CalibratedChain:
@@ -275,7 +276,7 @@ def _warn_of_implausible_curve(chain: Mapping[str, Any]) -> None:
 
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
     """Return masses and heights, one for each storey."""
-    count = whole_number("storeys", storeys, 1)
+    count = whole_number("storeys", storeys, 1, MAXIMUM_STOREYS)
     chain = {name: _one_per_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
     for name, array in chain.items():
         for storey in np.flatnonzero(array <= 0):

@@ -31,11 +31,9 @@ from warpdyn.structures.physics import (
     physics_problem,
 )
 from warpdyn.structures.protection import ProtectedChain
-from warpdyn.structures.structure import Structure, count_along
+from warpdyn.structures.structure import MAXIMUM_STOREYS, Structure, count_along
 
 __all__ = ["LinearSystem", "ShearBuilding"]
-
-MAXIMUM_STOREYS = 60
 
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 

@@ -7,8 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from warpdyn.core.checks import check_kind, one_of, real_number, whole_number
+from warpdyn.ground_motions.excitation import check_sample_count
 from warpdyn.ground_motions.motion_integrals import squared_integrals
 from warpdyn.ground_motions.motions import GroundMotion
+
+HIGHEST_ORDER = 20  # of a Butterworth filter, whose sections lose digits beyond it
 
 
 def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
@@ -67,10 +70,13 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
             f"motion {motion.name!r}: corners must be 0 < lowest < highest < {half:g} Hz (half the sampling "
             f"frequency), got {lowest:g} and {highest:g} Hz"
         )
-    sections = signal.butter(
-        whole_number("order", order, 1), (lowest, highest), "bandpass", fs=1 / motion.step, output="sos"
+    order = whole_number("order", order, 1, HIGHEST_ORDER)
+    pad = np.ceil(1.5 * order / lowest / motion.step)
+    check_sample_count(
+        f"lowest={lowest:g} Hz with pads of 1.5 orders over it", 2 * pad, "choose a corner that the record holds"
     )
-    pad = int(np.ceil(1.5 * order / lowest / motion.step))
+    pad = int(pad)
+    sections = signal.butter(order, (lowest, highest), "bandpass", fs=1 / motion.step, output="sos")
     filtered = signal.sosfiltfilt(sections, np.pad(motion.acceleration, pad), padtype=None)
     return replace(motion, acceleration=filtered[pad:-pad])
 
