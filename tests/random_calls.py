@@ -132,6 +132,7 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
 def outcome(call: Call, arguments: dict[str, Any], names: list[str]) -> tuple[str, str]:
     """Return the class of what comes of a call, and what it says."""
+    given = [str(arguments[name]) for name in names if name in ("path", "fields", "sites")]
     with warnings.catch_warnings(record=True) as told, contextlib.redirect_stderr(io.StringIO()):
         warnings.simplefilter("always")
         signal.signal(signal.SIGALRM, _stop)
@@ -142,7 +143,9 @@ def outcome(call: Call, arguments: dict[str, Any], names: list[str]) -> tuple[st
             text = str(error)
             kind = type(error).__name__
             bare = type(error) is MemoryError or type(error).__module__ not in ("builtins", "warpdyn.core.sizes")
-            if names_argument(text, names) and not bare:
+            # An error of a file names the file.
+            is_of_file = any(each and each in text for each in given)
+            if (names_argument(text, names) or is_of_file) and not bare:
                 return "refused by name", f"{kind}: {text}"
             return "refused without the name", f"{kind}: {text}"
         except TookTooLong:

@@ -293,7 +293,7 @@ def without_runs(folder: Path) -> dict[str, Call]:
         ),
         "sites.MotionGrid.at": (
             grid.at,
-            {"inventory": inventory, "stock": stock, "draws": 5, "neighbours": 2, "reach": 1e5, "seed": 1},
+            {"inventory": inventory, "rows": stock, "draws": 5, "neighbours": 2, "reach": 1e5, "seed": 1},
         ),
         "truth.bilinear_chain_response": (wd.truth.bilinear_chain_response, exact | {"hardening_ratio": 0.05}),
         "truth.bouc_wen_chain_response": (

@@ -72,7 +72,9 @@ def write_pelicun_demands(
     """
     path = checked_path(FUNCTION, path, ".csv")
     needed = ("peak_storey_drift_ratio", "status", "sample")
-    check_dataset(FUNCTION, run, *needed, advice="give what simulate() returned, with the recorder 'drift'")
+    check_dataset(
+        FUNCTION, run, *needed, advice="give what simulate() returned, with the recorder 'drift'", argument="run"
+    )
     for dimension, selection in (("archetype", "select_archetype"), ("event", "select_event")):
         if dimension in run.dims:
             raise ValueError(f"{FUNCTION}: the run has several {dimension}s; take one by {selection}(run, name)")

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.checks import check_kind, one_of
+from warpdyn.core.checks import check_kind, is_row_of_text, one_of, shortened
 from warpdyn.exchange.text_files import checked_path, write_in_place
 
 FUNCTION = "write_table"
@@ -76,6 +76,8 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
         if len(dimensions) > 1 and DEFAULT_ROWS not in dimensions:
             raise ValueError(f"{FUNCTION}: say by rows= which of the dimensions {', '.join(dimensions)} rows are along")
         return (dimensions[0] if len(dimensions) == 1 else DEFAULT_ROWS,)
+    if not isinstance(rows, str) and not is_row_of_text(rows):
+        raise TypeError(f"{FUNCTION}: rows must be the name of a dimension or several, got {shortened(rows)}")
     chosen = (rows,) if isinstance(rows, str) else tuple(rows)
     for dimension in chosen:
         one_of("dimension of rows", dimension, dimensions)

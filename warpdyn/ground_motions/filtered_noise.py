@@ -9,14 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from warpdyn.core.checks import real_number, whole_number
+from warpdyn.core.checks import finite_numbers, real_number, whole_number
 from warpdyn.core.random_numbers import Purpose, normals
 from warpdyn.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.ground_motions.motions import GroundMotion
 
 MOST_INTERVALS = 2**30  # nodes are counted in 32 bits, with two blocks of random numbers each
+LARGEST_FREQUENCY = 1e9  # rad/s; squares of squares stay finite
 QUADRATURE = np.polynomial.legendre.leggauss(12)
 
 
@@ -63,13 +65,16 @@ class WhiteNoise:
     def __post_init__(self) -> None:
         real_number("WhiteNoise.intensity [m2/s3]", self.intensity, above=0)
 
-    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
         """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a frequency is not a finite number.
         """
-        return np.full(np.shape(circular_frequency), float(self.intensity))
+        return np.full(np.shape(_frequencies(circular_frequency)), float(self.intensity))
 
     def recursion(self, interval: float) -> Recursion:
         """Return the process from node to node, at a given interval [s]."""
@@ -106,13 +111,16 @@ class KanaiTajimi:
     def __post_init__(self) -> None:
         _check_positive(self)
 
-    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
         """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a frequency is not a finite number.
         """
-        ratio = (np.asarray(circular_frequency) / self.ground_frequency) ** 2
+        ratio = (_frequencies(circular_frequency) / self.ground_frequency) ** 2
         viscous = 4 * self.ground_damping_ratio**2 * ratio
         return self.intensity * (1 + viscous) / ((1 - ratio) ** 2 + viscous)
 
@@ -166,13 +174,16 @@ class CloughPenzien:
         """The first filter."""
         return KanaiTajimi(self.intensity, self.ground_frequency, self.ground_damping_ratio)
 
-    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
         """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a frequency is not a finite number.
         """
-        ratio = (np.asarray(circular_frequency) / self.filter_frequency) ** 2
+        ratio = (_frequencies(circular_frequency) / self.filter_frequency) ** 2
         passed = ratio**2 / ((1 - ratio) ** 2 + 4 * self.filter_damping_ratio**2 * ratio)
         return self.ground.spectral_density(circular_frequency) * passed
 
@@ -219,15 +230,20 @@ class JenningsEnvelope:
         for name in ("rise", "strong", "decay"):
             real_number(f"JenningsEnvelope.{name}", getattr(self, name), least=0)
 
-    def at(self, time: np.ndarray) -> np.ndarray:
+    def at(self, time: ArrayLike) -> np.ndarray:
         """Return the envelope at some times [s].
 
         Args:
-            time: Times from the beginning of the motion [s], any shape.
+            time: Times from the beginning of the motion [s], any shape; before it the envelope is 0.
+
+        Raises:
+            ValueError: If a time is not a finite number.
         """
-        rising = (np.asarray(time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
-        after = np.maximum(time - self.rise - self.strong, 0.0)
-        return np.where(np.asarray(time) < self.rise, rising, np.exp(-self.decay * after))
+        times = finite_numbers("time [s]", time)
+        rising = (times / self.rise) ** 2 if self.rise else np.ones_like(times)
+        after = np.maximum(times - self.rise - self.strong, 0.0)
+        shape = np.where(times < self.rise, rising, np.exp(-self.decay * after))
+        return np.where(times < 0, 0.0, shape)
 
 
 @dataclass(frozen=True)
@@ -323,6 +339,14 @@ class FilteredNoise(SingleLoad):
             path[node] = process.growth @ path[node - 1] + process.kick @ drawn[node]
         acceleration = self.envelope_at_nodes() * (path @ process.output)
         return GroundMotion(acceleration, self.interval, f"filtered noise {sample}", f"seed {seed}")
+
+
+def _frequencies(circular_frequency: ArrayLike) -> np.ndarray:
+    """Return circular frequencies [rad/s]; the square of a larger one than 1e9 has no use and may overflow."""
+    values = finite_numbers("circular_frequency [rad/s]", circular_frequency)
+    if np.any(np.abs(values) > LARGEST_FREQUENCY):
+        raise ValueError(f"circular_frequency must be at most {LARGEST_FREQUENCY:g} rad/s")
+    return values
 
 
 def _check_positive(spectrum: KanaiTajimi | CloughPenzien) -> None:

@@ -35,7 +35,7 @@ class FormulaLoad(SingleLoad):
 
 def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
     row = np.atleast_1d(finite_numbers(name, values))
-    if row.ndim != 1:
+    if row.ndim != 1 or not row.size:
         raise ValueError(f"{name} must be a row of values, one a degree of freedom, got shape {row.shape}")
     return row
 

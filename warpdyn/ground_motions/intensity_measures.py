@@ -5,14 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Real
 from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import real_number
+from warpdyn.core.checks import real_number, shortened
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions import motion_integrals
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
@@ -90,6 +89,7 @@ class PeakGroundAcceleration(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion.peak_ground_acceleration
 
 
@@ -107,6 +107,7 @@ class PeakGroundVelocity(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.peak_ground_velocity(motion)
 
 
@@ -125,6 +126,7 @@ class PeakGroundDisplacement(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.peak_ground_displacement(motion)
 
 
@@ -143,6 +145,7 @@ class AriasIntensity(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.arias_intensity(motion)
 
 
@@ -160,6 +163,7 @@ class CumulativeAbsoluteVelocity(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.cumulative_absolute_velocity(motion)
 
 
@@ -197,6 +201,7 @@ class SignificantDuration(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.significant_duration(motion, self.start, self.end)
 
 
@@ -222,8 +227,7 @@ class SpectralAcceleration(IntensityMeasure):
     units = "m s-2"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.period, Real):
-            raise ValueError(f"period must be one number [s], got {self.period!r}")
+        real_number("period [s]", self.period, above=0)
         checked_periods(self.period)
         _check_damping_ratio(self.damping_ratio)
 
@@ -238,6 +242,7 @@ class SpectralAcceleration(IntensityMeasure):
         Args:
             motion: The motion.
         """
+        _check_motion(motion)
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
@@ -281,7 +286,7 @@ class AverageSpectralAcceleration(IntensityMeasure):
     def __post_init__(self) -> None:
         periods = checked_periods(self.periods, "periods")
         if periods.ndim != 1 or periods.size == 0:
-            raise ValueError(f"periods must be a row of at least one number [s], got {self.periods!r}")
+            raise ValueError(f"periods must be a row of at least one number [s], got {shortened(self.periods)}")
         _check_damping_ratio(self.damping_ratio)
         object.__setattr__(self, "periods", tuple(periods.tolist()))
 
@@ -294,6 +299,7 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
@@ -349,6 +355,11 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
     )
 
 
+def _check_motion(motion: object) -> None:
+    if not isinstance(motion, GroundMotion):
+        raise TypeError(f"motion must be a GroundMotion, got {shortened(motion)}")
+
+
 def _check_damping_ratio(damping_ratio: float) -> None:
-    if not (isinstance(damping_ratio, Real) and 0 <= damping_ratio < 1):
-        raise ValueError(f"damping_ratio must be a number from 0 up to but not including 1, got {damping_ratio!r}")
+    if not real_number("damping_ratio", damping_ratio, least=0) < 1:
+        raise ValueError(f"damping_ratio must be below 1, got {damping_ratio!r}")

@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import one_of, shortened
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.files.text import existing_file
 from warpdyn.inventories.table import checked_inventory, named_rows
@@ -61,8 +61,13 @@ def read_openquake(
         >>> inventory["replacement_cost"].tolist()
         [1500.0, 220.0]
     """
-    if isinstance(costs, str):
-        raise TypeError(f"read_openquake: costs must be a sequence of names, such as ({costs!r},), got {costs!r}")
+    if not isinstance(costs, list | tuple) or not all(isinstance(name, str) for name in costs):
+        raise TypeError(
+            f"read_openquake: costs must be a sequence of names, such as ('structural',), got {shortened(costs)}"
+        )
+    columns = {} if columns is None else columns
+    if not isinstance(columns, Mapping):
+        raise TypeError(f"read_openquake: columns must be names of columns by their meaning, got {shortened(columns)}")
     path = existing_file("read_openquake", path)
     kinds: dict[str, str] = {}
     fields: dict[str, str] = {}
@@ -91,7 +96,7 @@ def read_openquake(
     places = {name: fields.get(name) or names.get(name, name) for name in (*OPENQUAKE_NAMES.values(), *costs, AREA)}
     known = {meaning: places[name] for meaning, name in OPENQUAKE_NAMES.items()}
     known = {m: n for m, n in known.items() if n in table.columns or m in ("id", "longitude", "latitude")}
-    inventory = checked_inventory(str(path), table, known | dict(columns or {}))
+    inventory = checked_inventory(str(path), table, known | dict(columns))
     return _with_costs(str(path), inventory, costs, places, kinds, area_kind)
 
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import one_of, shortened
 from warpdyn.files.text import existing_file
 from warpdyn.inventories.table import FACTORS, checked_inventory
 from warpdyn.inventories.text_tables import read_csv
@@ -56,7 +57,9 @@ def read_r2d(
         [92.9, 185.8]
     """
     one_of("area_unit", area_unit, tuple(FACTORS))
-    return _inventory(str(path), read_csv(existing_file("read_r2d", path)), area_unit, columns or {})
+    return _inventory(
+        str(path), read_csv(existing_file("read_r2d", path)), area_unit, {} if columns is None else columns
+    )
 
 
 def read_geojson(
@@ -101,7 +104,7 @@ def read_geojson(
     if "latitude" not in names or "longitude" not in names:
         places = np.array([_place(path, number, each.get("geometry")) for number, each in enumerate(features)])
         table["Longitude"], table["Latitude"] = places.reshape(-1, 2).T
-    return _inventory(str(path), table, area_unit, columns or {})
+    return _inventory(str(path), table, area_unit, {} if columns is None else columns)
 
 
 def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[str, str]) -> pd.DataFrame:
@@ -112,6 +115,8 @@ def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[
         known["id"] = names[ASSET_ID.lower()]
     for meaning in ("id", "longitude", "latitude"):
         known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error says R2D's name
+    if not isinstance(columns, Mapping) or isinstance(columns, xr.Dataset):
+        raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
     source = known | dict(columns)
     inventory = checked_inventory(what, table, source)
     if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":  # warpdyn's own is in m2

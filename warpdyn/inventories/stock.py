@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import check_kind, one_of, shortened
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.inventories.rules import HazusRule, Rule, named_by
@@ -92,6 +92,7 @@ class BuildingStock:
         Raises:
             ValueError: If its rows are not as many, or an id differs.
         """
+        check_kind("BuildingStock", "a DataFrame as inventory", inventory, pd.DataFrame)
         if "id" not in inventory:
             raise ValueError(
                 f"the inventory has no column 'id', only {', '.join(map(str, inventory.columns))}: give the one that "
@@ -206,7 +207,13 @@ def portfolio(
         ['W1 moderate 1', 'C1M high 5']
     """
     if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
-        raise TypeError("portfolio() takes an inventory, as the readers of wd.inventories return it")
+        raise TypeError(
+            "portfolio() takes an inventory, as the readers of wd.inventories return it, got "
+            f"{type(inventory).__name__}"
+        )
+    for argument, given in {"scatter": scatter, "correlation": correlation, "archetypes": archetypes}.items():
+        if given is not None and not isinstance(given, Mapping):
+            raise TypeError(f"portfolio: {argument} must be a mapping, got {shortened(given)}")
     one_of("unknown", unknown, (REFUSE, LEAVE_OUT))
     own, own_limits = archetypes or {}, limits or {}
     for name, one in own.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections import Counter
 
 import pandas as pd
 
@@ -27,7 +28,7 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
         if "," not in line and ";" in line:
             raise ValueError("its columns are separated by ';', and by ',' in the files that are read")
         names = [name.strip().strip('"') for name in line.rstrip("\r\n").split(",")]
-        twice = sorted({name for name in names if name and names.count(name) > 1})
+        twice = sorted(name for name, count in Counter(names).items() if name and count > 1)
         if twice:
             raise ValueError(f"it has the column {twice[0]!r} twice")
         ids = {

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib import ticker
 from matplotlib.axes import Axes
 
-from warpdyn.core.checks import whole_number
+from warpdyn.core.checks import real_number, whole_number
 from warpdyn.plots.samples import Demands, demands_of, percent
 from warpdyn.plots.style import (
     AMONG_POINTS,
@@ -298,7 +298,7 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
     listed = f"{', '.join(f'{each:g}' for each in stripes)} {units}"
     if level is None and stripes.size > 1:
         raise ValueError(f"run {name!r} is on several stripes: give level=, one of {listed}")
-    chosen = stripes[0] if level is None else level
+    chosen = stripes[0] if level is None else real_number("level", level)
     here = np.isclose(drawn.level, chosen, rtol=1e-6)
     if not here.any():
         raise ValueError(f"run {name!r} has no stripe of {chosen!r} {units}; it has {listed}")

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.core.checks import checked_text, real_number, real_numbers, shortened, true_or_false
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.cells import Cells, Coordinates
@@ -66,6 +67,7 @@ class Statistic:
     _inventory_columns: ClassVar[tuple[str, ...]] = ()  # names of arguments that are columns of an inventory as read
 
     def __post_init__(self) -> None:
+        self._check_common()
         over = (self.over,) if isinstance(self.over, str) else self.over
         if not isinstance(over, list | tuple) or not all(isinstance(name, str) for name in over):
             raise TypeError(f"over must be a name or several, such as ('archetype', 'motion'), got {self.over!r}")
@@ -82,6 +84,34 @@ class Statistic:
         object.__setattr__(self, "_inventory_columns", columns)
         object.__setattr__(self, "labels", {name: _plain(values) for name, values in self.labels.items()})
 
+    def _check_common(self) -> None:
+        """Raise an error for arguments that several statistics have, before a run begins."""
+        given = {each.name: getattr(self, each.name) for each in fields(self)}
+        kind = type(self).__name__
+        if "demand" in given:
+            checked_text(f"{kind}: demand", given["demand"])
+        if "each_place" in given:
+            true_or_false(f"{kind}: each_place", given["each_place"])
+        for name in given.keys() & {"limits", "loss_ratios"}:
+            if not isinstance(given[name], Mapping) or not given[name]:
+                raise TypeError(
+                    f"{kind}: {name} must map each damage state to a number, such as {{'slight': 0.005}}, "
+                    f"got {shortened(given[name])}"
+                )
+            for state, value in given[name].items():
+                what = f"{kind}: {name} of {state!r}"
+                if isinstance(value, Mapping):
+                    value = list(value.values())  # of several demands, or of an archetype; checked when a run begins
+                elif name == "limits":
+                    value = real_number(what, value, above=0) if value != np.inf else value
+                if not isinstance(value, list | tuple):
+                    real_numbers(what, value)
+        if given.get("events") is not None and not is_row(given["events"]):
+            raise TypeError(
+                f"{kind}: events must be the event of each motion, such as ['quake', 'quake', 'other'], "
+                f"got {shortened(given['events'])}"
+            )
+
     def cells(self, population: Population, events: Sequence[str] | Sequence[int] | None = None) -> Cells:
         """Return the cells of a run's samples; the worst of each event's motions counts, if `events` names these."""
         kinds = 1 if population.portfolio is None else len(population.portfolio.archetypes)
@@ -96,6 +126,11 @@ class Statistic:
             ValueError, TypeError, MemoryError: If the statistic does not fit the run.
         """
         raise NotImplementedError
+
+
+def is_row(values: object) -> bool:
+    """Return whether a value is a list, a tuple or an array of one dimension, or what pandas and xarray have of it."""
+    return not isinstance(values, str | bytes | Mapping | set) and np.ndim(cast("Any", values)) == 1
 
 
 def _plain(values: ArrayLike) -> np.ndarray:

@@ -142,7 +142,9 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     """
     name, dims = "rates_by_record", ("motion", "structure", "damage_state")
     needed = "capacity", "capacity_lower", "capacity_upper"
-    check_dataset(name, capacities, *needed, advice="give what capacities(scene, limits) returned")
+    check_dataset(
+        name, capacities, *needed, advice="give what capacities(scene, limits) returned", argument="capacities"
+    )
     tree = branches_of(name, hazard)
     if set(capacities["capacity"].dims) != set(dims):
         raise ValueError(f"{name}: capacity must lie along {', '.join(dims)}, got {capacities['capacity'].dims}")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_kind, finite_numbers, real_number
+from warpdyn.core.checks import check_kind, checked_text, finite_numbers, real_number, real_numbers
 from warpdyn.core.frozen_values import FrozenArrays
 from warpdyn.core.messages import warn_caller
 from warpdyn.risk.hazard import files
@@ -43,6 +43,7 @@ class HazardCurve(FrozenArrays):
         ValueError: If there are fewer than two points, values are not positive and finite, intensities do not increase,
             rates rise, or the last two rates are equal, so that the curve has no end; if the measure is never in the
             units.
+        TypeError: If `measure` or `units` is not text.
 
     Example:
         >>> hazard = wd.HazardCurve([0.1, 0.3, 1.0], [1e-2, 1e-3, 5e-5], measure="SA(0.75)")
@@ -63,7 +64,8 @@ class HazardCurve(FrozenArrays):
     ) -> None:
         intensity = _positive_points("intensity", intensity)
         rate = _positive_points("annual_rate", annual_rate)
-        units, factor = units_of_hazard(str(measure), units)
+        measure = checked_text("measure", measure)
+        units, factor = units_of_hazard(measure, units)
         intensity *= factor
         if intensity.size != rate.size:
             raise ValueError(f"the hazard curve has {intensity.size} intensities and {rate.size} annual rates")
@@ -81,11 +83,11 @@ class HazardCurve(FrozenArrays):
                 f"the last two annual rates are equal ({rate[-1]:g}), so that every larger intensity would be exceeded "
                 "as often: leave out the last point"
             )
-        warn_of_implausible_hazard(intensity, rate, str(measure), units)
+        warn_of_implausible_hazard(intensity, rate, measure, units)
         for name, values in (("intensity", intensity), ("annual_rate", rate)):
             values.setflags(write=False)
             object.__setattr__(self, name, values)
-        object.__setattr__(self, "measure", str(measure))
+        object.__setattr__(self, "measure", measure)
         object.__setattr__(self, "units", units)
 
     @classmethod
@@ -184,14 +186,14 @@ class HazardCurve(FrozenArrays):
         Raises:
             ValueError: If an intensity is not above 0.
         """
-        values = np.asarray(intensity, dtype=np.float64)
+        values = real_numbers("intensity", intensity)
         if not np.all(values > 0):
             raise ValueError("rate_of: every intensity must be above 0")
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
-        with np.errstate(divide="ignore"):
-            u = np.log(values)
+        u = np.log(values)
         segment = np.clip(np.searchsorted(log_x, u, side="right") - 1, 0, log_x.size - 2)
-        return np.exp(log_rate[segment] - self.slopes[segment] * (u - log_x[segment]))
+        with np.errstate(over="ignore"):  # far below the first point: infinite
+            return np.exp(log_rate[segment] - self.slopes[segment] * (u - log_x[segment]))
 
     def intensity_of(self, rate: ArrayLike) -> np.ndarray:
         """Return the intensities that are exceeded at annual rates [1/year]; where the curve is level, the largest.
@@ -203,7 +205,7 @@ class HazardCurve(FrozenArrays):
         Raises:
             ValueError: If a rate is not above 0, or above the first of a curve that begins level.
         """
-        values = np.asarray(rate, dtype=np.float64)
+        values = real_numbers("rate", rate)
         if not np.all(values > 0):
             raise ValueError("intensity_of: every rate must be above 0")
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)

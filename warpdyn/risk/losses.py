@@ -197,7 +197,14 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
         1030.0
     """
     name = "expected_annual_loss"
-    check_dataset(name, vulnerability, "mean_loss_ratio", "intensity", advice="give what vulnerability() returned")
+    check_dataset(
+        name,
+        vulnerability,
+        "mean_loss_ratio",
+        "intensity",
+        advice="give what vulnerability() returned",
+        argument="vulnerability",
+    )
     tree = branches_of(name, hazard)
     value = real_number("replacement_value", replacement_value, above=0)
     levels = finite_numbers(f"{name}: intensity", vulnerability["intensity"].values)

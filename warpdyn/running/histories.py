@@ -20,7 +20,6 @@ from warpdyn.integration.stability_guard import StabilityFindings, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.labels import history_variables
 
-
 # Histories of all samples of a larger run would not fit in memory: one of 1,000 steps takes 24 kB a storey.
 MOST_HISTORIES = 2**20
 BYTES_OF_A_VALUE = 24  # float64 as the kernel writes it, as it is read back, and in the dataset

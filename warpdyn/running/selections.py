@@ -32,7 +32,7 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
         >>> wd.select_event(run, "mainshock").sizes["sample"], run.sizes["sample"]
         (48, 96)
     """
-    check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence")
+    check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence", argument="run")
     if "event" not in run.dims or "im_level_design" not in run.coords:
         raise ValueError("the dataset has no events: it is not what simulate() returned of an EventSequence")
     names = run["event"].values.tolist()
@@ -66,7 +66,7 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
         >>> wd.select_archetype(run, "C1L high 2").sizes["sample"]
         8
     """
-    check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio")
+    check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio", argument="run")
     names = archetypes_of(run).tolist()
     if name not in names:
         raise ValueError(f"no archetype {name!r} in the run; it has {', '.join(names)}")
@@ -98,7 +98,7 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
         >>> upper.sizes["storey"]
         1
     """
-    check_dataset("select_storeys", run, advice="give what simulate() returned")
+    check_dataset("select_storeys", run, advice="give what simulate() returned", argument="run")
     storeys = run.sizes.get("storey", 0)
     first, last = whole_number("first", first, 1), whole_number("last", last, 1)
     if not first <= last <= storeys:

@@ -7,8 +7,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers, whole_number
-from warpdyn.core.sizes import check_memory
 from warpdyn.core.random_numbers import Purpose
+from warpdyn.core.sizes import check_memory
 from warpdyn.sites.places import EARTH_RADIUS, arc, unit_vectors
 from warpdyn.sites.spatial_correlations import SpatialCorrelation
 
@@ -58,10 +58,10 @@ def correlated_fields(
         >>> dict(fields.sizes)
         {'earthquake': 50, 'point': 4}
     """
-    check_kind("correlated_fields", "a DataArray of medians", median, xr.DataArray)
+    check_kind("correlated_fields", "a DataArray as median", median, xr.DataArray)
     if set(median.dims) != {"earthquake", "point"}:
         raise ValueError(f"correlated_fields: median must have the dimensions earthquake and point, got {median.dims}")
-    check_kind("correlated_fields", "a SpatialCorrelation", correlation, SpatialCorrelation)
+    check_kind("correlated_fields", "a SpatialCorrelation as correlation", correlation, SpatialCorrelation)
     draws = whole_number("draws", draws, 1)
     median = median.transpose("earthquake", "point")
     tau, phi = finite_numbers("between", between), finite_numbers("within", within)
@@ -103,7 +103,9 @@ def within_event_residuals(
         Shape [draw, point].
 
     Raises:
-        ValueError: If there are more than 4,096 points that are not evenly spaced, or too many.
+        ValueError: If there are more than 4,096 points that are not evenly spaced, or too many; if an argument is out
+            of its range.
+        TypeError: If `correlation` is not a SpatialCorrelation.
 
     Example:
         >>> longitude, latitude = [-122.3, -122.2], [37.8, 37.8]
@@ -112,6 +114,11 @@ def within_event_residuals(
         (50, 2)
     """
     lon, lat = finite_numbers("longitude", longitude), finite_numbers("latitude", latitude)
+    if lon.ndim != 1 or lon.shape != lat.shape or not lon.size:
+        raise ValueError(
+            f"longitude and latitude must be rows of one value a point, got shapes {lon.shape} and {lat.shape}"
+        )
+    check_kind("within_event_residuals", "a SpatialCorrelation as correlation", correlation, SpatialCorrelation)
     draws = whole_number("draws", draws, 1)
     check_memory(f"draws={draws} fields at {lon.size} points", 24 * draws * lon.size, FEWER)
     random = np.random.default_rng([whole_number("seed", seed, 0), Purpose.WITHIN_EARTHQUAKES])

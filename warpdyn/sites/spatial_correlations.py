@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.checks import finite_numbers, one_of, real_number, true_or_false
 
 
 class SpatialCorrelation(ABC):
@@ -30,8 +30,11 @@ class SpatialCorrelation(ABC):
 
         Args:
             distance: Distances between two places [m], any shape.
+
+        Raises:
+            ValueError: If a distance is not a finite number.
         """
-        return np.exp(-3 * np.asarray(distance, dtype=np.float64) / self.correlation_range)
+        return np.exp(-3 * finite_numbers("distance [m]", distance) / self.correlation_range)
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,7 @@ class JayaramBaker2009(SpatialCorrelation):
 
     Raises:
         ValueError: If the period is outside its range.
+        TypeError: If `is_clustered` is not True or False.
 
     Example:
         >>> wd.sites.JayaramBaker2009(1.0).correlation_range
@@ -61,6 +65,7 @@ class JayaramBaker2009(SpatialCorrelation):
 
     def __post_init__(self) -> None:
         _check_period(self.period, 0.0, 10.0)
+        true_or_false("is_clustered", self.is_clustered)
 
     @property
     def correlation_range(self) -> float:
@@ -98,7 +103,7 @@ class EspositoIervolino2012(SpatialCorrelation):
 
     def __post_init__(self) -> None:
         one_of("region", self.region, ("Europe", "Italy"))
-        if self.period != 0:
+        if real_number("period [s]", self.period, least=0) != 0:
             _check_period(self.period, 0.1, 2.0)
 
     @property

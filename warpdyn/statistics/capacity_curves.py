@@ -68,7 +68,7 @@ def fragility_from_capacities(
         >>> curves["fragility_median"].round(1).values  # g
         array([0.5, 1.2])
     """
-    check_dataset("fragility_from_capacities", capacities, "capacity", advice=_ADVICE)
+    check_dataset("fragility_from_capacities", capacities, "capacity", advice=_ADVICE, argument="capacities")
     replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)

@@ -74,7 +74,7 @@ def damage_shares(
         >>> shares["damage_share"].mean("motion").sel(damage_state=["none", "slight"]).round(2).values
         array([0.25, 0.71])
     """
-    check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
+    check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio", argument="run")
     if limits is None and not is_reduced(run):
         raise TypeError("limits must map each archetype to its limits, got none; only counts have limits of their own")
     if is_reduced(run):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from numbers import Real
 from typing import Any, Self
 
 import numpy as np
@@ -159,8 +158,7 @@ class ProtectedChain:
                     f"unknown parameter {name!r}: isolators of law {law!r} take {', '.join(sorted(taken))}"
                 )
         for name, value in own.items():
-            if not isinstance(value, Real):
-                real_number(f"{name} of the storey", value)  # raises an error
+            real_number(f"{name} of the storey", value)
         laws = self.storey_laws if len(self.storey_laws) > 1 else self.storey_laws * self.storeys
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
         added["gravity_load"] = STANDARD_GRAVITY * own["mass"]

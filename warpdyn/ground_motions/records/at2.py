@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import checked_text, one_of
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import COMPONENTS, record_and_component
@@ -135,6 +135,7 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
     one_of("components", components, COMPONENTS)
     if not isinstance(path, str | PathLike):
         raise TypeError(f"path must be the name of a directory, got {path!r}")
+    checked_text("pattern", pattern)
     directory = Path(path)
     if not directory.is_dir():
         raise FileNotFoundError(f"{path}: no such directory (to read records {pattern!r} from)")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdyn.core.checks import one_of, whole_number
+from warpdyn.core.checks import one_of, true_or_false, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.ground_motions.motions import GroundMotion
@@ -104,6 +104,7 @@ class _Table:
 
 
 def _table_of(path: str | Path, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
+    true_or_false("decimal_comma", decimal_comma)
     text = text_of(path)
     lines = text.rstrip().split("\n")
     if delimiter is not None and not (isinstance(delimiter, str) and re.fullmatch(r"[^\w.+\-\n]", delimiter)):

@@ -77,8 +77,6 @@ class DamageCounts(Statistic):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.each_place, bool):
-            raise TypeError(f"each_place must be True or False, got {self.each_place!r}")
         if self.number is not None:
             object.__setattr__(self, "number", real_numbers("DamageCounts: number", self.number))
 
