@@ -44,9 +44,11 @@ def without_runs(folder: Path) -> dict[str, Call]:
     stock = wd.inventories.portfolio(inventory)
     system = {"mass": np.diag([2.0, 1.0]), "damping": np.eye(2), "stiffness": np.array([[300.0, -100], [-100, 100]])}
     field = wd.sites.read_shakemap(str(folder / "grid.xml"))["PGA"]
-    pairs = [wd.GroundMotion(w.acceleration, 0.02, f"r{i}{c}", "", f"r{i}", c) for i, w in enumerate(waves) for c in "NE"]
+    pairs = [
+        wd.GroundMotion(w.acceleration, 0.02, f"r{i}{c}", "", f"r{i}", c) for i, w in enumerate(waves) for c in "NE"
+    ]
     grid = wd.sites.scale_records(field, waves)
-    exact = {"mass": [2.0, 1.0], "stiffness": [300.0, 100.0], "yield_force": [2.0, 1.0], "damping": [0.1, 0.1]}
+    exact = {"mass": [2.0, 1.0], "stiffness": [300.0, 100.0], "yield_force": [2.0, 1.0], "damping": 0.1 * np.eye(2)}
     exact |= {"force": np.ones((5, 2)), "step": 0.01, "initial_velocity": 0.0}
     over_stock = {"limits": LIMITS, "demand": "peak_storey_drift_ratio", "over": ("motion",), "each_place": False}
     spectrum = wd.KanaiTajimi(0.01, 15.0, 0.6)
@@ -59,7 +61,8 @@ def without_runs(folder: Path) -> dict[str, Call]:
         "ShearBuilding": (wd.ShearBuilding, OF_BUILDING | {"gravity_load": [1e6, 1e6], "drift_capacity": [0.3, 0.3]}),
         "ShearBuilding of devices": (
             wd.ShearBuilding,
-            OF_BUILDING | {"devices": ["gap", "viscous_damper"], "clearance": 0.05, "contact_stiffness": 1e8}
+            OF_BUILDING
+            | {"devices": ["gap", "viscous_damper"], "clearance": 0.05, "contact_stiffness": 1e8}
             | {"damper_coefficient": 2e6, "damping_modes": (1, 2)},
         ),
         "ShearBuilding.from_hazus": (
@@ -336,7 +339,7 @@ def with_runs(folder: Path) -> dict[str, Call]:
     )
     cloud = wd.simulate(wd.Scene(building, wd.Cloud(ns["motions"]), ns["scatter"]), structures=4)
     found = wd.capacities(scene, LIMITS, structures=2, keep_curves=True)
-    losses = wd.vulnerability(curves, RATIOS)
+    losses, both = wd.vulnerability(curves, RATIOS), run.merge(curves, combine_attrs="no_conflicts")
     shares = wd.damage_shares(wd.simulate(ns["region"]), ns["stock"].limits)
     kept = wd.simulate(scene, histories=wd.Histories([0, 5]))
     values, out = ns["stock"].replacement_values(ns["inventory"]), str(folder / "out")
@@ -435,7 +438,7 @@ def with_runs(folder: Path) -> dict[str, Call]:
         "select_storeys": (wd.select_storeys, {"run": run, "first": 1, "last": 2}),
         "select_archetype": (wd.select_archetype, {"run": wd.simulate(ns["region"]), "name": "W1 high 2"}),
         "summary": (wd.summary, {"run": run}),
-        "report": (wd.report, {"dataset": curves, "path": f"{out}.html", "title": "a"}),
+        "report": (wd.report, {"dataset": both, "path": f"{out}.html", "title": "a"}),
         "write": (wd.write, {"dataset": curves, "path": f"{out}.nc"}),
         "write_table": (wd.write_table, {"dataset": curves, "path": f"{out}.csv", "rows": "damage_state"}),
         "write_building_results": (wd.write_building_results, {"results": ns["results"], "path": f"{out}.geojson"}),
@@ -463,6 +466,6 @@ def with_runs(folder: Path) -> dict[str, Call]:
         "plots.histories": (wd.plots.histories, {"dataset": kept, "history": 1}),
         "plots.hysteresis": (wd.plots.hysteresis, {"dataset": kept, "history": 1}),
         "plots.hazard_and_rates": (wd.plots.hazard_and_rates, {"curves": curves, "hazard": hazard}),
-        "plots.ida_curves": (wd.plots.ida_curves, {"dataset": found, "colour": "#0072B2", "scale": "linear"}),
+        "plots.ida_curves": (wd.plots.ida_curves, {"dataset": both, "colour": "#0072B2", "scale": "linear"}),
         "plots.vulnerability": (wd.plots.vulnerability, {"dataset": losses, "scale": "log"}),
     }

@@ -6,7 +6,7 @@ import reprlib
 from collections.abc import Collection
 from numbers import Integral, Real
 from types import UnionType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -90,7 +90,8 @@ def checked_text(what: str, value: Any) -> str:
 
 def is_row_of_text(values: object) -> bool:
     """Return whether a value is a list, a tuple or an array of text."""
-    return isinstance(values, list | tuple | np.ndarray) and all(isinstance(each, str) for each in values)
+    is_row = isinstance(values, list | tuple) or (isinstance(values, np.ndarray) and values.ndim == 1)
+    return is_row and all(isinstance(each, str) for each in cast("Any", values))
 
 
 def shortened(value: object) -> str:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from warpdyn.core.checks import check_kind, one_of, real_number
+from warpdyn.core.checks import check_kind, checked_text, one_of, real_number
 from warpdyn.exchange import nrml
 from warpdyn.exchange.text_files import checked_path, write_text
 from warpdyn.files.text import read_csv_text
@@ -194,6 +194,8 @@ def read_consequences(
         >>> wd.read_consequences(path)["C1M_H"]["complete"]
         1.0
     """
+    for name, word in {"consequence": consequence, "loss_type": loss_type}.items():
+        checked_text(f"read_consequences: {name}", word)
     found: dict[str, dict[str, float]] = {}
     named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
     for row in _csv_rows("read_consequences", path, ("consequence",)):

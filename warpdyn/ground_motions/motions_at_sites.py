@@ -56,8 +56,8 @@ class MotionsAtSites(Design):
         motions = checked_motions(self.motions)
         motion = _indices("motion", self.motion, 3, len(motions), "[site, earthquake, component]")
         sites, earthquakes, _ = motion.shape
-        scale = np.asarray(self.scale)  # broadcast ones stay views
-        if scale.dtype.kind != "f":
+        scale = self.scale  # broadcast ones stay views
+        if type(scale) is not np.ndarray or scale.dtype.kind != "f":
             scale = real_numbers("scale", self.scale)
         try:
             scale = np.broadcast_to(scale, motion.shape)

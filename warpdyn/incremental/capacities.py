@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import one_of, real_number, true_or_false, whole_number
+from warpdyn.core.checks import one_of, real_number, real_numbers, true_or_false, whole_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
@@ -30,6 +30,7 @@ from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
 PAIRS_AT_A_TIME = 2**16
+LARGEST_LIMIT = 1e9
 LARGEST_LADDER = 10.0  # ratio of neighbouring levels
 BYTES_OF_A_CAPACITY = 64  # its bracket, value, status and resurrections, while they are joined
 FIRST_SHARE = 1e-3  # level of the elastic run, over the middle of the intensities as recorded
@@ -223,11 +224,13 @@ def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
                 "one demand, such as {'slight': 0.005}, with demand= for its variable"
             )
     try:
-        values = np.array([float(value) for value in limits.values()])
+        values = np.array([float(real_numbers("limits", value)) for value in limits.values()])
     except (TypeError, ValueError):
         hint = " (0.5 % is 0.005)" if any("%" in str(value) for value in limits.values()) else ""
         raise ValueError(f"limits must be numbers, got {dict(limits)}{hint}") from None
     for name, value in zip(names, values, strict=True):
+        if LARGEST_LIMIT < value < np.inf:
+            raise ValueError(f"limits: {name!r} is {value:g}; it must be at most {LARGEST_LIMIT:g}, or math.inf")
         if not value > 0:
             raise ValueError(f"the limit of damage state {name!r} is {value}; it must be above 0")
     for i in range(len(names) - 1):

@@ -132,9 +132,9 @@ class BuildingStock:
             ValueError: If there is no replacement cost, or some buildings have none or one below 0; the message counts
                 and names them.
         """
+        self.check(inventory)
         if "replacement_cost" not in inventory:
             raise ValueError("replacement_costs: the inventory has no column replacement_cost")
-        self.check(inventory)
         cost = inventory["replacement_cost"].to_numpy(dtype=np.float64)[self.rows]
         missing = np.isnan(cost)
         if missing.any():

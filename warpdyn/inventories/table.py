@@ -78,7 +78,11 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     Raises:
         ValueError: As `from_table` says.
     """
-    if not isinstance(columns, Mapping) or not all(isinstance(name, str) for name in columns.values()):
+    if (
+        not isinstance(columns, Mapping)
+        or isinstance(columns, xr.Dataset)
+        or not all(isinstance(name, str) for name in columns.values())
+    ):
         raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
     for meaning, name in columns.items():
         if meaning not in COLUMNS:

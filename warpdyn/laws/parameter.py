@@ -52,7 +52,7 @@ class Parameter:
             true_or_false(f"Parameter.{name}", getattr(self, name))
         for name in ("low", "high", "default"):
             value = getattr(self, name)
-            is_open = value is None if name == "default" else value in (-np.inf, np.inf)
+            is_open = value is None if name == "default" else isinstance(value, float) and abs(value) == np.inf
             if not is_open:
                 real_number(f"Parameter.{name}", value)
 

@@ -10,7 +10,7 @@ from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from warpdyn.core.checks import check_dataset
+from warpdyn.core.checks import check_dataset, real_number
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.motion_integrals import arias_intensity, husid
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
@@ -61,6 +61,7 @@ def ground_motions(
         >>> figure = wd.plots.ground_motions(motions[:2])
     """
     drawn = checked_motions(motions)
+    real_number("damping_ratio", damping_ratio, least=0)
     result, (history, growth, spectrum) = panels("ground_motions", ax, 3, columns=1, size=(7.0, 7.4))
     spectra = response_spectra(drawn, PERIODS, damping_ratio, device="cpu")["pseudo_spectral_acceleration"].values[:, 0]
     is_crowd = len(drawn) > MOST_NAMED and colours is COLOURS  # more than colours tell apart

@@ -103,7 +103,7 @@ class Statistic:
                 if isinstance(value, Mapping):
                     value = list(value.values())  # of several demands, or of an archetype; checked when a run begins
                 elif name == "limits":
-                    value = real_number(what, value, above=0) if value != np.inf else value
+                    value = value if is_infinite(value) else real_number(what, value, above=0)
                 if not isinstance(value, list | tuple):
                     real_numbers(what, value)
         if given.get("events") is not None and not is_row(given["events"]):
@@ -126,6 +126,11 @@ class Statistic:
             ValueError, TypeError, MemoryError: If the statistic does not fit the run.
         """
         raise NotImplementedError
+
+
+def is_infinite(value: object) -> bool:
+    """Return whether a limit is the one that collapse alone passes."""
+    return isinstance(value, float) and value == np.inf
 
 
 def is_row(values: object) -> bool:

@@ -46,6 +46,9 @@ def spectral_shape_factor(
     one_of("seismic design category", design_category, TARGET_EPSILON)
     one_of("record set", record_set, RECORD_SETS)
     periods, ductilities = finite_numbers("period", period), finite_numbers("ductility", ductility)
+    for name, values in (("period", periods), ("ductility", ductilities)):
+        if not values.size:
+            raise ValueError(f"{name} is empty: give at least one value")
     if np.any(periods <= 0):
         raise ValueError(f"every period must be above 0, got {periods.min():g} s")
     findings = PlausibilityFindings()

@@ -163,12 +163,15 @@ class HazardCurve(FrozenArrays):
         Raises:
             ValueError: If the file is neither, has not the measure or the site, or a number is broken; as of the class.
             FileNotFoundError: If there is no file.
+            TypeError: If `measure` is not text.
 
         Example:
             >>> hazard = wd.HazardCurve.from_usgs("hazard.json", measure="SA(0.75)")
             >>> hazard.measure
             'SA(0.75)'
         """
+        if measure is not None:
+            checked_text("measure", measure)
         intensity, rate, measure = files.read_usgs(path, measure, site)
         return cls(intensity, rate, measure=measure)
 
@@ -245,15 +248,15 @@ class HazardLogicTree(FrozenArrays):
     weights: np.ndarray
 
     def __init__(self, curves: Sequence[HazardCurve], weights: Sequence[float]) -> None:
-        if isinstance(curves, HazardCurve) or not isinstance(curves, Sequence):
+        if isinstance(curves, HazardCurve | str | range) or not isinstance(curves, Sequence):
             raise TypeError(
-                f"HazardLogicTree() takes a row of HazardCurves, such as [curve], got {type(curves).__name__}"
+                f"HazardLogicTree() takes a row of HazardCurves as curves, such as [curve], got {type(curves).__name__}"
             )
         branches = tuple(curves)
         if not branches:
             raise ValueError("a logic tree needs at least one hazard curve")
         for each in branches:
-            check_kind("HazardLogicTree", "HazardCurves", each, HazardCurve)
+            check_kind("HazardLogicTree", "HazardCurves as curves", each, HazardCurve)
         values = _positive_points("weights", weights)
         if values.size != len(branches):
             raise ValueError(f"the logic tree has {len(branches)} curves and {values.size} weights")

@@ -158,7 +158,7 @@ def annual_losses(
 def checked_periods(return_periods: ArrayLike) -> np.ndarray:
     """Return a row of return periods [year], with a warning of what seem to be rates."""
     periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
-    if periods.ndim != 1 or np.any(periods <= 0):
+    if periods.ndim != 1 or not periods.size or np.any(periods <= 0):
         raise ValueError("return_periods must be a row of years above 0")
     findings = PlausibilityFindings()
     shortest = float(periods.min())

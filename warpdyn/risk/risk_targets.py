@@ -82,7 +82,8 @@ def risk_targeted_intensity(
     high = np.log(max(each.intensity[-1] for each in tree.curves)) + SEARCHED
     if excess(low) < 0 or excess(high) > 0:
         raise ValueError(
-            f"no building of dispersion {dispersion:g} has an annual rate of collapse of {target:.3g} under this hazard"
+            f"no building of dispersion {dispersion:g} has an annual rate of collapse of {target:.3g} under this "
+            f"hazard, as probability_of_collapse={probability_of_collapse:g} in years={years:g} asks for"
         )
     median = float(np.exp(brentq(excess, low, high, xtol=1e-14, rtol=1e-14)))
     _warn_of_extrapolation(tree, median, dispersion, "the risk-targeted intensity")

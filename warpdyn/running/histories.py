@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import reprlib
-from collections.abc import Iterator, Sequence, Sized
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.scattered_steps import shorten_steps
-from warpdyn.core.checks import whole_number
+from warpdyn.core.checks import finite_numbers, shortened, whole_number
 from warpdyn.core.output_variables import DIVERGED
 from warpdyn.core.sizes import check_memory
 from warpdyn.integration.ensemble import Ensemble
@@ -49,14 +48,16 @@ class Histories:
     every: int = 1
 
     def __post_init__(self) -> None:
-        if isinstance(self.samples, Sized) and len(self.samples) > MOST_HISTORIES:
+        if isinstance(self.samples, list | tuple | range) and len(self.samples) > MOST_HISTORIES:
             raise ValueError(
                 f"histories.samples asks for {len(self.samples):,} histories, and a run keeps at most "
                 f"{MOST_HISTORIES:,}: choose some, such as Histories(range(100))"
             )
-        samples = np.atleast_1d(np.asarray(self.samples))
+        samples = np.atleast_1d(finite_numbers("histories.samples", self.samples))
+        if not np.any(samples % 1):
+            samples = samples.astype(np.int64)
         if samples.ndim != 1 or samples.size == 0:
-            given = reprlib.repr(self.samples)
+            given = shortened(self.samples)
             raise ValueError(f"histories.samples must be a row of at least one sample, got {given}")
         whole = tuple(whole_number("histories.samples", sample, 0) for sample in samples.tolist())
         object.__setattr__(self, "samples", whole)

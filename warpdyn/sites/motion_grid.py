@@ -113,6 +113,12 @@ class MotionGrid:
         # A number of each building of the inventory and each draw, and of each building that is chosen its point.
         check_memory(f"draws={count} of {len(inventory)} buildings", 8 * count * len(inventory), "take fewer draws")
         every = np.arange(len(inventory))
+        if rows is not None:
+            rows = np.asarray(rows) if isinstance(rows, list | tuple | np.ndarray | pd.Series) else np.zeros(0)
+            if rows.ndim != 1 or not rows.size or rows.dtype.kind not in "iub":
+                raise TypeError(
+                    "MotionGrid.at: rows must be a BuildingStock, or numbers or a mask of the inventory's rows"
+                )
         rows = every if rows is None else every[np.asarray(rows)]  # so that a mask chooses rows, too
         grid = self.longitude, self.latitude
         index, distance = nearest_points("MotionGrid.at", inventory, rows, *grid, neighbours, reach)

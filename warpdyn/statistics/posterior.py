@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, shortened, whole_number
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import measure_of_levels
 from warpdyn.core.units import unit_attributes
@@ -74,6 +74,8 @@ def fragility_posterior(
         raise ImportError('fragility_posterior needs pyFragility: pip install "warpdyn[estimators]"') from error
     draws, seed = whole_number("draws", draws, 100, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
+    if priors is not None and not isinstance(priors, Mapping):
+        raise TypeError(f"priors must map 'median' or 'dispersion' to a distribution, got {shortened(priors)}")
     priors = {} if priors is None else dict(priors)
     for name, distribution in priors.items():
         one_of("prior", name, tuple(PRIORS))

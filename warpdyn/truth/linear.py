@@ -7,6 +7,8 @@ from scipy.linalg import LinAlgError, eigh
 
 from warpdyn.core.checks import finite_numbers, real_number
 
+LARGEST_FREQUENCY = 1e9  # rad/s; sines of larger arguments have no digits left
+
 
 def harmonic_response(
     mass: np.ndarray,
@@ -55,6 +57,9 @@ def harmonic_response(
     amplitude = _vector("amplitude", amplitude, dof)
     frequency, phase = real_number("frequency [rad/s]", frequency), real_number("phase [rad]", phase)
     time = finite_numbers("time [s]", time)
+    real_number("frequency times the last time [rad]", frequency * float(np.max(np.abs(time), initial=0.0)))
+    if abs(frequency) > LARGEST_FREQUENCY:
+        raise ValueError(f"frequency must be at most {LARGEST_FREQUENCY:g} rad/s, got {frequency:g}")
     if time.ndim != 1 or time.size < 2 or time[0] < 0 or time[-1] <= time[0]:
         raise ValueError(f"time must be at least 2 rising instants from 0 s on, got shape {time.shape}")
     step = (time[-1] - time[0]) / (time.size - 1)
