@@ -25,6 +25,7 @@ from warpdyn.plots.style import (
     colours_of,
     grid,
     legend,
+    literal,
     logarithmic,
     panels,
     plain_numbers,
@@ -94,7 +95,7 @@ def drift_over_height(
             values, labels=names, fontsize=SMALL, color=DARK, rotation=25, ha="left", rotation_mode="anchor"
         )
     grid(axes)
-    legend(axes, beside=True, title=drawn.measure)
+    legend(axes, beside=True, title=literal(drawn.measure))
     title(axes, "Peak drift over height: median and 16 to 84 %")
     return result
 
@@ -139,7 +140,9 @@ def drift_against_intensity(
     for colour, (state, limit) in zip(colours_of([state for state, _ in limits], colours), limits, strict=True):
         axes.axhline(100 * limit, color=colour, lw=1)
         place = (0.01, 100 * limit)
-        axes.annotate(state, place, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS)
+        axes.annotate(
+            literal(state), place, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS
+        )
     axes.set_ylabel("Largest peak storey drift ratio [%]")
     return result
 
@@ -210,7 +213,7 @@ def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collap
         else:
             each, at = np.unique(np.stack([level[place], 100 * where_collapsed[place]]), axis=1)
             axes.scatter(each, at, **look)
-    axes.set_xlabel(drawn.measure)
+    axes.set_xlabel(literal(drawn.measure))
     set_scale(axes, scale, level.min(), level.max())
     plain_numbers(axes.yaxis)
     grid(axes)
@@ -257,7 +260,7 @@ def drift_distributions(
         share = drawn.collapsed.mean()
         remarks = [stripes[name]] * (not is_same and bool(stripes[name]))
         remarks += [f"{percent(share)} collapsed"] * bool(share)
-        words = f"{name}: {', '.join(remarks)}" if remarks else name
+        words = f"{literal(name)}: {', '.join(remarks)}" if remarks else literal(name)
         across = np.append(100 * drift[stands[:1]], 100 * drift[stands])
         axes.step(across, np.append(0.0, below[stands])[: across.size], where="post", color=colour, label=words)
         if share and stands.size:
@@ -308,7 +311,7 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
 
 def _stripe_of(drawn: Demands) -> str:
     """Return the level of a stripe in words."""
-    return f"{drawn.measure.rpartition(' [')[0]} = {drawn.level[0]:g} {_units_of_level(drawn)}"
+    return f"{literal(drawn.measure.rpartition(' [')[0])} = {drawn.level[0]:g} {_units_of_level(drawn)}"
 
 
 def _units_of_level(drawn: Demands) -> str:

@@ -24,6 +24,7 @@ from warpdyn.plots.style import (
     colours_of,
     grid,
     legend,
+    literal,
     panels,
     plain_numbers,
     title,
@@ -68,7 +69,7 @@ def ground_motions(
     row = colours_of([motion.name for motion in drawn], DARK if is_crowd else colours)
     for motion, colour, acceleration in zip(drawn, row, spectra / STANDARD_GRAVITY, strict=True):
         time = motion.step * np.arange(motion.acceleration.size)
-        name = motion.name if len(drawn) <= MOST_NAMED else None
+        name = literal(motion.name) if len(drawn) <= MOST_NAMED else None
         history.plot(time, motion.acceleration / STANDARD_GRAVITY, color=colour, lw=0.6, label=name)
         width = 1.2 if len(drawn) <= MOST_NAMED else 0.5
         growth.plot(time, husid(motion), color=colour, lw=width)
@@ -95,7 +96,7 @@ def _describe(motion: GroundMotion, history: Axes, growth: Axes, colour: str) ->
     peak = int(np.abs(motion.acceleration).argmax())
     at = peak * motion.step, motion.acceleration[peak] / STANDARD_GRAVITY
     history.plot(*at, "o", color=colour, ms=4)
-    title(history, f"{motion.name}: PGA {abs(at[1]):.3g} g at {at[0]:.4g} s, {motion.duration:.4g} s long")
+    title(history, f"{literal(motion.name)}: PGA {abs(at[1]):.3g} g at {at[0]:.4g} s, {motion.duration:.4g} s long")
     share = husid(motion)
     if not np.isfinite(share).all():
         return

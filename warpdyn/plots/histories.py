@@ -12,7 +12,19 @@ from matplotlib.axes import Axes
 from warpdyn.core.checks import check_dataset, whole_number
 from warpdyn.core.output_variables import COLLAPSED
 from warpdyn.plots.samples import check_run, label_of_measure
-from warpdyn.plots.style import COLLAPSE_COLOUR, COLOURS, SMALL, TITLE, Drawn, Picture, grid, legend, panels, title
+from warpdyn.plots.style import (
+    COLLAPSE_COLOUR,
+    COLOURS,
+    SMALL,
+    TITLE,
+    Drawn,
+    Picture,
+    grid,
+    legend,
+    literal,
+    panels,
+    title,
+)
 from warpdyn.statistics.stripe_counts import decoded_status
 
 PANELS_IN_A_ROW = 5
@@ -183,8 +195,8 @@ def _sample_title(dataset: xr.Dataset, chosen: xr.Dataset) -> str:
     if own is None:
         return text
     if "motion_index" in own.coords and "motion_name" in dataset:
-        text += f": {dataset['motion_name'].values[int(own['motion_index'])]}"
+        text += f": {literal(dataset['motion_name'].values[int(own['motion_index'])])}"
     if "im_level" in own.coords:
         name, _, units = label_of_measure(dataset).rpartition(" [")
-        text += f", {name} = {float(own['im_level']):.3g} {units.removesuffix(']')}"
+        text += f", {literal(name)} = {float(own['im_level']):.3g} {units.removesuffix(']')}"
     return text

@@ -23,6 +23,8 @@ COLLAPSE_COLOUR = "#D55E00"
 PALE, DARK = "0.7", "0.35"  # of what stands behind, and of remarks
 SMALL = 8  # points, of legends and remarks
 TITLE = 9
+LONGEST_NAME = 60  # letters
+NO_WIDTH = "\N{ZERO WIDTH SPACE}"
 # Of a name that stands among points or curves: a white edge around its letters, above them all.
 AMONG_POINTS: dict[str, Any] = {
     "fontsize": SMALL,
@@ -167,6 +169,19 @@ def grid(*axes: Axes) -> None:
     for each in axes:
         is_log = "log" in (each.get_xscale(), each.get_yscale())
         each.grid(alpha=0.3, which="both" if is_log else "major", lw=0.4 if is_log else 0.8)
+
+
+def literal(name: object) -> str:
+    """Return a name of the user's as matplotlib draws it letter by letter, in one line.
+
+    Two "$" would begin and end a formula, a label that begins with "_" is left out of legends, and a name of hundreds
+    of letters leaves no room for the axes.
+    """
+    words = " ".join(str(name).split()) or "(no name)"
+    if len(words) > LONGEST_NAME:
+        words = f"{words[: LONGEST_NAME - 3]}..."
+    words = words.replace("$", r"\$")
+    return f"{NO_WIDTH}{words}" if words.startswith("_") else words
 
 
 def title(axes: Axes, text: str) -> None:
