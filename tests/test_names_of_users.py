@@ -69,6 +69,8 @@ def test_figures(name):
         wd.plots.fragility_curves(curves),
         wd.plots.fragility_comparison({name: curves, "other": curves}),
         wd.plots.drift_against_intensity(both),
+        wd.plots.drift_over_height(both),
+        wd.plots.ida_curves(both),
         wd.plots.drift_distributions({name: run, "other": run}, level=0.4),
         wd.plots.hazard_and_rates(curves, hazard),
         wd.plots.disaggregation(wd.disaggregate(curves, hazard)),
@@ -123,6 +125,7 @@ def test_html_and_json(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.filterwarnings("ignore:Glyph .* missing from font")
 def test_reports(name, tmp_path):
     building = wd.ShearBuilding(2e5, [2e8, 1.8e8, 1.5e8], 3.0, damping="rayleigh", damping_ratio=0.05)
     run, curves = curves_of(name, "complete")

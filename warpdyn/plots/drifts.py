@@ -90,7 +90,7 @@ def drift_over_height(
     if limits:  # named on an axis of their own, above which the title finds its place
         above = axes.secondary_xaxis("top")
         above.xaxis.set_minor_locator(ticker.NullLocator())
-        names, values = [state for state, _ in limits], [100 * limit for _, limit in limits]
+        names, values = [literal(state) for state, _ in limits], [100 * limit for _, limit in limits]
         above.set_xticks(
             values, labels=names, fontsize=SMALL, color=DARK, rotation=25, ha="left", rotation_mode="anchor"
         )
