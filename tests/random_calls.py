@@ -29,7 +29,8 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
-from sound_calls import Call, with_runs, without_runs
+from sound_calls import Call, without_runs
+from sound_calls_of_runs import with_runs
 
 import warpdyn as wd
 
@@ -144,7 +145,7 @@ def outcome(call: Call, arguments: dict[str, Any], names: list[str]) -> tuple[st
         except (ValueError, TypeError, OSError, MemoryError) as error:
             text = str(error)
             kind = type(error).__name__
-            bare = type(error) is MemoryError or type(error).__module__ not in ("builtins", "warpdyn.core.sizes")
+            bare = type(error) is MemoryError or type(error).__module__ not in ("builtins", "warpdyn.core.checks")
             # An error of a file names the file.
             is_of_file = any(each and each in text for each in given)
             if (names_argument(text, names) or is_of_file) and not bare:

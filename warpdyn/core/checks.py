@@ -20,7 +20,7 @@ LONGEST_ROW = 2**27  # 1 GB
 LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
 
 
-def check_kind(function: str, what: str, value: object, kind: type, advice: str = "") -> None:
+def check_kind(function: str, what: str, value: object, kind: type, advice: str = "", *, argument: str = "") -> None:
     """Raise a TypeError unless an argument of a function is of the class that the function takes.
 
     Args:
@@ -29,19 +29,22 @@ def check_kind(function: str, what: str, value: object, kind: type, advice: str 
         value: The argument.
         kind: The class.
         advice: What to give instead.
+        argument: The name of the argument.
     """
     if not isinstance(value, kind):
         hint = f"; {advice}" if advice else ""
         given = f"the class {value.__name__} itself" if isinstance(value, type) else type(value).__name__
-        raise TypeError(f"{function}() takes {what}, got {given}{hint}")
+        named = f" as {argument}" if argument not in ("", "dataset") else ""
+        raise TypeError(f"{function}() takes {what}, got {given}{hint}{named}")
 
 
 def check_dataset(function: str, dataset: Any, *names: str, advice: str, argument: str = "dataset") -> None:
     """Raise an error with advice unless an argument is a dataset that has these variables or attributes."""
-    check_kind(function, f"a Dataset as {argument}", dataset, xr.Dataset, advice)
+    check_kind(function, "a Dataset", dataset, xr.Dataset, advice, argument=argument)
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
     if missing:
-        raise ValueError(f"the dataset has no {', '.join(missing)}: {advice}")
+        named = "" if argument == "dataset" else f" as {argument}"
+        raise ValueError(f"the dataset has no {', '.join(missing)}: {advice}{named}")
 
 
 def one_of(what: str, name: object, allowed: Collection[str]) -> None:
@@ -137,3 +140,39 @@ def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
         where = f"[{', '.join(map(str, place))}]" if place else ""
         raise ValueError(f"{what}{where} is {array[place]}; every value must be finite")
     return array
+
+
+class TooLargeError(ValueError, MemoryError):
+    """An argument asks for more memory than this machine has free."""
+
+
+def free_memory() -> int:
+    """Return the free memory of this machine [bytes], with what the system would give back of its file cache."""
+    try:
+        with open("/proc/meminfo") as lines:
+            return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
+    except (OSError, StopIteration):  # other systems: a modest guess
+        return 2**30
+
+
+def check_memory(what: str, needed: float, remedy: str, *, limit: int | None = None) -> None:
+    """Raise a TooLargeError if arrays that an argument asks for do not fit in the free memory.
+
+    Args:
+        what: What needs the memory, with the argument and its value.
+        needed: Bytes of these arrays.
+        remedy: What to do instead.
+        limit: Bytes that the user allows; None for the free memory.
+    """
+    if limit is not None and needed > limit:
+        raise TooLargeError(f"{what} needs {in_words(needed)} of memory, and memory={limit} allows less: {remedy}")
+    if needed > (free := free_memory()):
+        raise TooLargeError(f"{what} needs {in_words(needed)} of memory, and {in_words(free)} are free: {remedy}")
+
+
+def in_words(size: float) -> str:
+    """Return a number of bytes with a unit."""
+    for unit, value in (("GB", 1e9), ("MB", 1e6)):
+        if size >= value:
+            return f"{size / value:.3g} {unit}"
+    return f"{size:.0f} bytes"

@@ -28,9 +28,9 @@ def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
     advice = "give {'taxonomy': dataset}"
     if isinstance(datasets, xr.Dataset):  # which is a mapping too
         raise TypeError(
-            f"{function}() takes a mapping of taxonomies to datasets as {argument}, got one Dataset; {advice}"
+            f"{function}() takes a mapping of taxonomies to datasets, got one Dataset; {advice} as {argument}"
         )
-    check_kind(function, f"a mapping of taxonomies to datasets as {argument}", datasets, Mapping, advice)
+    check_kind(function, "a mapping of taxonomies to datasets", datasets, Mapping, advice, argument=argument)
     assert isinstance(datasets, Mapping)
     if not datasets:
         raise ValueError(f"{function}() takes at least one taxonomy, got an empty mapping")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import ClassVar
 
 import numpy as np
@@ -227,7 +228,8 @@ class SpectralAcceleration(IntensityMeasure):
     units = "m s-2"
 
     def __post_init__(self) -> None:
-        real_number("period [s]", self.period, above=0)
+        if not isinstance(self.period, Real) or isinstance(self.period, bool | np.bool_):
+            raise ValueError(f"period must be one number [s], got {shortened(self.period)}")
         checked_periods(self.period)
         _check_damping_ratio(self.damping_ratio)
 
@@ -241,6 +243,9 @@ class SpectralAcceleration(IntensityMeasure):
 
         Args:
             motion: The motion.
+
+        Raises:
+            TypeError: If `motion` is not a GroundMotion.
         """
         _check_motion(motion)
         return float(self.values([motion])[0])
@@ -361,5 +366,8 @@ def _check_motion(motion: object) -> None:
 
 
 def _check_damping_ratio(damping_ratio: float) -> None:
-    if not real_number("damping_ratio", damping_ratio, least=0) < 1:
-        raise ValueError(f"damping_ratio must be below 1, got {damping_ratio!r}")
+    is_number = isinstance(damping_ratio, Real) and not isinstance(damping_ratio, bool | np.bool_)
+    if not is_number or not 0 <= damping_ratio < 1:
+        raise ValueError(
+            f"damping_ratio must be a number from 0 up to but not including 1, got {shortened(damping_ratio)}"
+        )

@@ -95,6 +95,9 @@ class GroundMotion(FrozenArrays):
 
         Args:
             step: Step of the new samples [s].
+
+        Raises:
+            ValueError: If the step is not above 0, or so short that there would be more than 2^26 samples.
         """
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 

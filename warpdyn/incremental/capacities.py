@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import one_of, real_number, real_numbers, true_or_false, whole_number
+from warpdyn.core.checks import check_memory, one_of, real_number, real_numbers, true_or_false, whole_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.progress import counted_histories
-from warpdyn.core.sizes import check_memory
 from warpdyn.ground_motions.designs import Cloud, Design, Stripes
 from warpdyn.incremental.labels import Found, labelled_capacities
 from warpdyn.incremental.pairs import DRIFT_RATIO, Pairs

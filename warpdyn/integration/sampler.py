@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from warpdyn.core.checks import check_memory
 from warpdyn.core.random_numbers import Purpose
-from warpdyn.core.sizes import check_memory
 from warpdyn.core.thread_pool import in_parts
 from warpdyn.kernels.arguments import lane_rows
 from warpdyn.kernels.auxiliary.sampling import correlate_normals, fill_uniforms

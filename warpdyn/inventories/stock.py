@@ -13,7 +13,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.inventories.rules import HazusRule, Rule, named_by
 from warpdyn.inventories.table import named_rows
-from warpdyn.scene.portfolio import Archetype, Portfolio
+from warpdyn.scene.portfolio import Archetype, Portfolio, named as of_archetype
 from warpdyn.scene.scatter import Scatter
 from warpdyn.structures.hazus import DESIGN_LEVELS, building_types, hazus_drift_limits
 from warpdyn.structures.shear_building import ShearBuilding
@@ -91,8 +91,9 @@ class BuildingStock:
 
         Raises:
             ValueError: If its rows are not as many, or an id differs.
+            TypeError: If `inventory` is not a DataFrame.
         """
-        check_kind("BuildingStock", "a DataFrame as inventory", inventory, pd.DataFrame)
+        check_kind("BuildingStock", "a DataFrame", inventory, pd.DataFrame, argument="inventory")
         if "id" not in inventory:
             raise ValueError(
                 f"the inventory has no column 'id', only {', '.join(map(str, inventory.columns))}: give the one that "
@@ -235,13 +236,14 @@ def portfolio(
     made: dict[str, Archetype] = {}
     found_limits: dict[str, Mapping[str, float]] = {}
     for name, count in zip(named.names, counts.tolist(), strict=True):
-        if name in own:
-            one = own[name]
-            made[name] = Archetype(one.building, count, one.scatter, one.correlation)
-        else:
-            kind, level, storeys = named.hazus.get(name) or _hazus_parts(name, own)
-            made[name] = Archetype(building(kind, level, storeys), count, scatter or {}, correlation or {})
-            found_limits[name] = hazus_drift_limits(kind, level)
+        with of_archetype(name):
+            if name in own:
+                one = own[name]
+                made[name] = Archetype(one.building, count, one.scatter, one.correlation)
+            else:
+                kind, level, storeys = named.hazus.get(name) or _hazus_parts(name, own)
+                made[name] = Archetype(building(kind, level, storeys), count, scatter or {}, correlation or {})
+                found_limits[name] = hazus_drift_limits(kind, level)
         if name in own_limits:
             found_limits[name] = own_limits[name]
     # Few archetypes fit into 16 bits, whose stable sort takes a time in proportion to the buildings.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpdyn.core import sizes
+from warpdyn.core import checks
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.thread_pool import as_finished
 from warpdyn.kernels.arguments import as_field, blank_value, check_held, wrapped
@@ -62,7 +62,7 @@ def free_memory(device: str) -> int:
     """Return the memory that is free on a device [bytes]."""
     if device != "cpu":
         return wp.get_device(device).free_memory
-    return sizes.free_memory()
+    return checks.free_memory()
 
 
 def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:

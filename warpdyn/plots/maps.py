@@ -51,7 +51,7 @@ def damage_map(
         >>> figure = wd.plots.damage_map(results)  # mean loss ratios
         >>> figure = wd.plots.damage_map(results, "slight", cell=5.0)  # km
     """
-    check_kind("plots.damage_map", "a DataFrame as results", results, pd.DataFrame, _ADVICE)
+    check_kind("plots.damage_map", "a DataFrame", results, pd.DataFrame, _ADVICE, argument="results")
     value, weight, words = _values_of(results, state)
     longitude, latitude = (results[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude"))
     known = np.isfinite(value) & np.isfinite(longitude) & np.isfinite(latitude) & (weight > 0)

@@ -250,13 +250,13 @@ class HazardLogicTree(FrozenArrays):
     def __init__(self, curves: Sequence[HazardCurve], weights: Sequence[float]) -> None:
         if isinstance(curves, HazardCurve | str | range) or not isinstance(curves, Sequence):
             raise TypeError(
-                f"HazardLogicTree() takes a row of HazardCurves as curves, such as [curve], got {type(curves).__name__}"
+                f"HazardLogicTree() takes a row of HazardCurves, such as [curve], got {type(curves).__name__}"
             )
         branches = tuple(curves)
         if not branches:
             raise ValueError("a logic tree needs at least one hazard curve")
         for each in branches:
-            check_kind("HazardLogicTree", "HazardCurves as curves", each, HazardCurve)
+            check_kind("HazardLogicTree", "HazardCurves", each, HazardCurve, argument="curves")
         values = _positive_points("weights", weights)
         if values.size != len(branches):
             raise ValueError(f"the logic tree has {len(branches)} curves and {values.size} weights")

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from warpdyn.core.sizes import check_memory
+from warpdyn.core.checks import check_memory
 from warpdyn.integration import packing
 from warpdyn.integration.run import Run
 from warpdyn.kernels.queues import BLOCKS_ON_A_GPU, free_memory

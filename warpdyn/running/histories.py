@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.scattered_steps import shorten_steps
-from warpdyn.core.checks import finite_numbers, shortened, whole_number
+from warpdyn.core.checks import check_memory, finite_numbers, shortened, whole_number
 from warpdyn.core.output_variables import DIVERGED
-from warpdyn.core.sizes import check_memory
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
 from warpdyn.integration.settings import Integration

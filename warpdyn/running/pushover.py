@@ -65,7 +65,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
                [-305., -205.],
                [  95.,   95.]])
     """
-    check_kind("storey_hysteresis", "a ShearBuilding as building", building, ShearBuilding)
+    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding, argument="building")
     path = finite_numbers("drift", drift)
     if path.ndim == 1:
         path = np.repeat(path[:, None], building.storeys, axis=1)
@@ -114,7 +114,7 @@ def pushover(
         >>> (pushed["base_shear"][::25] / 1e3).round().values  # kN
         array([  0., 315., 342., 368., 395.])
     """
-    check_kind("pushover", "a ShearBuilding as building", building, ShearBuilding)
+    check_kind("pushover", "a ShearBuilding", building, ShearBuilding, argument="building")
     path = finite_numbers("roof_displacement", roof_displacement)
     if path.ndim != 1 or not path.size:
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")

@@ -49,9 +49,9 @@ class Archetype:
         if not isinstance(self.building, ShearBuilding):
             given = self.building
             got = f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
-            raise TypeError(f"building of an Archetype must be a ShearBuilding, got {got}")
+            raise TypeError(f"building must be a ShearBuilding, got {got}")
         if self.count is not None:
-            whole_number("count of an Archetype", self.count, 1, MOST_BUILDINGS)
+            whole_number("count", self.count, 1, MOST_BUILDINGS)
         check_scatter(self.building, self.scatter)
         check_correlation(self.building, self.scatter, self.correlation)
         self.buildings()  # the lengths of lists agree with it

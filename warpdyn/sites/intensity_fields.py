@@ -121,7 +121,7 @@ def scale_records(
         >>> grid.scale.shape  # point, earthquake, component
         (4, 1, 1)
     """
-    check_kind("scale_records", "a DataArray of intensities as field", field, xr.DataArray)
+    check_kind("scale_records", "a DataArray of intensities", field, xr.DataArray, argument="field")
     name = str(field.name)
     measure = measure_named(name)
     if measure is None:

@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, whole_number
+from warpdyn.core.checks import check_dataset, check_kind, check_memory, one_of, real_number, whole_number
 from warpdyn.core.random_numbers import Purpose, uniform_rows
-from warpdyn.core.sizes import check_memory
 from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion
@@ -102,7 +101,7 @@ class MotionGrid:
             >>> design = grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3, seed=1)
             >>> region = wd.Scene(stock.portfolio, design, recorders=("drift",))
         """
-        check_kind("MotionGrid.at", "a DataFrame as inventory", inventory, pd.DataFrame)
+        check_kind("MotionGrid.at", "an inventory", inventory, pd.DataFrame, argument="inventory")
         one_of("choice", choice, (DRAW, MEAN))
         count = len(self.earthquakes) if draws is None else whole_number("draws", draws, 1)
         neighbours, seed = whole_number("neighbours", neighbours, 1), whole_number("seed", seed, 0)
@@ -180,7 +179,7 @@ def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
         [0, 0, 1, 1, 1, 0]
     """
     check_dataset("label_samples", run, "sample", advice="give what simulate() returned", argument="run")
-    check_kind("label_samples", "the MotionsAtSites of the run as design", design, MotionsAtSites)
+    check_kind("label_samples", "the MotionsAtSites of the run", design, MotionsAtSites, argument="design")
     site = np.asarray(design.site)
     structure, place = np.divmod(run["sample"].values.astype(np.int64), design.samples_per_structure)
     if structure.size and structure.max() >= site.shape[0]:

@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_kind, finite_numbers, whole_number
+from warpdyn.core.checks import check_kind, check_memory, finite_numbers, whole_number
 from warpdyn.core.random_numbers import Purpose
-from warpdyn.core.sizes import check_memory
 from warpdyn.sites.places import EARTH_RADIUS, arc, unit_vectors
 from warpdyn.sites.spatial_correlations import SpatialCorrelation
 
@@ -58,10 +57,10 @@ def correlated_fields(
         >>> dict(fields.sizes)
         {'earthquake': 50, 'point': 4}
     """
-    check_kind("correlated_fields", "a DataArray as median", median, xr.DataArray)
+    check_kind("correlated_fields", "a DataArray of medians", median, xr.DataArray, argument="median")
     if set(median.dims) != {"earthquake", "point"}:
         raise ValueError(f"correlated_fields: median must have the dimensions earthquake and point, got {median.dims}")
-    check_kind("correlated_fields", "a SpatialCorrelation as correlation", correlation, SpatialCorrelation)
+    check_kind("correlated_fields", "a SpatialCorrelation", correlation, SpatialCorrelation, argument="correlation")
     draws = whole_number("draws", draws, 1)
     median = median.transpose("earthquake", "point")
     tau, phi = finite_numbers("between", between), finite_numbers("within", within)
@@ -118,7 +117,9 @@ def within_event_residuals(
         raise ValueError(
             f"longitude and latitude must be rows of one value a point, got shapes {lon.shape} and {lat.shape}"
         )
-    check_kind("within_event_residuals", "a SpatialCorrelation as correlation", correlation, SpatialCorrelation)
+    check_kind(
+        "within_event_residuals", "a SpatialCorrelation", correlation, SpatialCorrelation, argument="correlation"
+    )
     draws = whole_number("draws", draws, 1)
     check_memory(f"draws={draws} fields at {lon.size} points", 24 * draws * lon.size, FEWER)
     random = np.random.default_rng([whole_number("seed", seed, 0), Purpose.WITHIN_EARTHQUAKES])

@@ -74,10 +74,10 @@ def building_results(
         2  c             0.500             8
     """
     check_dataset(_FUNCTION, counted, advice="give what simulate(..., statistics=...) returned", argument="counted")
-    check_kind(_FUNCTION, "a BuildingStock as stock", stock, BuildingStock, "as wd.inventories.portfolio returns it")
-    check_kind(
-        _FUNCTION, "a DataFrame as inventory", inventory, pd.DataFrame, "as the readers of wd.inventories return it"
-    )
+    as_returned = "as wd.inventories.portfolio returns it"
+    check_kind(_FUNCTION, "a BuildingStock", stock, BuildingStock, as_returned, argument="stock")
+    as_read = "as the readers of wd.inventories return it"
+    check_kind(_FUNCTION, "an inventory", inventory, pd.DataFrame, as_read, argument="inventory")
     name = counts_over(_FUNCTION, counted, ("building",))
     _check_run(counted, stock)
     stock.check(inventory)

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Law, Parameter
 from warpdyn.laws.building_law import missing_at
@@ -136,6 +137,12 @@ class ProtectedChain:
         frequency_ratio = real_number("frequency_ratio", frequency_ratio, above=0)
         damping_ratio = real_number("damping_ratio", damping_ratio, least=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
+        findings = PlausibilityFindings()
+        findings.add("tuned_mass_ratio", ratio)
+        findings.add("tuned_frequency_ratio", frequency_ratio)
+        if damping_ratio > 0:
+            findings.add("tuned_damping_ratio", damping_ratio)
+        findings.warn()
         first = self.modal().isel(mode=0)
         shape = first["shape"].values / first["shape"].values[-1]
         mass = ratio * float(self.parameters["mass"] @ shape**2)

@@ -30,7 +30,7 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
         >>> round(abs(float(wd.records.detrend(motion, "constant").acceleration.mean())), 9)
         0.0
     """
-    check_kind("detrend", "a GroundMotion as motion", motion, GroundMotion)
+    check_kind("detrend", "a GroundMotion", motion, GroundMotion, argument="motion")
     from scipy import signal  # which takes half a second to import
 
     one_of("trend", trend, ("constant", "linear"))
@@ -59,7 +59,7 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
         >>> len(filtered.acceleration) == len(motions[0].acceleration)
         True
     """
-    check_kind("band_pass", "a GroundMotion as motion", motion, GroundMotion)
+    check_kind("band_pass", "a GroundMotion", motion, GroundMotion, argument="motion")
     from scipy import signal  # which takes half a second to import
 
     half = 0.5 / motion.step
@@ -99,7 +99,7 @@ def trim(motion: GroundMotion, start: float = 0.05, end: float = 0.95, pad: floa
         >>> round(strong.duration, 2), round(motions[0].duration, 2)
         (4.08, 9.98)
     """
-    check_kind("trim", "a GroundMotion as motion", motion, GroundMotion)
+    check_kind("trim", "a GroundMotion", motion, GroundMotion, argument="motion")
     real_number("start", start, above=0)
     real_number("end", end, above=0)
     real_number("pad [s]", pad, least=0)

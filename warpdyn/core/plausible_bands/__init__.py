@@ -6,100 +6,40 @@ Bounds refuse what cannot be; a band is of what is seldom meant: a value outside
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
-import numpy as np
-
+from warpdyn.core.plausible_bands.band import (
+    ACCELERATION,
+    FORCE,
+    IN_PERCENT,
+    LARGEST_RECORDED,
+    LENGTH,
+    MASS,
+    STIFFNESS,
+    TAKEN_FOR_G,
+    TIME,
+    Band,
+    Mistakes,
+    given_in,
+    given_one_in,
+    with_units,
+)
+from warpdyn.core.plausible_bands.devices import DEVICE_BANDS
 from warpdyn.core.units import STANDARD_GRAVITY
 
 # The top storeys of FEMA's Hazus buildings without seismic design yield at 9.5e-5; forces in kN lead to 5e-5 at most.
 LEAST_YIELD_DRIFT_RATIO = 7e-5
 # Slope of the highest hazard of any site in logarithms, by which a factor of the intensity is one of the rate.
 HIGHEST_HAZARD_SLOPE = 1.7
-MOST_MISTAKES = 2  # told of one value with what it would be
-MOST_NAMED = 3  # told of a value that no mistake explains
-
-
-@dataclass(frozen=True)
-class Band:
-    """What is usual of a quantity.
-
-    Args:
-        words: The quantity in words.
-        units: The unit that it is taken in.
-        low: Least usual value.
-        high: Largest usual value.
-        mistakes: Likely mistakes, each a clause, and the factor that takes the value to what was then meant; None where
-            no factor undoes the mistake.
-        typical: Value that the likeliest mistakes lead to; None for the middle of the band.
-    """
-
-    words: str
-    units: str
-    low: float
-    high: float
-    mistakes: Mapping[str, float | None]
-    typical: float | None = None
-
-    def finding(self, value: float, where: str, high: float) -> str:
-        """Return a sentence on a value outside the band: the quantity, the unit it was taken in, likely mistakes."""
-        usual = f"at most {high:.4g}" if self.low == 0 else f"{self.low:g} to {high:.4g}"
-        meant = {clause: value * factor for clause, factor in self.mistakes.items() if factor is not None}
-        others = [clause for clause, factor in self.mistakes.items() if factor is None]
-        fitting = {clause: m for clause, m in meant.items() if self.low <= m <= high}
-        middle = self.typical or (np.sqrt(self.low * high) if self.low > 0 else high)
-        likely = sorted(fitting, key=lambda clause: abs(np.log(fitting[clause] / middle)))[:MOST_MISTAKES]
-        told = [f"{clause}, it would be {fitting[clause]:.3g}{self._unit}" for clause in likely] + others
-        if value == 0 and meant:
-            told = ["in any unit it is zero"]
-        elif not told:
-            told = [f"no usual mistake alone explains it ({', '.join(list(meant)[:MOST_NAMED])})"]
-        return f"{self.words}{where} is {value:.6g}{self._unit} (usual: {usual}{self._unit}): {', or '.join(told)}"
-
-    @property
-    def _unit(self) -> str:
-        return "" if self.units == "1" else f" {self.units}"
-
-
-Mistakes = dict[str, float | None]
-# Units that are often given in place of ours, each with what it is of ours.
-LENGTH = {"mm": 1e-3, "cm": 1e-2, "feet": 0.3048}
-TIME = {"ms": 1e-3}
-FORCE = {"kN": 1e3, "MN": 1e6, "kg": STANDARD_GRAVITY, "tonnes": 1e3 * STANDARD_GRAVITY}
-STIFFNESS = {"kN/m or N/mm": 1e3, "kN/mm or MN/m": 1e6}
-MASS = {"tonnes": 1e3, "kN of weight": 1e3 / STANDARD_GRAVITY}
-ACCELERATION = {"g": STANDARD_GRAVITY, "cm/s2 (gal)": 1e-2, "mm/s2": 1e-3, "% g": STANDARD_GRAVITY / 100}
-# Of recorded horizontal components hardly one goes beyond 2 g: 2.7 g at Tsukidate in 2011 (K-NET, MYG004).
-LARGEST_RECORDED = 2 * STANDARD_GRAVITY
-TAKEN_FOR_G = {"given in m/s2 and taken for g": 1 / STANDARD_GRAVITY}
-IN_PERCENT = {"percent": 1e-2}
-
-
-def _with(what: str, units: Mapping[str, float], power: float = 1.0) -> Mistakes:
-    """Return the mistakes of giving an input in other units, of a quantity that goes by a power of this input."""
-    return {f"with {what} given in {unit}": factor**power for unit, factor in units.items()}
-
-
-def _given(units: Mapping[str, float]) -> Mistakes:
-    """Return the mistakes of giving the quantity itself in other units."""
-    return {f"given in {unit}": factor for unit, factor in units.items()}
-
-
-def _given_one(units: Mapping[str, float]) -> Mistakes:
-    """Return the mistakes of giving one value of several in other units, of the ratio of the larger to the smaller."""
-    return {f"with one given in {unit}": 1 / factor for unit, factor in units.items() if factor > 10}
-
-
-_PERIOD = _with("stiffness", STIFFNESS, -0.5) | _with("mass", MASS, 0.5)
-_FACTOR: Mistakes = _with("motions", ACCELERATION, -1) | {
+_PERIOD = with_units("stiffness", STIFFNESS, -0.5) | with_units("mass", MASS, 0.5)
+_FACTOR: Mistakes = with_units("motions", ACCELERATION, -1) | {
     f"with levels given in {unit}": ours / STANDARD_GRAVITY for unit, ours in ACCELERATION.items() if unit != "g"
 }
 _FACTOR |= {"with levels given in m/s2": 1 / STANDARD_GRAVITY}
 _LEVEL: Mistakes = {f"given in {unit}": ours / STANDARD_GRAVITY for unit, ours in ACCELERATION.items() if unit != "g"}
 _LEVEL |= {"given in m/s2": 1 / STANDARD_GRAVITY}
 VELOCITY = {"cm/s": 1e-2, "mm/s": 1e-3}
-_IN_VELOCITIES = _given(VELOCITY)
-_RATIO = _given(IN_PERCENT) | {"given as a drift in mm of a storey of 3 m": 1 / 3000}
+_IN_VELOCITIES = given_in(VELOCITY)
+_RATIO = given_in(IN_PERCENT) | {"given as a drift in mm of a storey of 3 m": 1 / 3000}
 _SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
 _AS_FREQUENCY: Mistakes = {"given as a frequency in Hz": None}
 _DAMPED: Mistakes = {"damping='none' is the default; 5 % of critical is damping='rayleigh', damping_ratio=0.05": None}
@@ -119,7 +59,7 @@ def _over_highest(units: Mapping[str, float], power: float = 1.0) -> Band:
 
 
 def _of_hazard(words: str, unit: str, high: float, units: Mapping[str, float]) -> Band:
-    return Band(f"{words} of a hazard curve", unit, 0.0, high, _given(units))
+    return Band(f"{words} of a hazard curve", unit, 0.0, high, given_in(units))
 
 
 # By name: words, unit, least and largest usual value, likely mistakes with the factor that undoes each. Inputs stand
@@ -130,7 +70,7 @@ BANDS: Mapping[str, Band] = {
         "1",
         0.1,
         10.0,
-        _given(IN_PERCENT) | {"as a value rather than a factor: RandomValue takes it": None} | _SPREAD,
+        given_in(IN_PERCENT) | {"as a value rather than a factor: RandomValue takes it": None} | _SPREAD,
     ),
     "random_value": Band(
         "random value over the nominal one",
@@ -139,104 +79,114 @@ BANDS: Mapping[str, Band] = {
         1e2,
         {"as a factor rather than a value: RandomFactor takes it": None, "given in another unit": None} | _SPREAD,
     ),
-    "storey_height": Band("storey height", "m", 1.5, 30.0, _given(LENGTH)),
+    "storey_height": Band("storey height", "m", 1.5, 30.0, given_in(LENGTH)),
     "mass_of_neighbours": Band(
-        "mass of a floor over that of a neighbouring one", "1", 0.0, 50.0, _given_one(MASS) | _WITH_ONE
+        "mass of a floor over that of a neighbouring one", "1", 0.0, 50.0, given_one_in(MASS) | _WITH_ONE
     ),
     "stiffness_of_neighbours": Band(
-        "stiffness of a storey over that of a neighbouring one", "1", 0.0, 200.0, _given_one(STIFFNESS) | _WITH_ONE
+        "stiffness of a storey over that of a neighbouring one", "1", 0.0, 200.0, given_one_in(STIFFNESS) | _WITH_ONE
     ),
     "gravity_load_of_neighbours": Band(
-        "gravity load on a storey over that on a neighbouring one", "1", 0.0, 100.0, _given_one(FORCE) | _WITH_ONE
+        "gravity load on a storey over that on a neighbouring one", "1", 0.0, 100.0, given_one_in(FORCE) | _WITH_ONE
     ),
-    "displacement_capacity": Band("displacement capacity", "m", 0.02, 20.0, _given(LENGTH)),
+    **DEVICE_BANDS,
+    "displacement_capacity": Band("displacement capacity", "m", 0.02, 20.0, given_in(LENGTH)),
     "capacity_period": Band(
         "first period of the chain with this capacity curve",
         "s",
         0.02,
         20.0,
         {"with displacement given in mm and capacity in kN": 1e-3}
-        | _with("displacement", {"mm": 1e-3, "cm": 1e-2}, 0.5)
-        | _with("capacity", {"kN": 1e3, "g": G}, -0.5)
-        | _with("mass", MASS, 0.5),
+        | with_units("displacement", {"mm": 1e-3, "cm": 1e-2}, 0.5)
+        | with_units("capacity", {"kN": 1e3, "g": G}, -0.5)
+        | with_units("mass", MASS, 0.5),
     ),
     "capacity_yield_drift_ratio": Band(
         "yield drift ratio of the chain with this capacity curve",
         "1",
         LEAST_YIELD_DRIFT_RATIO,
         0.05,
-        _with("displacement", LENGTH) | _with("height", LENGTH, -1),
+        with_units("displacement", LENGTH) | with_units("height", LENGTH, -1),
     ),
     "capacity_base_shear_coefficient": Band(
         "strength of this capacity curve over the weight",
         "1",
         1e-3,
         10.0,
-        _with("capacity", {"kN": 1e3, "MN": 1e6, "g": G}) | _with("mass", MASS, -1),
+        with_units("capacity", {"kN": 1e3, "MN": 1e6, "g": G}) | with_units("mass", MASS, -1),
     ),
     "gravity_load_over_weight": Band(
-        "gravity load over mass times g", "1", 0.15, 10.0, _with("gravity_load", FORCE) | _with("mass", MASS, -1)
+        "gravity load over mass times g",
+        "1",
+        0.15,
+        10.0,
+        with_units("gravity_load", FORCE) | with_units("mass", MASS, -1),
     ),
-    "first_period": Band("first period", "s", 0.02, 20.0, _PERIOD | _given(TIME)),
+    "first_period": Band("first period", "s", 0.02, 20.0, _PERIOD | given_in(TIME)),
     "first_period_over_height": Band(
-        "first period over height", "s/m", 5e-3, 1.0, _PERIOD | _with("height", LENGTH, -1)
+        "first period over height", "s/m", 5e-3, 1.0, _PERIOD | with_units("height", LENGTH, -1)
     ),
     "yield_drift_ratio": Band(
         "yield drift ratio",
         "1",
         LEAST_YIELD_DRIFT_RATIO,
         0.05,
-        _with("yield_force", FORCE) | _with("stiffness", STIFFNESS, -1) | _with("height", LENGTH, -1),
+        with_units("yield_force", FORCE) | with_units("stiffness", STIFFNESS, -1) | with_units("height", LENGTH, -1),
     ),
     "yield_base_shear_coefficient": Band(
         "yield force of the first storey over the weight",
         "1",
         1e-3,
         10.0,
-        _with("yield_force", FORCE) | _with("mass", MASS, -1),
+        with_units("yield_force", FORCE) | with_units("mass", MASS, -1),
     ),
     "stability_coefficient": Band(
         "largest P-Delta coefficient, gravity load over stiffness times height",
         "1",
         1e-4,
         1.0,
-        _with("gravity_load", FORCE) | _with("height", LENGTH, -1),
+        with_units("gravity_load", FORCE) | with_units("height", LENGTH, -1),
     ),
     "plastic_drift_ratio": Band(
-        "plastic drift to capping over storey height", "1", 1e-3, 0.5, _given(LENGTH) | _with("height", LENGTH, -1)
+        "plastic drift to capping over storey height",
+        "1",
+        1e-3,
+        0.5,
+        given_in(LENGTH) | with_units("height", LENGTH, -1),
     ),
-    "clearance_over_height": Band("clearance over storey height", "1", 0.0, 0.3, _with("clearance", LENGTH)),
+    "clearance_over_height": Band("clearance over storey height", "1", 0.0, 0.3, with_units("clearance", LENGTH)),
     "slip_force_over_weight": Band(
-        "slip force over the weight above", "1", 1e-3, 10.0, _given(FORCE) | _with("mass", MASS, -1)
+        "slip force over the weight above", "1", 1e-3, 10.0, given_in(FORCE) | with_units("mass", MASS, -1)
     ),
     "damping_ratio": Band(
         "damping ratio of the first mode",
         "1",
         1e-4,
         0.2,
-        _given(IN_PERCENT) | _with("damping_coefficient", {"kN s/m": 1e3, "MN s/m": 1e6}),
+        given_in(IN_PERCENT) | with_units("damping_coefficient", {"kN s/m": 1e3, "MN s/m": 1e6}),
     ),
     "damper_damping_ratio": Band(
         "damping ratio that the viscous dampers add to the first mode",
         "1",
         1e-3,
         2.0,
-        _with("damper_coefficient", {"kN s/m": 1e3, "MN s/m": 1e6}),
+        with_units("damper_coefficient", {"kN s/m": 1e3, "MN s/m": 1e6}),
     ),
     "damper_force_over_weight": Band(
         "force of a viscous damper at 1 m/s over the weight above",
         "1",
         1e-3,
         10.0,
-        _with("damper_coefficient", {"kN (s/m)^exponent": 1e3, "MN (s/m)^exponent": 1e6}) | _with("mass", MASS, -1),
+        with_units("damper_coefficient", {"kN (s/m)^exponent": 1e3, "MN (s/m)^exponent": 1e6})
+        | with_units("mass", MASS, -1),
     ),
     "no_damping": Band("damping ratio of the first mode", "1", 1e-4, 0.2, _DAMPED),
-    "record_step": Band("record step", "s", 5e-4, 0.05, _given(TIME) | _AS_FREQUENCY),
+    "record_step": Band("record step", "s", 5e-4, 0.05, given_in(TIME) | _AS_FREQUENCY),
     "peak_ground_acceleration": Band(
-        "peak ground acceleration", "m/s2", 1e-4 * G, LARGEST_RECORDED, TAKEN_FOR_G | _given(ACCELERATION), 0.3 * G
+        "peak ground acceleration", "m/s2", 1e-4 * G, LARGEST_RECORDED, TAKEN_FOR_G | given_in(ACCELERATION), 0.3 * G
     ),
     "strongest_motion": Band(
-        "peak ground acceleration of the strongest motion", "m/s2", 0.1 * G, 5 * G, _given(ACCELERATION)
+        "peak ground acceleration of the strongest motion", "m/s2", 0.1 * G, 5 * G, given_in(ACCELERATION)
     ),
     "weakest_motions": Band(
         "peak ground acceleration over that of the next stronger motion of the set",
@@ -252,15 +202,15 @@ BANDS: Mapping[str, Band] = {
         0.02,
         {"an offset is left in the record, which warpdyn.records.detrend takes out": None},
     ),
-    "ground_damping_ratio": Band("damping ratio of the filter", "1", 0.02, 2.0, _given(IN_PERCENT)),
-    "scale_factor": Band("median scale factor", "1", 0.0, 10.0, _FACTOR | _with("scale", IN_PERCENT)),
+    "ground_damping_ratio": Band("damping ratio of the filter", "1", 0.02, 2.0, given_in(IN_PERCENT)),
+    "scale_factor": Band("median scale factor", "1", 0.0, 10.0, _FACTOR | with_units("scale", IN_PERCENT)),
     "intensity_level": Band("intensity level", "g", 0.0, 8.0, _LEVEL),
     "lowest_intensity_level": Band("lowest intensity level", "g", 0.0, 1.5, _LEVEL),
     # Of records the largest PGV is some 3 m/s, PGD 10 m, Arias intensity 30 m/s and CAV 50 m/s; levels go beyond.
     "velocity_level": Band("level of the peak ground velocity", "m/s", 0.0, 10.0, _IN_VELOCITIES),
     "lowest_velocity_level": Band("lowest level of the peak ground velocity", "m/s", 0.0, 2.0, _IN_VELOCITIES),
-    "displacement_level": Band("level of the peak ground displacement", "m", 0.0, 20.0, _given(LENGTH)),
-    "lowest_displacement_level": Band("lowest level of the peak ground displacement", "m", 0.0, 1.5, _given(LENGTH)),
+    "displacement_level": Band("level of the peak ground displacement", "m", 0.0, 20.0, given_in(LENGTH)),
+    "lowest_displacement_level": Band("lowest level of the peak ground displacement", "m", 0.0, 1.5, given_in(LENGTH)),
     "arias_level": Band("level of the Arias intensity", "m/s", 0.0, 200.0, _IN_VELOCITIES),
     "lowest_arias_level": Band("lowest level of the Arias intensity", "m/s", 0.0, 10.0, _IN_VELOCITIES),
     "absolute_velocity_level": Band("level of the cumulative absolute velocity", "m/s", 0.0, 200.0, _IN_VELOCITIES),
@@ -272,14 +222,14 @@ BANDS: Mapping[str, Band] = {
         "1",
         0.0,
         10.0,
-        _with("motions", ACCELERATION, -1) | {"with levels given in another unit": None},
+        with_units("motions", ACCELERATION, -1) | {"with levels given in another unit": None},
     ),
     "measure_period": Band(
-        "period of the intensity measure or spectrum", "s", 5e-3, 20.0, _given(TIME) | _AS_FREQUENCY
+        "period of the intensity measure or spectrum", "s", 5e-3, 20.0, given_in(TIME) | _AS_FREQUENCY
     ),
     "hazard_intensity": Band("first intensity of a hazard curve", "g", 0.0, 1.0, _LEVEL),
     "annual_rate": Band(
-        "largest annual rate of a hazard curve", "a year", 0.0, 1.0, _given(IN_PERCENT) | _IN_MANY_YEARS
+        "largest annual rate of a hazard curve", "a year", 0.0, 1.0, given_in(IN_PERCENT) | _IN_MANY_YEARS
     ),
     "annual_rate_near_one": Band("annual rate at a hazard curve's first points", "a year", 0.0, 0.9, _IN_MANY_YEARS),
     "event_rate": Band(
@@ -289,7 +239,7 @@ BANDS: Mapping[str, Band] = {
         1.0,
         {"given as return periods, of which it takes 1 / period": None},
     ),
-    "dispersion": Band("dispersion", "1", 0.05, 2.0, _given(IN_PERCENT)),
+    "dispersion": Band("dispersion", "1", 0.05, 2.0, given_in(IN_PERCENT)),
     "return_period": Band(
         "return period",
         "year",
@@ -308,32 +258,36 @@ BANDS: Mapping[str, Band] = {
     "hazard_arias_over_highest": _over_highest(VELOCITY, 2.0),
     "hazard_absolute_velocity": _of_hazard("cumulative absolute velocity", "m/s", 200.0, VELOCITY),
     "hazard_absolute_velocity_over_highest": _over_highest(VELOCITY),
-    "initial_drift_ratio": Band("initial drift ratio", "1", 0.0, 0.5, _with("displacement", LENGTH)),
+    "initial_drift_ratio": Band("initial drift ratio", "1", 0.0, 0.5, with_units("displacement", LENGTH)),
     "initial_velocity": Band(
-        "drift ratio that the initial velocity leads to", "1", 0.0, 0.5, _with("velocity", {"mm/s": 1e-3, "cm/s": 1e-2})
+        "drift ratio that the initial velocity leads to",
+        "1",
+        0.0,
+        0.5,
+        with_units("velocity", {"mm/s": 1e-3, "cm/s": 1e-2}),
     ),
     "force_over_weight": Band(
         "largest force over the weight",
         "1",
         1e-5,
         20.0,
-        _with("the force", {"kN": 1e3, "MN": 1e6}),
+        with_units("the force", {"kN": 1e3, "MN": 1e6}),
     ),
     "drift_ratio_of_force": Band(
         "drift ratio that the largest force leads to at rest",
         "1",
         5e-6,
         0.5,
-        _with("the force", {"kN": 1e3, "MN": 1e6}),
+        with_units("the force", {"kN": 1e3, "MN": 1e6}),
     ),
-    "integration_step": Band("integration step", "s", 0.0, 1.0, _given(TIME) | _AS_FREQUENCY),
-    "tail": Band("tail", "s", 0.0, 600.0, _given(TIME) | {"given in steps": None}),
+    "integration_step": Band("integration step", "s", 0.0, 1.0, given_in(TIME) | _AS_FREQUENCY),
+    "tail": Band("tail", "s", 0.0, 600.0, given_in(TIME) | {"given in steps": None}),
     "collapse_drift_ratio": Band("collapse drift ratio", "1", 5e-3, 0.5, _RATIO),
     "drift_limit": Band("drift limit", "1", 2e-4, 0.2, _RATIO),
-    "drift_limit_in_metres": Band("limit of a storey drift", "m", 3e-4, 1.0, _given(LENGTH)),
+    "drift_limit_in_metres": Band("limit of a storey drift", "m", 3e-4, 1.0, given_in(LENGTH)),
     "last_acceleration_of_losses": Band(
-        "last demand of an acceleration loss function", "m s-2", 5.0, 200.0, _given(ACCELERATION)
+        "last demand of an acceleration loss function", "m s-2", 5.0, 200.0, given_in(ACCELERATION)
     ),
-    "acceleration_limit": Band("floor acceleration limit", "m s-2", 0.5, 100.0, _given(ACCELERATION)),
-    "pushed_drift_ratio": Band("largest drift over height", "1", 0.0, 0.5, _given(LENGTH)),
+    "acceleration_limit": Band("floor acceleration limit", "m s-2", 0.5, 100.0, given_in(ACCELERATION)),
+    "pushed_drift_ratio": Band("largest drift over height", "1", 0.0, 0.5, given_in(LENGTH)),
 }
