@@ -122,7 +122,8 @@ def spoilt(call: Call, random: np.random.Generator) -> tuple[dict[str, Any], lis
 def names_argument(text: str, names: list[str]) -> bool:
     """Return whether a message contains the name of an argument; a list may be told by one of its elements."""
     words = re.sub(r"[^a-z0-9]+", " ", text.lower())
-    return any(re.search(rf"\b{name.lower().replace('_', ' ').removesuffix('s')}", words) for name in names)
+    stems = [re.sub("(ies|s)$", "", name.lower().replace("_", " ")) for name in names]
+    return any(re.search(rf"\b{stem}", words) for stem in stems)
 
 
 class TookTooLong(BaseException):

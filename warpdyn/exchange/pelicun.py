@@ -127,7 +127,8 @@ def _at_levels(run: xr.Dataset, level: float | Sequence[float] | None) -> xr.Dat
         on_stripe = np.isclose(run["im_level"].values, value, rtol=1e-9, atol=0)
         if not on_stripe.any():
             raise ValueError(
-                f"{FUNCTION}: the run has no stripe of {value:g}; it has {', '.join(f'{each:g}' for each in levels)}"
+                f"{FUNCTION}: the run has no stripe of {value:g}; it has {', '.join(f'{each:g}' for each in levels)}: "
+                "choose level= of these"
             )
         kept |= on_stripe
     return run.isel(sample=np.flatnonzero(kept))

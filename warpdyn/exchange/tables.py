@@ -13,12 +13,14 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import check_kind, is_row_of_text, one_of, shortened
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.exchange.text_files import checked_path, write_in_place
 
 FUNCTION = "write_table"
 DEFAULT_ROWS = "damage_state"
 
 
+@suggests_names
 def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Sequence[str] | None = None) -> Path:
     """Write results as one long table, CSV or Parquet, that plain pandas reads.
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_numbers, whole_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import Assignment, Excitation
@@ -219,6 +220,7 @@ class Stripes(Design):
         return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=levels)
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Cloud(Design):
     """Every structure under every motion as recorded.
@@ -258,6 +260,7 @@ class Cloud(Design):
         return Assignment(structure, motion, np.ones(structure.size), im_level, self.measure.name, _units(self.measure))
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class OneMotionPerStructure(Design):
     """Every structure under one motion of its own, at a scale of its own.

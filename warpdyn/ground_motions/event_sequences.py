@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdyn.core.frozen_values import FrozenMapping
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.ground_motions.designs import excitation_of
 from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.motions import GroundMotion
@@ -25,6 +26,7 @@ class _Placed(Excitation):
     _places: list[np.ndarray]  # of each event's motions among those of all, each once
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class EventSequence(_Placed):
     """Earthquakes one after the other, each on the building as the previous one has left it.

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
 from warpdyn.core.checks import finite_numbers, real_number, whole_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.random_numbers import Purpose, normals
 from warpdyn.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.ground_motions.motions import GroundMotion
@@ -40,6 +41,7 @@ class Recursion:
     output: np.ndarray
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class WhiteNoise:
     """White noise, as far as a motion that is linear between nodes can represent it.
@@ -82,6 +84,7 @@ class WhiteNoise:
         return Recursion(np.zeros((1, 1)), deviation, deviation, np.ones(1))
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class KanaiTajimi:
     """White noise filtered by an oscillator that stands for the ground (Kanai 1957, Tajimi 1960).
@@ -134,6 +137,7 @@ class KanaiTajimi:
         return _recursion(self.intensity, *self.system(), interval)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class CloughPenzien:
     """The Kanai-Tajimi motion without its lowest frequencies, so that its displacement stays finite.
@@ -204,6 +208,7 @@ class CloughPenzien:
 Spectrum = WhiteNoise | KanaiTajimi | CloughPenzien
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class JenningsEnvelope:
     """An envelope (t / rise)^2, then 1, then exp(-decay (t - rise - strong)) (Jennings, Housner and Tsai 1968).
@@ -246,6 +251,7 @@ class JenningsEnvelope:
         return np.where(times < 0, 0.0, shape)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class FilteredNoise(SingleLoad):
     """One random base motion a structure: a stationary Gaussian process times an envelope, at rest after its end.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.ground_motions.excitation import (
     THE_DURATION,
     SingleLoad,
@@ -40,6 +41,7 @@ def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
     return row
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class HarmonicForce(FormulaLoad):
     """Nodal forces F0 sin(w t + phase) on a structure at rest.
@@ -97,6 +99,7 @@ class HarmonicForce(FormulaLoad):
         return np.asarray(self.amplitude) @ shape
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class ForceHistory(SingleLoad):
     """Nodal forces sampled in time on a structure at rest, linear between samples and zero after the last.
@@ -157,6 +160,7 @@ class ForceHistory(SingleLoad):
         return shape
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class FreeVibration(FormulaLoad):
     """No load: the structure moves on from an initial state.

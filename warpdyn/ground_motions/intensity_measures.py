@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_number, shortened
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions import motion_integrals
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
@@ -168,6 +169,7 @@ class CumulativeAbsoluteVelocity(IntensityMeasure):
         return motion_integrals.cumulative_absolute_velocity(motion)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class SignificantDuration(IntensityMeasure):
     """The time between two shares of the Arias intensity [s]; NaN for a motion that is zero throughout.
@@ -206,6 +208,7 @@ class SignificantDuration(IntensityMeasure):
         return motion_integrals.significant_duration(motion, self.start, self.end)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class SpectralAcceleration(IntensityMeasure):
     """The pseudo-spectral acceleration at one period and damping ratio [m/s2].
@@ -262,6 +265,7 @@ class SpectralAcceleration(IntensityMeasure):
         return _accelerations(motions, np.array([self.period]), self.damping_ratio)[:, 0]
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class AverageSpectralAcceleration(IntensityMeasure):
     """The geometric mean of the pseudo-spectral accelerations at many periods [m/s2].

@@ -12,6 +12,7 @@ import numpy as np
 from warpdyn.core.checks import checked_text, real_number, real_numbers, shortened
 from warpdyn.core.description import fingerprint, html_table
 from warpdyn.core.frozen_values import FrozenArrays
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import (
     Sampled,
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     pass
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class GroundMotion(FrozenArrays):
     """One recorded base acceleration, linear between its samples and zero after its end.

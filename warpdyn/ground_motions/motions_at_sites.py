@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import is_row_of_text, real_numbers, shortened
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.ground_motions.designs import Design, _intensities, _units
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionsAtSites(Design):
     """Every structure under the motions of a site near it, for each of some draws.

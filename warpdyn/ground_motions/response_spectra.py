@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers, whole_number
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.thread_pool import MOST_THREADS, cores
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
@@ -20,6 +21,7 @@ from warpdyn.methods.oscillator_increments import LARGEST_NORM, halvings_of, osc
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-5, 1e9
 
 
+@suggests_names
 def response_spectra(
     motions: GroundMotion | Sequence[GroundMotion],
     periods: ArrayLike,

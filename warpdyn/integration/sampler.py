@@ -115,9 +115,12 @@ class Sampler:
         for name, values in drawn.items():
             parameter = self.structure.parameter_table[name]
             taken = storeys_with(nominal[name])
-            problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures, taken)
+            is_given = isinstance(self.scatter[name], GivenValues)
+            what = f"the given {name}" if is_given else f"the drawn {name}"
+            problem = parameter.first_violation(what, values, axes[: values.ndim], structures, taken)
             if problem:
-                raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
+                remedy = "narrow its scatter or use a distribution that stays within bounds"
+                raise ValueError(f"{problem}; {'correct its GivenValues' if is_given else remedy}")
         if not is_all:
             return
         everything = {**self.structure.parameters, **drawn}

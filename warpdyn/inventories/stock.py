@@ -10,7 +10,7 @@ import pandas as pd
 
 from warpdyn.core.checks import check_kind, one_of, shortened
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.near_misses import did_you_mean, suggests_names
 from warpdyn.inventories.rules import HazusRule, Rule, named_by
 from warpdyn.inventories.table import named_rows
 from warpdyn.scene.portfolio import Archetype, Portfolio, named as of_archetype
@@ -160,6 +160,7 @@ class BuildingStock:
         return dict(zip(self.portfolio.archetypes, sums.tolist(), strict=True))
 
 
+@suggests_names
 def portfolio(
     inventory: pd.DataFrame,
     archetype_of: Rule | None = None,
@@ -215,7 +216,12 @@ def portfolio(
     for argument, given in {"scatter": scatter, "correlation": correlation, "archetypes": archetypes}.items():
         if given is not None and not isinstance(given, Mapping):
             raise TypeError(f"portfolio: {argument} must be a mapping, got {shortened(given)}")
-    one_of("unknown", unknown, (REFUSE, LEAVE_OUT))
+    one_of("choice for unknown=", unknown, (REFUSE, LEAVE_OUT))
+    if isinstance(archetype_of, type):
+        raise TypeError(
+            f"portfolio: archetype_of is the class {archetype_of.__name__} itself: give archetype_of="
+            f"{archetype_of.__name__}()"
+        )
     own, own_limits = archetypes or {}, limits or {}
     for name, one in own.items():
         if not isinstance(one, Archetype):

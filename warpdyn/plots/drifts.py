@@ -304,7 +304,7 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
     chosen = stripes[0] if level is None else real_number("level", level)
     here = np.isclose(drawn.level, chosen, rtol=1e-6)
     if not here.any():
-        raise ValueError(f"run {name!r} has no stripe of {chosen!r} {units}; it has {listed}")
+        raise ValueError(f"run {name!r} has no stripe of {chosen!r} {units}; it has {listed}: choose level= of these")
     parts: Iterable[str] = ("values", "collapsed", "level", "structure", "motion", "beyond")
     return Demands(**vars(drawn) | {each: getattr(drawn, each)[here] for each in parts})
 

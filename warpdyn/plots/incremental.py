@@ -18,6 +18,7 @@ from warpdyn.plots.style import (
     PALE,
     SCALES,
     Drawn,
+    check_colour,
     check_kept,
     grid,
     legend,
@@ -65,6 +66,7 @@ def ida_curves(
         >>> figure = wd.plots.ida_curves(result)
     """
     one_of("scale", scale, SCALES)
+    check_colour(colour)
     if isinstance(dataset, xr.Dataset):
         refuse_portfolio("plots.ida_curves", dataset)
     drawn = demands_of("ida_curves", dataset, "peak_storey_drift_ratio", OF_STRIPES)

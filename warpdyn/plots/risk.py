@@ -18,6 +18,7 @@ from warpdyn.plots.style import (
     SMALL,
     Colours,
     Drawn,
+    check_colour,
     check_kept,
     colours_of,
     grid,
@@ -171,6 +172,7 @@ def vulnerability(
     """
     needed = "mean_loss_ratio", "coefficient_of_variation", "intensity"
     check_dataset("plots.vulnerability", dataset, *needed, advice="draw what vulnerability(curves, ratios) returned")
+    check_colour(colour)
     check_kept("vulnerability", "loss ratios", dataset, "intensity")
     result, (axes,) = panels("vulnerability", ax, size=(6.4, 4.2))
     levels, mean = dataset["intensity"].values, dataset["mean_loss_ratio"].values
@@ -215,6 +217,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
         >>> losses = wd.annual_losses(curves, hazard, {"slight": (0.05, 0.5), "complete": (1.0, 0.0)})
         >>> figure = wd.plots.loss_exceedance(losses)
     """
+    check_colour(colour)
     if isinstance(dataset, xr.Dataset) and "loss" in dataset.data_vars:
         return _loss_exceedance_of_events(dataset, colour, ax)
     needed = "loss_exceedance_rate", "return_period_loss", "expected_annual_loss", "loss"

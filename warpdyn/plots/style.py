@@ -15,7 +15,7 @@ from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import one_of, shortened
 
 # Okabe and Ito's colours, which are distinct for any colour vision, from the lightest damage state to the heaviest.
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
@@ -114,6 +114,12 @@ def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
         if not is_color_like(colour):
             raise ValueError(f"colours holds {colour!r}, which matplotlib does not know as a colour")
     return found
+
+
+def check_colour(colour: object) -> None:
+    """Raise a ValueError unless matplotlib knows a colour."""
+    if not isinstance(colour, str | tuple) or not is_color_like(colour):
+        raise ValueError(f"colour must be one that matplotlib knows, such as '#0072B2', got {shortened(colour)}")
 
 
 def logarithmic(axes: Axes, which: str, values: ArrayLike) -> None:

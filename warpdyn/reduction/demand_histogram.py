@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, shortened
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.limits import DRIFT
@@ -21,6 +22,7 @@ from warpdyn.reduction.workers import Workers
 MOST_EDGES = 10_000
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class DemandHistogram(Statistic):
     """How many samples have a demand between edges, and quantiles of the demand from these numbers.

@@ -7,6 +7,7 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.risk.annual_rates import EXTRAPOLATED_SHARE, warn_of_extrapolation
 from warpdyn.risk.curves import Curves, check_hazard, curves_of
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
@@ -16,6 +17,7 @@ MISSED_SHARE = 0.1  # of a rate that comes from outside of the bins: with more a
 MOST_BINS = 10**5
 
 
+@suggests_names
 def disaggregate(
     curves: xr.Dataset, hazard: Hazard, *, bins: int = 40, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import check_kind, checked_text, finite_numbers, real_number, real_numbers
 from warpdyn.core.frozen_values import FrozenArrays
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.risk.hazard import files
 from warpdyn.risk.hazard.measures import same_measure, units_of_hazard, warn_unless_compared
 from warpdyn.risk.hazard.plausible import warn_of_implausible_hazard
@@ -19,6 +20,7 @@ from warpdyn.risk.hazard.plausible import warn_of_implausible_hazard
 WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class HazardCurve(FrozenArrays):
     """The seismic hazard of a site: the annual rate at which each intensity is exceeded.
@@ -224,6 +226,7 @@ class HazardCurve(FrozenArrays):
         return np.exp(log_x[segment] - (v - log_rate[segment]) / self.slopes[segment])
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class HazardLogicTree(FrozenArrays):
     """Several hazard curves of one site with weights: what is not known of its hazard.

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.reduction.damage.loss_ratios import Ratios, checked_ratios
 from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
@@ -26,6 +27,7 @@ CUT_SHARE = 0.05  # of the expected loss that a function's first or last intensi
 _HALVINGS = 30  # of half a per cent of the replacement value, to find a return-period loss
 
 
+@suggests_names
 def annual_losses(
     curves: xr.Dataset,
     hazard: Hazard,
@@ -168,6 +170,7 @@ def checked_periods(return_periods: ArrayLike) -> np.ndarray:
     return periods
 
 
+@suggests_names
 def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
     """Return the expected annual loss of a vulnerability function, as of storey losses or of another tool's file.
 

@@ -9,6 +9,7 @@ from scipy.special import ndtri
 
 from warpdyn.core.checks import real_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.risk.annual_rates import warn_of_extrapolation
@@ -29,6 +30,7 @@ OFTEN_GIVEN = {
 SEARCHED = 12.0  # in ln of the median, each way from the hazard's intensities: far beyond any capacity
 
 
+@suggests_names
 def risk_targeted_intensity(
     hazard: Hazard,
     dispersion: float = 0.6,
@@ -116,6 +118,7 @@ def risk_targeted_intensity(
     )
 
 
+@suggests_names
 def check_risk_target(
     curves: xr.Dataset,
     hazard: Hazard,

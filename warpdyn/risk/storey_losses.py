@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_levels
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
@@ -25,6 +26,7 @@ FACTORS = {
 SMALL_DRIFT_RATIO = 0.01  # up to which the first drift of a loss function is not judged
 
 
+@suggests_names
 def storey_losses(
     run: xr.Dataset,
     drift_loss: LossFunction | None = None,

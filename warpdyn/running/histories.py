@@ -10,6 +10,7 @@ import xarray as xr
 
 from warpdyn.accuracy.scattered_steps import shorten_steps
 from warpdyn.core.checks import check_memory, finite_numbers, shortened, whole_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
@@ -23,6 +24,7 @@ MOST_HISTORIES = 2**20
 BYTES_OF_A_VALUE = 24  # float64 as the kernel writes it, as it is read back, and in the dataset
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class Histories:
     """Samples whose whole histories are kept, at the times of the one with the longest step.

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_kind, finite_numbers
 from warpdyn.core.description import to_json
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.files.netcdf import trace
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
@@ -42,6 +43,7 @@ def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
     findings.warn()
 
 
+@suggests_names
 def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     """Return the forces of a building's storeys under given quasi-static drifts, in double precision.
 
@@ -81,6 +83,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     return _storey_dataset(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
 
 
+@suggests_names
 def pushover(
     building: ShearBuilding, roof_displacement: ArrayLike, *, pattern: str | ArrayLike = "first_mode"
 ) -> xr.Dataset:

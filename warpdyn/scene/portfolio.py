@@ -12,6 +12,7 @@ import numpy as np
 from warpdyn.core.checks import whole_number
 from warpdyn.core.description import html_table
 from warpdyn.core.frozen_values import FrozenMapping
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.scene.correlation import check_correlation
 from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.structures.shear_building import ShearBuilding, numbered_storeys
@@ -20,6 +21,7 @@ from warpdyn.structures.structure import Structure
 MOST_BUILDINGS = 2**31 - 1  # they are counted in 32 bits
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class Archetype:
     """Buildings of one kind: as many storeys, one law, one kind of damping.
@@ -66,6 +68,7 @@ class Archetype:
         return count
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class Portfolio(Structure):
     """Buildings of several archetypes, numbered from 0 in the order of these.

@@ -11,7 +11,7 @@ import numpy as np
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number, real_numbers
 from warpdyn.core.frozen_values import FrozenArrays
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.scene.distributions import Distribution
 from warpdyn.structures.structure import Structure
 
@@ -91,6 +91,7 @@ class RandomScatter(ParameterScatter):
         """Return the parameter's values from its nominal value and the drawn numbers, which broadcast."""
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class RandomFactor(RandomScatter):
     """A random factor that multiplies the nominal value of a parameter.
@@ -115,6 +116,7 @@ class RandomFactor(RandomScatter):
         return nominal * drawn
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class RandomValue(RandomScatter):
     """A random value that replaces the nominal value of a parameter.
@@ -141,6 +143,7 @@ class RandomValue(RandomScatter):
         return np.broadcast_to(drawn, np.broadcast_shapes(nominal.shape, drawn.shape))
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class GivenValues(FrozenArrays, ParameterScatter):
     """Given values, one for each structure: a design of experiments, or samples drawn elsewhere.

@@ -12,6 +12,7 @@ from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.description import html_table, to_json
 from warpdyn.core.frozen_values import FrozenMapping
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.ground_motions.designs import excitation_of
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.ground_motions.motions import GroundMotion
@@ -43,6 +44,7 @@ def _instead_of_excitation(given: object) -> str:
     return ""
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """Everything that decides what a run computes, except how it is integrated.

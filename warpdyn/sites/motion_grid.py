@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.core.checks import check_dataset, check_kind, check_memory, one_of, real_number, whole_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.random_numbers import Purpose, uniform_rows
 from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
@@ -21,6 +22,7 @@ from warpdyn.sites.places import inverse_distance_weights, nearest_points
 DRAW, MEAN = "draw", "mean"
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class MotionGrid:
     """Ground motions at the points of a grid, in some earthquakes.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number, true_or_false
+from warpdyn.core.near_misses import with_suggestions
 
 
 class SpatialCorrelation(ABC):
@@ -37,6 +38,7 @@ class SpatialCorrelation(ABC):
         return np.exp(-3 * finite_numbers("distance [m]", distance) / self.correlation_range)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class JayaramBaker2009(SpatialCorrelation):
     """The model of Jayaram and Baker (2009) for spectral accelerations: exp(-3 h / b).
@@ -75,6 +77,7 @@ class JayaramBaker2009(SpatialCorrelation):
         return round(1000 * (40.7 - 15.0 * self.period if self.is_clustered else 8.5 + 17.2 * self.period), 6)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class EspositoIervolino2012(SpatialCorrelation):
     """The model of Esposito and Iervolino for European earthquakes: exp(-3 h / b).

@@ -7,6 +7,7 @@ import xarray as xr
 
 from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
@@ -28,6 +29,7 @@ PAIRS = ("structure", "motion")
 _ADVICE = "give what capacities() returned"
 
 
+@suggests_names
 def fragility_from_capacities(
     capacities: xr.Dataset,
     *,

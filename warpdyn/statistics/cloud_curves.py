@@ -9,6 +9,7 @@ import xarray as xr
 
 from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import (
     COLLAPSED,
     DIVERGED,
@@ -37,6 +38,7 @@ LEAST_STANDING = 4  # samples that did not collapse, which a line and a deviatio
 _SIXTEENTH, _EIGHTY_FOURTH = 0.15865525393145707, 0.8413447460685429  # one deviation below and above the median
 
 
+@suggests_names
 def fragility_of_cloud(
     dataset: xr.Dataset,
     limits: Mapping[str, Limit],

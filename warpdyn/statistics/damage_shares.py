@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, OK, STRIPED
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import unit_attributes
@@ -29,6 +30,7 @@ Limits = Mapping[str, Mapping[str, float]]
 Events = Sequence[str] | Sequence[int] | xr.DataArray | None
 
 
+@suggests_names
 def damage_shares(
     run: xr.Dataset,
     limits: Limits | None = None,
@@ -82,7 +84,7 @@ def damage_shares(
             raise ValueError("number= is told to DamageCounts, which adds up the buildings: leave it out")
         found = _read(run, limits, events)
     else:
-        found = _count(run, limits or {}, events, number)
+        found = _count(run, {} if limits is None else limits, events, number)
     names, states, counts, failures, event_names, levels = (
         found.names,
         found.states,

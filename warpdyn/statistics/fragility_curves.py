@@ -10,6 +10,7 @@ import xarray as xr
 
 from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import measure_of_levels
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
@@ -34,6 +35,7 @@ from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 OVER = ("records and structures", "records")
 
 
+@suggests_names
 def fragility(
     dataset: xr.Dataset,
     limits: Mapping[str, Limit] | None = None,

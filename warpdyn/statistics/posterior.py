@@ -10,6 +10,7 @@ import xarray as xr
 
 from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, shortened, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import measure_of_levels
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
@@ -24,6 +25,7 @@ PRIORS = {"median": "theta", "dispersion": "beta"}  # and what pyFragility calls
 _BURN_IN = 2000  # draws that the sampler adapts in
 
 
+@suggests_names
 def fragility_posterior(
     dataset: xr.Dataset,
     limits: Mapping[str, Limit] | None = None,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, one_of, whole_number
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Law
@@ -26,6 +27,7 @@ class CalibratedChain:
     """Constructors of a ShearBuilding from properties of the whole building."""
 
     @classmethod
+    @suggests_names
     def from_hazus(
         cls,
         building_type: str,
@@ -79,6 +81,7 @@ class CalibratedChain:
         return cls._from_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
+    @suggests_names
     def from_capacity(
         cls,
         displacement: ArrayLike,
@@ -195,6 +198,7 @@ class CalibratedChain:
         return cls._from_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
+    @suggests_names
     def from_periods(
         cls,
         period: ArrayLike,

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
 from warpdyn.core.frozen_values import FrozenMapping
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.laws import LAWS, Parameter
 from warpdyn.structures.modal import modal_properties
 from warpdyn.structures.structure import Structure, count_along
@@ -18,6 +19,7 @@ from warpdyn.structures.structure import Structure, count_along
 MAXIMUM_DOFS = 32
 
 
+@with_suggestions
 class LinearSystem(Structure):
     """A linear system of full matrices: M u'' + C u' + K u = F.
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import one_of, real_numbers
 from warpdyn.core.frozen_values import FrozenMapping
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.kernels.registry import recorders as known_recorders
 from warpdyn.laws import LAWS, Device, Law, Parameter
 from warpdyn.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
@@ -38,6 +38,7 @@ __all__ = ["LinearSystem", "ShearBuilding"]
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
+@with_suggestions
 class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
 

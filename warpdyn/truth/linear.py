@@ -175,7 +175,7 @@ def _matrices(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> l
     matrices = [mass, finite_numbers("damping", damping), finite_numbers("stiffness", stiffness)]
     for name, matrix in zip(("mass", "damping", "stiffness"), matrices, strict=True):
         if matrix.shape != (len(mass), len(mass)):
-            raise ValueError(f"{name} must be of shape [{len(mass)}, {len(mass)}], got {matrix.shape}")
+            raise ValueError(f"{name} must be of shape [{len(mass)}, {len(mass)}], as mass is, got {matrix.shape}")
         if name != "damping" and not np.allclose(matrix, matrix.T, rtol=0, atol=1e-9 * np.abs(matrix).max()):
             raise ValueError(f"{name} must be symmetric")
     return matrices

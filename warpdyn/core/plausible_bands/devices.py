@@ -59,8 +59,7 @@ DEVICE_BANDS: Mapping[str, Band] = {
         "s",
         0.3,
         15.0,
-        with_units("post_yield_stiffness (of elastic isolators stiffness)", STIFFNESS, -0.5)
-        | with_units("mass", MASS, 0.5),
+        with_units("stiffness after yield", STIFFNESS, -0.5) | with_units("mass", MASS, 0.5),
     ),
     "base_mass_over_floor": Band(
         "mass of the base over that of the first floor", "1", 0.02, 50.0, with_units("base_mass", MASS)

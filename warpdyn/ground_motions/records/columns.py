@@ -10,7 +10,7 @@ import numpy as np
 
 from warpdyn.core.checks import one_of, true_or_false, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.near_misses import did_you_mean, suggests_names
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.text import FEWEST_ALIKE, NumberLines, check_last_value, text_of, warn_of_layout
 from warpdyn.ground_motions.records.units import checked_step, step_of_times, unit_factor
@@ -23,6 +23,7 @@ _HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}|[^\W\d_]/[^\W\d_]")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
 
 
+@suggests_names
 def read_text(
     path: str | Path,
     *,

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from warpdyn.core.checks import check_kind, one_of, real_number, whole_number
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.ground_motions.excitation import check_sample_count
 from warpdyn.ground_motions.motion_integrals import squared_integrals
 from warpdyn.ground_motions.motions import GroundMotion
@@ -14,6 +15,7 @@ from warpdyn.ground_motions.motions import GroundMotion
 HIGHEST_ORDER = 20  # of a Butterworth filter, whose sections lose digits beyond it
 
 
+@suggests_names
 def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
     """Return a motion without its mean or its straight line of least squares.
 
@@ -37,6 +39,7 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
     return replace(motion, acceleration=signal.detrend(motion.acceleration, type=trend))
 
 
+@suggests_names
 def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 4) -> GroundMotion:
     """Return a motion filtered forth and back, without a shift of phase, by a Butterworth band-pass.
 
@@ -81,6 +84,7 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
     return replace(motion, acceleration=filtered[pad:-pad])
 
 
+@suggests_names
 def trim(motion: GroundMotion, start: float = 0.05, end: float = 0.95, pad: float = 0.0) -> GroundMotion:
     """Return the part of a motion between two shares of its Arias intensity, with some time before and after.
 

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,8 @@ def text_of(path: str | Path) -> str:
     """Return the text of a file, or raise an error that gives the reason why there is none."""
     if not isinstance(path, str | PathLike):
         raise TypeError(f"path must be the name of a file, got {path!r}")
+    if not fspath(path):
+        raise ValueError("path is empty: give the name of a file")
     if Path(path).is_dir():
         raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
     if not Path(path).is_file():

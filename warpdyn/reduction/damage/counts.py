@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.kernels.reductions.table import reductions
@@ -33,6 +34,7 @@ from warpdyn.reduction.tally import FAILURES, Block, Sums, Tally, find_states, s
 from warpdyn.reduction.workers import LEAST_SAMPLES, Workers
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class DamageCounts(Statistic):
     """How many samples are in each damage state.

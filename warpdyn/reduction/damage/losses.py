@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.damage.building_numbers import losses_of_units
 from warpdyn.reduction.damage.counts import Bounds, states_of
@@ -22,6 +23,7 @@ from warpdyn.reduction.tally import Block, Sums, Tally
 from warpdyn.reduction.workers import Workers
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class DamageLoss(Statistic):
     """The loss that follows from the damage state of each sample: its sum, mean and variance.
