@@ -59,7 +59,8 @@ def one_of(what: str, name: object, allowed: Collection[str]) -> None:
 def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:
     """Return a finite number as a float, or raise a ValueError that states its bound."""
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
-    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(value) <= LARGEST_NUMBER
+    number: Any = value  # it may be a whole number that no float holds
+    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(number) <= LARGEST_NUMBER
     if not good or (above is not None and not value > above) or (least is not None and not value >= least):
         raise ValueError(f"{what} must be a finite number{bound}, got {shortened(value)}")
     return float(value)

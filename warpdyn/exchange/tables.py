@@ -59,7 +59,7 @@ def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Seq
             import pyarrow  # noqa: F401 # asked for before anything is computed
         except ImportError:
             raise ImportError(
-                f'{FUNCTION}: Parquet is written by pyarrow, which is not installed: pip install "warpdyn[parquet]", '
+                f'{FUNCTION}: Parquet is written by pyarrow, which is not installed: pip install "pyarrow>=17", '
                 "or write CSV"
             ) from None
     table = _long_table(dataset, _row_dimensions(dataset, rows))

@@ -17,7 +17,7 @@ import xarray as xr
 if TYPE_CHECKING:
     import zarr
 
-REMEDY = 'pip install "warpdyn[cluster]"'
+REMEDY = 'pip install "distributed>=2024.11" "zarr>=3.1.3"'
 FORMAT: Any = 2
 
 

@@ -155,7 +155,8 @@ def _chosen_history(function: str, dataset: xr.Dataset, history: int, *names: st
         count = dataset.sizes["history"]
         if whole_number("history", history, 0) >= count:
             raise ValueError(
-                f"plots.{function}: the run has histories 0 to {count - 1}, and {history} was asked for: choose history= of these"
+                f"plots.{function}: the run has histories 0 to {count - 1}, and {history} was asked for: choose history= of "
+                "these"
             )
         dataset = dataset.isel(history=history)
     if not np.isfinite(dataset["displacement"].values).any():

@@ -127,7 +127,8 @@ def simulate(
             be any file of this process. `device`, `threads` and
             `memory` are of each worker: its first GPU and its own number of threads by default. Results have the same
             bits as here. A worker that dies costs the regions that it was running, and the same call goes on from the
-            regions that are in the store. Needs pip install "warpdyn[cluster]".
+            regions that are in the store. It needs
+            pip install "distributed>=2024.11" "zarr>=3.1.3".
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -142,7 +144,8 @@ def scale_records(
     if isinstance(motions, list | tuple):
         pairs = [each if isinstance(each, tuple) else (each,) for each in motions]
     else:
-        pairs = [(each,) for each in checked_motions(motions)]
+        single: Any = motions
+        pairs = [(each,) for each in checked_motions(single)]
     if not pairs:
         raise ValueError("scale_records: motions is empty: give at least one GroundMotion")
     if len({len(each) for each in pairs}) != 1:

@@ -73,7 +73,7 @@ def fragility_posterior(
     try:
         import pyFragility
     except ImportError as error:
-        raise ImportError('fragility_posterior needs pyFragility: pip install "warpdyn[estimators]"') from error
+        raise ImportError('fragility_posterior needs pyFragility: pip install "pyFragility>=0.2"') from error
     draws, seed = whole_number("draws", draws, 100, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     if priors is not None and not isinstance(priors, Mapping):

@@ -18,7 +18,7 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
     `detrend` removes.
 
     Args:
-        stream: The stream, such as `obspy.read("AKT0131103111446.EW")`, with pip install "warpdyn[obspy]".
+        stream: The stream, such as `obspy.read("AKT0131103111446.EW")`, with pip install "obspy>=1.4".
         unit: Unit of the values, one of `UNITS`; it may be left out for K-NET and KiK-net, which obspy reads in m/s2.
 
     Returns:
