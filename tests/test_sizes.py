@@ -53,7 +53,7 @@ CASES = {
         r"capacities\(\) of structures=1000000000 under 4 motions needs 512 GB of memory, and 2 GB are free",
     ),
     "structures of a run": (lambda: wd.simulate(SCENE, structures=10**9), "1000000000 structures have more than"),
-    "structures of a table": (lambda: wd.simulate(SCENE, structures=5 * 10**8), "structures times motions.* needs .* GB"),
+    "structures of a table": (lambda: wd.simulate(SCENE, structures=5 * 10**8), "structures times motions.* needs "),
     "structures of a Latin hypercube": (
         lambda: wd.simulate(latin_hypercube(), structures=5 * 10**8),
         "Latin hypercube of structures=500000000 needs 12 GB",
@@ -77,10 +77,10 @@ CASES = {
         "the duration, 1e.12 s, would take",
     ),
     "tail": (lambda: wd.simulate(wd.Scene(BUILDING, CLOUD, tail=1e12)), "a longer step or a shorter tail"),
-    "duration of noise": (lambda: wd.FilteredNoise(wd.WhiteNoise(0.01), 1e12, 0.01), "interval .* divides the duration"),
+    "duration of noise": (lambda: wd.FilteredNoise(wd.WhiteNoise(0.01), 1e12, 0.01), "interval .* divides the"),
     "threads": (lambda: wd.simulate(SCENE, threads=10**9), "threads must be .* at most 4096"),
     "threads of spectra": (lambda: wd.response_spectra(motions(), [1.0], threads=10**9), "threads must be .* at most"),
-    "replicates": (lambda: wd.fragility(xr.Dataset(), LIMITS, replicates=10**9), "replicates must be .* at most 1000000"),
+    "replicates": (lambda: wd.fragility(xr.Dataset(), LIMITS, replicates=10**9), "replicates .* at most 1000000"),
     "levels": (lambda: wd.levels_for(SCENE, LIMITS, count=10**9), "count must be .* at most 1000"),
     "storeys of periods": (
         lambda: wd.ShearBuilding.from_periods([0.6], 10**9, 2e5, 3.0),

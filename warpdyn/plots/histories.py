@@ -154,10 +154,8 @@ def _chosen_history(function: str, dataset: xr.Dataset, history: int, *names: st
     if "history" in dataset.dims:
         count = dataset.sizes["history"]
         if whole_number("history", history, 0) >= count:
-            raise ValueError(
-                f"plots.{function}: the run has histories 0 to {count - 1}, and {history} was asked for: choose history= of "
-                "these"
-            )
+            had = f"plots.{function}: the run has histories 0 to {count - 1}, and {history} was asked for"
+            raise ValueError(f"{had}: choose history= of these")
         dataset = dataset.isel(history=history)
     if not np.isfinite(dataset["displacement"].values).any():
         raise ValueError(f"plots.{function}: sample {_sample(dataset)} failed: its history is NaN throughout")

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Protocol, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import checked_text, real_number, real_numbers, shortened, true_or_false
+from warpdyn.core.checks import checked_text, real_number, shortened, true_or_false
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.cells import Cells, Coordinates
@@ -100,12 +100,13 @@ class Statistic:
                 )
             for state, value in given[name].items():
                 what = f"{kind}: {name} of {state!r}"
-                if isinstance(value, Mapping):
-                    value = list(value.values())  # of several demands, or of an archetype; checked when a run begins
-                elif name == "limits":
-                    value = value if is_infinite(value) else real_number(what, value, above=0)
-                if not isinstance(value, list | tuple):
-                    real_numbers(what, value)
+                # When a run begins: limits of several demands or of archetypes, and ratios with a variation.
+                if isinstance(value, Mapping | list | tuple):
+                    continue
+                if name == "loss_ratios":
+                    real_number(what, value, least=0)
+                elif not (isinstance(value, float) and value == np.inf):  # which collapse alone passes
+                    real_number(what, value, above=0)
         if given.get("events") is not None and not is_row(given["events"]):
             raise TypeError(
                 f"{kind}: events must be the event of each motion, such as ['quake', 'quake', 'other'], "
@@ -126,11 +127,6 @@ class Statistic:
             ValueError, TypeError, MemoryError: If the statistic does not fit the run.
         """
         raise NotImplementedError
-
-
-def is_infinite(value: object) -> bool:
-    """Return whether a limit is the one that collapse alone passes."""
-    return isinstance(value, float) and value == np.inf
 
 
 def is_row(values: object) -> bool:
