@@ -78,6 +78,10 @@ CASES = {
     ),
     "tail": (lambda: wd.simulate(wd.Scene(BUILDING, CLOUD, tail=1e12)), "a longer step or a shorter tail"),
     "duration of noise": (lambda: wd.FilteredNoise(wd.WhiteNoise(0.01), 1e12, 0.01), "interval .* divides the"),
+    "nodes of noise": (
+        lambda: wd.FilteredNoise(wd.WhiteNoise(0.01), 1e7, 0.01).motion(0),
+        r"duration=1e\+07 s in intervals of 0.01 s needs 200 GB",  # 10^9 nodes
+    ),
     "threads": (lambda: wd.simulate(SCENE, threads=10**9), "threads must be .* at most 4096"),
     "threads of spectra": (lambda: wd.response_spectra(motions(), [1.0], threads=10**9), "threads must be .* at most"),
     "replicates": (lambda: wd.fragility(xr.Dataset(), LIMITS, replicates=10**9), "replicates .* at most 1000000"),

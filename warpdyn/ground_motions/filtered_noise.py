@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from warpdyn.core.checks import finite_numbers, real_number, whole_number
+from warpdyn.core.checks import check_memory, finite_numbers, real_number, whole_number
 from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.random_numbers import Purpose, normals
 from warpdyn.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.ground_motions.motions import GroundMotion
 
 MOST_INTERVALS = 2**30  # nodes are counted in 32 bits, with two blocks of random numbers each
+BYTES_OF_A_NODE = 200  # random numbers of up to four states with their counters, and the path
 LARGEST_FREQUENCY = 1e9  # rad/s; squares of squares stay finite
 QUADRATURE = np.polynomial.legendre.leggauss(12)
 
@@ -320,7 +321,10 @@ class FilteredNoise(SingleLoad):
 
     def envelope_at_nodes(self) -> np.ndarray:
         """Return the envelope at every node, shape [node]."""
-        time = self.interval * np.arange(self.intervals + 1)
+        nodes = self.intervals + 1
+        what = f"duration={self.duration:g} s in intervals of {self.interval:g} s"
+        check_memory(what, BYTES_OF_A_NODE * nodes, "take a shorter duration or longer intervals")
+        time = self.interval * np.arange(nodes)
         return np.ones_like(time) if self.envelope is None else self.envelope.at(time)
 
     def motion(self, sample: int, seed: int = 0) -> GroundMotion:
@@ -334,6 +338,7 @@ class FilteredNoise(SingleLoad):
             ValueError: If one of them is no whole number from 0.
         """
         sample, seed = whole_number("sample", sample, 0), whole_number("seed", seed, 0)
+        envelope = self.envelope_at_nodes()
         process = self.spectrum.recursion(self.interval)
         states = process.output.size
         blocks = -(-states // 2)
@@ -343,7 +348,7 @@ class FilteredNoise(SingleLoad):
         path[0] = process.start @ drawn[0]
         for node in range(1, len(path)):
             path[node] = process.growth @ path[node - 1] + process.kick @ drawn[node]
-        acceleration = self.envelope_at_nodes() * (path @ process.output)
+        acceleration = envelope * (path @ process.output)
         return GroundMotion(acceleration, self.interval, f"filtered noise {sample}", f"seed {seed}")
 
 
