@@ -70,7 +70,7 @@ RUNS = {
     ),
     "listed": (
         {"portfolio": wd.Portfolio({"bad": wd.Archetype(chain(1), scatter={"mass": wd.GivenValues([1.0, -1.0])})})},
-        "archetype 'bad': the drawn mass is -1 at structure 1",
+        "archetype 'bad': the given mass is -1 at structure 1.*correct its GivenValues",
     ),
     "between parameters": (
         {"portfolio": wd.Portfolio({"bad": wd.Archetype(smooth(1), scatter={"gamma": wd.GivenValues([0.1, 0.9])})})},
