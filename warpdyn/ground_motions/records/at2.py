@@ -141,7 +141,7 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
         raise FileNotFoundError(f"{path}: no such directory (to read records {pattern!r} from)")
     files = [file for file in directory.iterdir() if fnmatchcase(file.name.lower(), pattern.lower()) and file.is_file()]
     if not files:
-        raise FileNotFoundError(f"{path}: no file in this directory matches pattern={pattern!r}")
+        raise FileNotFoundError(f"{path}: no file in this directory matches {pattern!r}, the pattern")
     chosen = [file for file in files if COMPONENTS[components](record_and_component(file.stem)[1])]
     if not chosen:
         raise FileNotFoundError(
