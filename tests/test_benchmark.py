@@ -13,10 +13,12 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from conftest import ROOT
 from matplotlib import image
+from matplotlib.figure import Figure
 
 needs_compiler = pytest.mark.skipif(shutil.which("g++") is None, reason="the C++ peer is compiled by g++")
 STUDIES = ROOT / "studies"
@@ -180,3 +182,18 @@ def test_file_and_figure_are_written(result: tuple[xr.Dataset, Path, str]) -> No
     pixels = image.imread(out / "benchmark.png")
     assert min(pixels.shape[:2]) > 400
     assert np.mean(pixels[..., :3].min(axis=2) < 0.9) > 0.02  # ink on the paper
+
+
+@pytest.mark.fast
+def test_the_factor_beside_a_bar_is_that_of_the_bars(study: ModuleType) -> None:
+    """A peer at an eighth of the step is drawn beside warpdyn's bar at the whole step, and compared with this bar."""
+    from parts.benchmark.figure import _peers
+
+    axes = Figure().subplots()
+    common = {"law": "bouc_wen", "dtype": "float32", "recorders": "drift", "status": "measured", "storeys": 5}
+    own = pd.DataFrame([common | {"peer": "warpdyn", "substeps": 1, "dof_steps_per_second": 7.4e8}])
+    slow = {"peer": "opensees_newmark", "substeps": 8, "dof_steps_per_second": 1.9e5, "ratio": 4500.0}
+    _peers(axes, pd.DataFrame([common | slow]), own, "cpu")
+    (told,) = [text.get_text() for text in axes.texts if "warpdyn" in text.get_text()]
+    assert "3,900" in told  # 7.4e8 / 1.9e5 = 3,895
+    assert "3,900" in axes.get_title()

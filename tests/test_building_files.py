@@ -330,7 +330,7 @@ def test_parquet_needs_its_library_and_its_column(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="a column 'geometry', which the file needs"):
         wd.write_building_results(RESULTS.assign(geometry=1), tmp_path / "a.parquet")
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(ImportError, match=r'pip install "warpdyn\[parquet\]", or write CSV, GeoJSON or netCDF'):
+    with pytest.raises(ImportError, match=r'pip install "pyarrow>=17", or write CSV, GeoJSON or netCDF'):
         wd.write_building_results(RESULTS, tmp_path / "a.parquet")
     assert not list(tmp_path.iterdir())
     wd.write_building_results(RESULTS, tmp_path / "a.csv")

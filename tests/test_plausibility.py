@@ -6,6 +6,7 @@ import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import mistakes
+import mistakes_of_devices
 import mistakes_of_runs
 import numpy as np
 import pytest
@@ -43,7 +44,7 @@ from warpdyn.running import pushover, simulate as door
 pytestmark = pytest.mark.fast
 
 
-CASES = BUILDINGS | SHAKEN | RUNS
+CASES = BUILDINGS | SHAKEN | RUNS | mistakes_of_devices.DEVICES
 
 
 class Reached(Exception):
@@ -95,7 +96,11 @@ def test_no_mistake_is_silent(case):
         assert error is None, error
         (warning,) = warned  # one a run
         assert warning.category is UserWarning
-        assert warning.filename in (mistakes.__file__, mistakes_of_runs.__file__)  # the line of the user
+        assert warning.filename in (
+            mistakes.__file__,
+            mistakes_of_devices.__file__,
+            mistakes_of_runs.__file__,
+        )  # the line of the user
         text = str(warning.message)
     for part in parts:
         assert part in text
@@ -128,6 +133,7 @@ MEANT = {
     "limits": lambda: wd.fragility(demands(), wd.hazus_drift_limits("W1", "high")),
     "pushover": lambda: wd.pushover(building(), [0.0, 0.3]),
 }
+MEANT |= mistakes_of_devices.SOUND
 
 
 @pytest.mark.parametrize("case", MEANT)

@@ -19,22 +19,22 @@ BAD = {
     "no mapping": (lambda: wd.Portfolio([chain(1)]), "archetypes must map names"),
     "no archetype": (lambda: wd.Portfolio({"a": chain(1)}), "archetype 'a': it must be an Archetype, got ShearBuil"),
     "no name": (lambda: wd.Portfolio({3: wd.Archetype(chain(1))}), "name of an archetype must be text, got 3"),
-    "count": (lambda: wd.Portfolio({"a": wd.Archetype(chain(1), 0)}), "archetype 'a': count must be a whole number"),
+    "count": (lambda: wd.Portfolio({"a": wd.Archetype(chain(1), 0)}), "^count must be a whole number"),
     "building": (
         lambda: wd.Portfolio({"a": wd.Archetype(wd.LinearSystem([1.0], [[0.0]], [[1.0]]))}),
-        "archetype 'a': building must be a ShearBuilding, got LinearSystem",
+        "^building must be a ShearBuilding, got LinearSystem",
     ),
     "listed": (
         lambda: wd.Portfolio({"ok": wd.Archetype(chain(1)), "a": wd.Archetype(chain(3), 5, TABLE)}),
-        "archetype 'a': scatter\\['stiffness'\\] lists 4 buildings, and there are 5",
+        "^scatter\\['stiffness'\\] lists 4 buildings, and there are 5",
     ),
     "unknown": (
         lambda: wd.Portfolio({"a": wd.Archetype(chain(1), scatter={"masss": 1.0})}),
-        "archetype 'a': scatter names unknown parameter 'masss'",
+        "^scatter names unknown parameter 'masss'",
     ),
     "correlation": (
         lambda: wd.Portfolio({"a": wd.Archetype(chain(1), 2, SCATTER, {("mass", "height"): 0.1})}),
-        "archetype 'a': correlation names",
+        "^correlation names",
     ),
 }
 
@@ -70,7 +70,7 @@ RUNS = {
     ),
     "listed": (
         {"portfolio": wd.Portfolio({"bad": wd.Archetype(chain(1), scatter={"mass": wd.GivenValues([1.0, -1.0])})})},
-        "archetype 'bad': the drawn mass is -1 at structure 1",
+        "archetype 'bad': the given mass is -1 at structure 1.*correct its GivenValues",
     ),
     "between parameters": (
         {"portfolio": wd.Portfolio({"bad": wd.Archetype(smooth(1), scatter={"gamma": wd.GivenValues([0.1, 0.9])})})},

@@ -21,7 +21,7 @@ READERS = {
 @pytest.mark.parametrize("name", READERS)
 def test_what_is_no_file_is_told_with_the_function(name, tmp_path):
     for path in (5, None):  # Python would take a number for an open file
-        with pytest.raises(TypeError, match=f"^{name}: path must name a file, got {path}$"):
+        with pytest.raises(TypeError, match=f"^{name}: (path|fields) must name a file, got {path}$"):
             READERS[name](path)
     with pytest.raises(FileNotFoundError, match=f"^{name}: there is no file .*missing.csv$"):
         READERS[name](tmp_path / "missing.csv")

@@ -1,10 +1,12 @@
 """Files of another kind than a reader takes are refused by the reader's name, the file's, and what it is not."""
 
 import gzip
+import time
 
 import pytest
 
 import warpdyn as wd
+from warpdyn.inventories import text_tables
 
 pytestmark = pytest.mark.fast
 
@@ -75,3 +77,18 @@ def test_files_that_are_not_there(name, tmp_path):
         read(tmp_path)
     with pytest.raises(TypeError, match=rf"^{name}: path must name a file, got None"):
         read(None)
+
+
+def test_the_time_of_reading_goes_with_the_number_of_columns(tmp_path):
+    """8 times the columns take 8 times as long, and took 64 times: 30 is far from both on any processor."""
+
+    def seconds(columns):
+        names = [f"c{i}" for i in range(columns)]
+        file = tmp_path / f"{columns}.csv"
+        file.write_text(f"id,{','.join(names)}\n1,{','.join(['1'] * columns)}\n")
+        begun = time.process_time()
+        assert text_tables.read_csv(file).shape == (1, columns + 1)
+        return time.process_time() - begun
+
+    seconds(10)  # what is imported at the first call
+    assert seconds(24_000) < 30 * max(seconds(3_000), 0.02)

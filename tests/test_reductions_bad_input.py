@@ -40,7 +40,11 @@ CASES = [
     ("sequence", lambda: wd.DamageCounts(LIMITS, over="motion"), "over 'event'"),
     ("sequence", lambda: wd.DamageCounts(LIMITS, over="event", events=["a"] * 3), "has events of its own"),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="event", events=["a"]), "each of the 3 motions, and holds 1"),
-    ("crossed", lambda: wd.DamageCounts(LIMITS, over="event", events="abc"), "each of the 3 motions, and is 'abc'"),
+    (
+        "crossed",
+        lambda: wd.DamageCounts(LIMITS, over="event", events="abc"),
+        "events must be the event of each motion, .* got 'abc'",
+    ),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over=("motion", "event"), events=[1, 2, 2]), "unknown over 'motion'"),
     (
         "crossed",
@@ -81,7 +85,7 @@ CASES = [
 
 @pytest.mark.parametrize(("design", "made", "message"), CASES, ids=range(len(CASES)))
 def test_statistics_that_do_not_fit_are_refused(design, made, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((TypeError, ValueError), match=message):
         wd.simulate(
             scene_of(design), structures=1 if design.startswith("city") else 21, device="cpu", statistics=made()
         )
@@ -94,7 +98,15 @@ def test_statistics_that_do_not_fit_are_refused(design, made, message):
         (lambda: wd.DemandHistogram(DRIFT, [0.01, 0.01]), ValueError, "edges must be a row .* that increase"),
         (lambda: wd.DemandHistogram(DRIFT, []), ValueError, "edges must be a row"),
         (lambda: wd.DemandHistogram(DRIFT, [0.0, np.nan]), ValueError, r"edges\[1\] is nan"),
-        (lambda: wd.DemandHistogram(DRIFT, [0.1], quantiles=(0.5, 1.0)), ValueError, "probabilities between 0 and 1"),
+        (lambda: wd.DemandHistogram(DRIFT, [0.05], ()), ValueError, "edges must be a row of 2 to"),
+        (lambda: wd.DamageCounts(LIMITS, events=5), TypeError, "events must be the event of each motion"),
+        (lambda: wd.DamageCounts({"slight": True}), ValueError, "limits of 'slight' must be a finite number"),
+        (lambda: wd.DemandMoments(5), TypeError, "demand must be text, got 5"),
+        (
+            lambda: wd.DemandHistogram(DRIFT, [0.05, 0.1], quantiles=(0.5, 1.0)),
+            ValueError,
+            "probabilities between 0 and 1",
+        ),
         (lambda: wd.DamageCounts(LIMITS, each_place="storey"), TypeError, "each_place must be True or False"),
         (lambda: wd.DamageCounts(LIMITS, over=3), TypeError, "over must be a name or several"),
         (lambda: wd.DamageCounts(LIMITS, over={"cell": [1]}), TypeError, "over must be a name or several"),

@@ -73,7 +73,7 @@ def test_parquet_has_the_attributes(tmp_path):
 
 def test_parquet_without_pyarrow_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(ImportError, match=r'pip install "warpdyn\[parquet\]"'):
+    with pytest.raises(ImportError, match=r'pip install "pyarrow>=17"'):
         wd.write_table(make_curves(), tmp_path / "curves.parquet")
     assert not list(tmp_path.iterdir())
 

@@ -156,10 +156,14 @@ def _caption(name: str) -> str:
     return f"The picture is drawn with the parameters of the program at the end of this page. {drawn}"
 
 
+BOUNDS_BY_OTHERS = {"gamma": "above -beta, at most beta"}  # by the values of other parameters
+
+
 def _parameter_table(element: type[StoreyElement]) -> str:
     rows = []
     for name, known in element.parameters.items():
         bounds = known.allowed.removeprefix("finite and ").removeprefix("finite") or "any"
+        bounds = BOUNDS_BY_OTHERS.get(name, bounds)
         default = "must be given" if known.default is None else f"{known.default:g}"
         rows.append((f"`{name}`<br>{known.long_name}", f"`{known.units}`", bounds, default, known.opensees or "none"))
     if not rows:

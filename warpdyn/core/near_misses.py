@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping
+import functools
+import inspect
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Class = TypeVar("Class", bound=type)
+LEAST_BEGINNING, MOST_BEGUN = 3, 3  # letters of a name that others begin with, and how many of these are suggested
 
 
 def did_you_mean(name: object, known: Mapping[str, str] | Iterable[str]) -> str:
@@ -17,5 +25,59 @@ def did_you_mean(name: object, known: Mapping[str, str] | Iterable[str]) -> str:
         return ""
     known = known if isinstance(known, Mapping) else {word: word for word in known}
     by_lower = {word.lower(): suggested for word, suggested in known.items()}
-    close = difflib.get_close_matches(name.lower().replace(" ", "_").replace("-", "_"), by_lower, n=1, cutoff=0.7)
-    return f" (did you mean {by_lower[close[0]]!r}?)" if close else ""
+    wanted = name.lower().replace(" ", "_").replace("-", "_")
+    close = difflib.get_close_matches(wanted, by_lower, n=1, cutoff=0.7)
+    if not close and len(wanted) >= LEAST_BEGINNING:  # "newmark" of "newmark_average" and "newmark_linear"
+        close = [word for word in by_lower if word.startswith(wanted)][:MOST_BEGUN]
+    return f" (did you mean {' or '.join(repr(by_lower[word]) for word in close)}?)" if close else ""
+
+
+def refuse_unknown(function: str, named: Collection[str], known: Collection[str], names: Mapping[str, str]) -> None:
+    """Raise a TypeError that suggests a name for an argument that a function does not take.
+
+    Args:
+        function: The function.
+        named: Names of the arguments that it is called with.
+        known: Names of its own.
+        names: Names that may be meant, each with the one to suggest.
+    """
+    for unknown in named:
+        if unknown not in known:
+            hint = did_you_mean(unknown, names)
+            raise TypeError(f"{function}() has no argument {unknown!r}{hint}; it takes {', '.join(known)}")
+
+
+def suggests_names(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function suggest the name that was meant by one that it does not take, where Python only repeats it.
+
+    A function that takes any further names suggests one for an argument that it needs and is not given.
+    """
+    parameters = list(inspect.signature(function).parameters.values())
+    own = [each for each in parameters if each.name not in ("self", "cls")]
+    first = len(parameters) - len(own)  # `self` or `cls` stands before
+    known = [each.name for each in own if each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL)]
+    needed = [each.name for each in own if each.default is each.empty and each.name in known]
+    takes_any = any(each.kind is each.VAR_KEYWORD for each in own)
+    name = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+
+    @functools.wraps(function)
+    def checked(*given: P.args, **named: P.kwargs) -> R:
+        if not takes_any:
+            refuse_unknown(name, named, known, {word: word for word in known})
+        missing = [each for each in needed if each not in named and each not in known[: max(0, len(given) - first)]]
+        if missing:
+            unknown = [word for word in named if word not in known]
+            hints = [f"{word!r}{hint}" for word in unknown if (hint := did_you_mean(word, missing))]
+            hint = hints[0] if hints else ""
+            said = f": it has no argument {hint}" if hint else ""
+            raise TypeError(f"{name}() needs {' and '.join(missing)}{said}; it takes {', '.join(known)}")
+        return function(*given, **named)
+
+    return checked
+
+
+def with_suggestions(cls: Class) -> Class:
+    """Let the constructor of a class suggest names, as `suggests_names` does."""
+    made: Any = cls
+    made.__init__ = suggests_names(made.__init__)
+    return cls

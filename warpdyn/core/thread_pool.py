@@ -15,6 +15,7 @@ from typing import TypeVar
 from warpdyn.core.interruption import stop_if_asked
 
 STRUCTURES_AT_A_TIME = 2**13
+MOST_THREADS = 2**12  # beyond the cores of any one machine
 PATIENCE = 0.1  # seconds of waiting before a signal is looked for
 
 Item = TypeVar("Item")

@@ -23,18 +23,20 @@ LOSS_TYPES = (
 LONGEST_NAME = 75  # of a limit state; the engine's MAX_ID_LENGTH
 
 
-def check_by_taxonomy(function: str, datasets: object) -> None:
+def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
     """Raise an error unless an argument maps names of taxonomies to datasets."""
     advice = "give {'taxonomy': dataset}"
     if isinstance(datasets, xr.Dataset):  # which is a mapping too
-        raise TypeError(f"{function}() takes a mapping of taxonomies to datasets, got one Dataset; {advice}")
-    check_kind(function, "a mapping of taxonomies to datasets", datasets, Mapping, advice)
+        raise TypeError(
+            f"{function}() takes a mapping of taxonomies to datasets, got one Dataset; {advice} as {argument}"
+        )
+    check_kind(function, "a mapping of taxonomies to datasets", datasets, Mapping, advice, argument=argument)
     assert isinstance(datasets, Mapping)
     if not datasets:
         raise ValueError(f"{function}() takes at least one taxonomy, got an empty mapping")
     for taxonomy, dataset in datasets.items():
         check_taxonomy(function, taxonomy)
-        check_kind(function, f"a Dataset for taxonomy {taxonomy!r}", dataset, xr.Dataset)
+        check_kind(function, f"a Dataset for taxonomy {taxonomy!r} of {argument}", dataset, xr.Dataset)
 
 
 def check_taxonomy(function: str, taxonomy: object, what: str = "taxonomy") -> None:

@@ -86,7 +86,7 @@ def write_nrml_fragility(
         ['CR/LFM/HEX:2']
     """
     path = checked_path(FUNCTION, path, ".xml")
-    nrml.check_by_taxonomy(FUNCTION, curves)
+    nrml.check_by_taxonomy(FUNCTION, curves, "curves")
     one_of("format", format, ("continuous", "discrete"))
     one_of("loss_type", loss_type, nrml.LOSS_TYPES)
     first, *rest = curves

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from warpdyn.core.checks import check_kind, one_of, real_number
+from warpdyn.core.checks import check_kind, checked_text, one_of, real_number, shortened
 from warpdyn.exchange import nrml
 from warpdyn.exchange.text_files import checked_path, write_text
 from warpdyn.files.text import check_names, check_separator, read_csv_text
@@ -49,6 +49,11 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
     rows: list[Sequence[object]] = [("taxonomy", "risk_id", "weight")]
     for taxonomy, given in mapping.items():
         nrml.check_taxonomy(TAXONOMIES, taxonomy)
+        if not isinstance(given, str | Mapping):
+            raise TypeError(
+                f"{TAXONOMIES}: the mapping of taxonomy {taxonomy!r} must be the id of a function, or weights by ids, "
+                f"got {shortened(given)}"
+            )
         weights = given if isinstance(given, Mapping) else {given: 1.0}
         for risk_id, weight in weights.items():
             nrml.check_taxonomy(TAXONOMIES, risk_id, f"id of taxonomy {taxonomy!r}")
@@ -213,6 +218,8 @@ def read_consequences(
         >>> wd.read_consequences(path)["C1M_H"]["complete"]
         1.0
     """
+    for name, word in {"consequence": consequence, "loss_type": loss_type}.items():
+        checked_text(f"read_consequences: {name}", word)
     found: dict[str, dict[str, float]] = {}
     named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
     others: dict[str, None] = {}  # what the file has instead, in its order

@@ -75,7 +75,9 @@ def write_pelicun_demands(
     """
     path = checked_path(FUNCTION, path, ".csv")
     needed = ("peak_storey_drift_ratio", "status", "sample")
-    check_dataset(FUNCTION, run, *needed, advice="give what simulate() returned, with the recorder 'drift'")
+    check_dataset(
+        FUNCTION, run, *needed, advice="give what simulate() returned, with the recorder 'drift'", argument="run"
+    )
     for dimension, selection in (("archetype", "select_archetype"), ("event", "select_event")):
         if dimension in run.dims:
             raise ValueError(f"{FUNCTION}: the run has several {dimension}s; take one by {selection}(run, name)")
@@ -130,7 +132,8 @@ def _at_levels(run: xr.Dataset, level: float | Sequence[float] | None) -> xr.Dat
         on_stripe = np.isclose(run["im_level"].values, value, rtol=1e-9, atol=0)
         if not on_stripe.any():
             raise ValueError(
-                f"{FUNCTION}: the run has no stripe of {value:g}; it has {', '.join(f'{each:g}' for each in levels)}"
+                f"{FUNCTION}: the run has no stripe of {value:g}; it has {', '.join(f'{each:g}' for each in levels)}: "
+                "choose level= of these"
             )
         kept |= on_stripe
     return run.isel(sample=np.flatnonzero(kept))

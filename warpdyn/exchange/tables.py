@@ -12,8 +12,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.checks import check_kind, one_of
+from warpdyn.core.checks import check_kind, is_row_of_text, one_of, shortened
 from warpdyn.core.messages import tell
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.exchange.text_files import checked_path, write_in_place
 
 FUNCTION = "write_table"
@@ -22,6 +23,7 @@ PLACES = ("storey", "floor", "dof")  # dimensions that may have a column for eac
 MOST_SHOWN = 4  # names of variables in a message
 
 
+@suggests_names
 def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Sequence[str] | None = None) -> Path:
     """Write results as one table, CSV or Parquet, that plain pandas reads.
 
@@ -65,7 +67,7 @@ def write_table(dataset: xr.Dataset, path: str | os.PathLike, *, rows: str | Seq
             import pyarrow  # noqa: F401 # asked for before anything is computed
         except ImportError:
             raise ImportError(
-                f'{FUNCTION}: Parquet is written by pyarrow, which is not installed: pip install "warpdyn[parquet]", '
+                f'{FUNCTION}: Parquet is written by pyarrow, which is not installed: pip install "pyarrow>=17", '
                 "or write CSV"
             ) from None
     along = _row_dimensions(dataset, rows)
@@ -86,6 +88,8 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
         if len(dimensions) > 1 and DEFAULT_ROWS not in dimensions:
             raise ValueError(_which_rows(dimensions))
         return (dimensions[0] if len(dimensions) == 1 else DEFAULT_ROWS,)
+    if not isinstance(rows, str) and not is_row_of_text(rows):
+        raise TypeError(f"{FUNCTION}: rows must be the name of a dimension or several, got {shortened(rows)}")
     chosen = (rows,) if isinstance(rows, str) else tuple(rows)
     for dimension in chosen:
         one_of("dimension of rows", dimension, dimensions)

@@ -9,19 +9,23 @@ from pathlib import Path
 OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
 
 
-def existing_file(function: str, path: str | os.PathLike) -> Path:
+def existing_file(function: str, path: str | os.PathLike, argument: str = "path") -> Path:
     """Return the path of a file that is there.
 
     Args:
         function: The public function that reads it.
         path: The file.
+        argument: The name of the argument.
 
     Raises:
         TypeError: If it is no path.
+        ValueError: If it is empty text.
         OSError: If there is no such file, or a folder has that name.
     """
     if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"{function}: path must name a file, got {path!r}")
+        raise TypeError(f"{function}: {argument} must name a file, got {path!r}")
+    if not os.fspath(path):
+        raise ValueError(f"{function}: {argument} is empty: give the name of a file")
     path = Path(path)
     if path.is_dir():
         raise IsADirectoryError(f"{function}: {path} is a folder; name a file in it")

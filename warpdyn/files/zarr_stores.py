@@ -24,7 +24,7 @@ from warpdyn.files.removal import remove_tree
 if TYPE_CHECKING:
     import zarr
 
-REMEDY = 'pip install "warpdyn[cluster]"'
+REMEDY = 'pip install "distributed>=2024.11" "zarr>=3.1.3"'
 FORMAT: Any = 2
 AT_A_TIME = 8  # files brought to the disk side by side: 24 of them take 10 ms, and one after the other 150 to 240 ms
 OF_THE_END = (".zattrs", ".zmetadata")  # files that `complete` writes anew

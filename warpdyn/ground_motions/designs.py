@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import real_numbers, unmasked, whole_number
+from warpdyn.core.checks import finite_numbers, real_numbers, whole_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.random_numbers import Purpose, uniforms
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import Assignment, Excitation
@@ -263,6 +264,7 @@ class Stripes(Design):
         return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=repeats)
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Cloud(Design):
     """Every structure under every motion as recorded.
@@ -304,6 +306,7 @@ class Cloud(Design):
         )
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class OneMotionPerStructure(Design):
     """Every structure under one motion of its own, at a scale of its own.
@@ -336,8 +339,10 @@ class OneMotionPerStructure(Design):
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
             raise ValueError("scale must be one factor, or one a sample, each finite and above 0")
         if self.motion is not None:
-            motion = np.atleast_1d(unmasked("motion", self.motion))
-            if motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
+            motion = np.atleast_1d(finite_numbers("motion", self.motion))
+            if motion.size and not np.any(motion % 1):
+                motion = motion.astype(np.int64)
+            if not motion.size or motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
                 raise ValueError("motion must be a row of whole numbers, one a sample")
             if motion.min() < 0 or motion.max() >= len(motions):
                 raise ValueError(f"motion indexes {len(motions)} motions from 0, got {motion.min()} to {motion.max()}")

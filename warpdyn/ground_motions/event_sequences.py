@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warpdyn.core.frozen_values import FrozenMapping
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.ground_motions.designs import excitation_of
 from warpdyn.ground_motions.excitation import Assignment, Excitation
 from warpdyn.ground_motions.motions import GroundMotion
@@ -25,6 +26,7 @@ class _Placed(Excitation):
     _places: list[np.ndarray]  # of each event's motions among those of all, each once
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class EventSequence(_Placed):
     """Earthquakes one after the other, each on the building as the previous one has left it.
@@ -69,7 +71,7 @@ class EventSequence(_Placed):
                     f"got {type(design).__name__}"
                 )
             designs[name] = excitation
-        object.__setattr__(self, "events", MappingProxyType(designs))
+        object.__setattr__(self, "events", FrozenMapping(designs))
         object.__setattr__(self, "_designs", tuple(designs.values()))
         # Motions that several events have in common are held once.
         motions = list(dict.fromkeys(motion for design in designs.values() for motion in design.motions))

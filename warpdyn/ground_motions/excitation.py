@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.core.checks import real_number
 from warpdyn.core.description import html_table
 
 if TYPE_CHECKING:
     from warpdyn.structures.structure import Structure
 
 THE_DURATION, THE_NOISE = "the duration", "the interval of the noise"
+MOST_RECORD_SAMPLES = 2**26  # 7.8 days at 100 samples a second, 0.5 GB
 MOST_STEPS = 2**30  # steps are counted in 32 bits, with room for a look at the last state
 
 
@@ -284,7 +286,13 @@ def divides(step: float, interval: float) -> bool:
 def substeps_of(interval: float, step: float | None, target: float, what: str) -> int:
     """Return into how many steps an interval is divided, by the step asked for or the fewest that reach the target."""
     if step is None:
-        return max(1, int(np.ceil(interval / target * (1 - 1e-9))))
+        count = max(1.0, np.ceil(interval / target * (1 - 1e-9)))
+        if count > MOST_STEPS:
+            raise ValueError(
+                f"{what}, {interval:g} s, would take {count:.3g} steps of {target:.3g} s, and {MOST_STEPS} can be "
+                "counted: make it shorter, or give a longer step= to simulate()"
+            )
+        return int(count)
     count = max(1.0, np.round(interval / step))
     if not divides(step, interval):
         near = max(1, int(interval / step))
@@ -300,9 +308,18 @@ def substeps_of(interval: float, step: float | None, target: float, what: str) -
     return int(count)
 
 
+def check_sample_count(what: str, count: float, remedy: str) -> None:
+    """Raise a ValueError if a history would have more samples than any record has."""
+    if count > MOST_RECORD_SAMPLES:
+        raise ValueError(f"{what} makes {count:.3g} samples, and a record has at most {MOST_RECORD_SAMPLES}: {remedy}")
+
+
 def resampled_columns(values: np.ndarray, old_step: float, step: float) -> np.ndarray:
     """Return sampled values, time first, on a grid of another step, straight between the new samples."""
+    step = real_number("step [s]", step, above=0)
     old = old_step * np.arange(len(values))
-    new = step * np.arange(int(np.ceil(old[-1] / step * (1 - 1e-12))) + 1)
+    count = np.ceil(old[-1] / step * (1 - 1e-12)) + 1
+    check_sample_count(f"step {step:g} s", count, "choose a longer step")
+    new = step * np.arange(int(count))
     columns = values.reshape(old.size, -1).T
     return np.stack([np.interp(new, old, column, right=0.0) for column in columns], axis=-1)

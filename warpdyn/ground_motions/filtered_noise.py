@@ -9,14 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from warpdyn.core.checks import real_number, unmasked, whole_number
+from warpdyn.core.checks import check_memory, finite_numbers, real_number, whole_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.random_numbers import Purpose, normals
 from warpdyn.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.ground_motions.motions import GroundMotion
 
 MOST_INTERVALS = 2**30  # nodes are counted in 32 bits, with two blocks of random numbers each
+BYTES_OF_A_NODE = 200  # random numbers of up to four states with their counters, and the path
+LARGEST_FREQUENCY = 1e9  # rad/s; squares of squares stay finite
 QUADRATURE = np.polynomial.legendre.leggauss(12)
 
 
@@ -38,6 +42,7 @@ class Recursion:
     output: np.ndarray
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class WhiteNoise:
     """White noise, as far as a motion that is linear between nodes can represent it.
@@ -63,13 +68,16 @@ class WhiteNoise:
     def __post_init__(self) -> None:
         real_number("WhiteNoise.intensity [m2/s3]", self.intensity, above=0)
 
-    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
         """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a frequency is not a finite number.
         """
-        return np.full(np.shape(circular_frequency), float(self.intensity))
+        return np.full(np.shape(_frequencies(circular_frequency)), float(self.intensity))
 
     def recursion(self, interval: float) -> Recursion:
         """Return the process from node to node, at a given interval [s]."""
@@ -77,6 +85,7 @@ class WhiteNoise:
         return Recursion(np.zeros((1, 1)), deviation, deviation, np.ones(1))
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class KanaiTajimi:
     """White noise filtered by an oscillator that stands for the ground (Kanai 1957, Tajimi 1960).
@@ -106,16 +115,16 @@ class KanaiTajimi:
     def __post_init__(self) -> None:
         _check_positive(self)
 
-    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
         """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
 
         Raises:
-            ValueError: If a value is masked.
+            ValueError: If a frequency is not a finite number.
         """
-        ratio = (unmasked("circular_frequency", circular_frequency) / self.ground_frequency) ** 2
+        ratio = (_frequencies(circular_frequency) / self.ground_frequency) ** 2
         viscous = 4 * self.ground_damping_ratio**2 * ratio
         return self.intensity * (1 + viscous) / ((1 - ratio) ** 2 + viscous)
 
@@ -129,6 +138,7 @@ class KanaiTajimi:
         return _recursion(self.intensity, *self.system(), interval)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class CloughPenzien:
     """The Kanai-Tajimi motion without its lowest frequencies, so that its displacement stays finite.
@@ -169,16 +179,16 @@ class CloughPenzien:
         """The first filter."""
         return KanaiTajimi(self.intensity, self.ground_frequency, self.ground_damping_ratio)
 
-    def spectral_density(self, circular_frequency: np.ndarray) -> np.ndarray:
+    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
         """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
 
         Args:
             circular_frequency: Circular frequencies [rad/s], any shape.
 
         Raises:
-            ValueError: If a value is masked.
+            ValueError: If a frequency is not a finite number.
         """
-        ratio = (unmasked("circular_frequency", circular_frequency) / self.filter_frequency) ** 2
+        ratio = (_frequencies(circular_frequency) / self.filter_frequency) ** 2
         passed = ratio**2 / ((1 - ratio) ** 2 + 4 * self.filter_damping_ratio**2 * ratio)
         return self.ground.spectral_density(circular_frequency) * passed
 
@@ -199,6 +209,7 @@ class CloughPenzien:
 Spectrum = WhiteNoise | KanaiTajimi | CloughPenzien
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class JenningsEnvelope:
     """An envelope (t / rise)^2, then 1, then exp(-decay (t - rise - strong)) (Jennings, Housner and Tsai 1968).
@@ -225,20 +236,23 @@ class JenningsEnvelope:
         for name in ("rise", "strong", "decay"):
             real_number(f"JenningsEnvelope.{name}", getattr(self, name), least=0)
 
-    def at(self, time: np.ndarray) -> np.ndarray:
+    def at(self, time: ArrayLike) -> np.ndarray:
         """Return the envelope at some times [s].
 
         Args:
-            time: Times from the beginning of the motion [s], any shape.
+            time: Times from the beginning of the motion [s], any shape; before it the envelope is 0.
 
         Raises:
-            ValueError: If a value is masked.
+            ValueError: If a time is not a finite number.
         """
-        rising = (unmasked("time", time) / self.rise) ** 2 if self.rise else np.ones_like(time, dtype=np.float64)
-        after = np.maximum(time - self.rise - self.strong, 0.0)
-        return np.where(np.asarray(time) < self.rise, rising, np.exp(-self.decay * after))
+        times = finite_numbers("time [s]", time)
+        rising = (times / self.rise) ** 2 if self.rise else np.ones_like(times)
+        after = np.maximum(times - self.rise - self.strong, 0.0)
+        shape = np.where(times < self.rise, rising, np.exp(-self.decay * after))
+        return np.where(times < 0, 0.0, shape)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class FilteredNoise(SingleLoad):
     """One random base motion a structure: a stationary Gaussian process times an envelope, at rest after its end.
@@ -307,7 +321,10 @@ class FilteredNoise(SingleLoad):
 
     def envelope_at_nodes(self) -> np.ndarray:
         """Return the envelope at every node, shape [node]."""
-        time = self.interval * np.arange(self.intervals + 1)
+        nodes = self.intervals + 1
+        what = f"duration={self.duration:g} s in intervals of {self.interval:g} s"
+        check_memory(what, BYTES_OF_A_NODE * nodes, "take a shorter duration or longer intervals")
+        time = self.interval * np.arange(nodes)
         return np.ones_like(time) if self.envelope is None else self.envelope.at(time)
 
     def motion(self, sample: int, seed: int = 0) -> GroundMotion:
@@ -321,6 +338,7 @@ class FilteredNoise(SingleLoad):
             ValueError: If one of them is no whole number from 0.
         """
         sample, seed = whole_number("sample", sample, 0), whole_number("seed", seed, 0)
+        envelope = self.envelope_at_nodes()
         process = self.spectrum.recursion(self.interval)
         states = process.output.size
         blocks = -(-states // 2)
@@ -330,8 +348,16 @@ class FilteredNoise(SingleLoad):
         path[0] = process.start @ drawn[0]
         for node in range(1, len(path)):
             path[node] = process.growth @ path[node - 1] + process.kick @ drawn[node]
-        acceleration = self.envelope_at_nodes() * (path @ process.output)
+        acceleration = envelope * (path @ process.output)
         return GroundMotion(acceleration, self.interval, f"filtered noise {sample}", f"seed {seed}")
+
+
+def _frequencies(circular_frequency: ArrayLike) -> np.ndarray:
+    """Return circular frequencies [rad/s]; the square of a larger one than 1e9 has no use and may overflow."""
+    values = finite_numbers("circular_frequency [rad/s]", circular_frequency)
+    if np.any(np.abs(values) > LARGEST_FREQUENCY):
+        raise ValueError(f"circular_frequency must be at most {LARGEST_FREQUENCY:g} rad/s")
+    return values
 
 
 def _check_positive(spectrum: KanaiTajimi | CloughPenzien) -> None:

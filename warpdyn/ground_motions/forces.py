@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, real_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.ground_motions.excitation import (
     THE_DURATION,
     SingleLoad,
@@ -35,11 +36,12 @@ class FormulaLoad(SingleLoad):
 
 def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
     row = np.atleast_1d(finite_numbers(name, values))
-    if row.ndim != 1:
+    if row.ndim != 1 or not row.size:
         raise ValueError(f"{name} must be a row of values, one a degree of freedom, got shape {row.shape}")
     return row
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class HarmonicForce(FormulaLoad):
     """Nodal forces F0 sin(w t + phase) on a structure.
@@ -108,6 +110,7 @@ class HarmonicForce(FormulaLoad):
         return np.asarray(self.amplitude) @ shape
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class ForceHistory(SingleLoad):
     """Nodal forces sampled in time on a structure, linear between samples and zero after the last.
@@ -183,6 +186,7 @@ class ForceHistory(SingleLoad):
         return shape
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class FreeVibration(FormulaLoad):
     """No load: the structure moves on from an initial state.

@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import real_number
+from warpdyn.core.checks import real_number, shortened
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.output_variables import DAMPING, MEASURE, PERIOD, PERIODS
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions import motion_integrals
@@ -97,6 +98,7 @@ class PeakGroundAcceleration(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion.peak_ground_acceleration
 
 
@@ -114,6 +116,7 @@ class PeakGroundVelocity(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.peak_ground_velocity(motion)
 
 
@@ -132,6 +135,7 @@ class PeakGroundDisplacement(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.peak_ground_displacement(motion)
 
 
@@ -150,6 +154,7 @@ class AriasIntensity(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.arias_intensity(motion)
 
 
@@ -167,9 +172,11 @@ class CumulativeAbsoluteVelocity(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.cumulative_absolute_velocity(motion)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class SignificantDuration(IntensityMeasure):
     """The time between two shares of the Arias intensity [s]; NaN for a motion that is zero throughout.
@@ -204,9 +211,11 @@ class SignificantDuration(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return motion_integrals.significant_duration(motion, self.start, self.end)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class SpectralAcceleration(IntensityMeasure):
     """The pseudo-spectral acceleration at one period and damping ratio [m/s2].
@@ -229,8 +238,8 @@ class SpectralAcceleration(IntensityMeasure):
     units = "m s-2"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.period, Real):
-            raise ValueError(f"period must be one number [s], got {self.period!r}")
+        if not isinstance(self.period, Real) or isinstance(self.period, bool | np.bool_):
+            raise ValueError(f"period must be one number [s], got {shortened(self.period)}")
         checked_periods(self.period)
         _check_damping_ratio(self.damping_ratio)
 
@@ -244,7 +253,11 @@ class SpectralAcceleration(IntensityMeasure):
 
         Args:
             motion: The motion.
+
+        Raises:
+            TypeError: If `motion` is not a GroundMotion.
         """
+        _check_motion(motion)
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
@@ -259,6 +272,7 @@ class SpectralAcceleration(IntensityMeasure):
         return _accelerations(motions, np.array([self.period]), self.damping_ratio)[:, 0]
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class AverageSpectralAcceleration(IntensityMeasure):
     """The geometric mean of the pseudo-spectral accelerations at many periods [m/s2].
@@ -288,7 +302,7 @@ class AverageSpectralAcceleration(IntensityMeasure):
     def __post_init__(self) -> None:
         periods = checked_periods(self.periods, "periods")
         if periods.ndim != 1 or periods.size == 0:
-            raise ValueError(f"periods must be a row of at least one number [s], got {self.periods!r}")
+            raise ValueError(f"periods must be a row of at least one number [s], got {shortened(self.periods)}")
         _check_damping_ratio(self.damping_ratio)
         object.__setattr__(self, "periods", tuple(periods.tolist()))
 
@@ -301,6 +315,7 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion."""
+        _check_motion(motion)
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
@@ -356,6 +371,14 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
     )
 
 
+def _check_motion(motion: object) -> None:
+    if not isinstance(motion, GroundMotion):
+        raise TypeError(f"motion must be a GroundMotion, got {shortened(motion)}")
+
+
 def _check_damping_ratio(damping_ratio: float) -> None:
-    if not (isinstance(damping_ratio, Real) and 0 <= damping_ratio < 1):
-        raise ValueError(f"damping_ratio must be a number from 0 up to but not including 1, got {damping_ratio!r}")
+    is_number = isinstance(damping_ratio, Real) and not isinstance(damping_ratio, bool | np.bool_)
+    if not is_number or not 0 <= damping_ratio < 1:
+        raise ValueError(
+            f"damping_ratio must be a number from 0 up to but not including 1, got {shortened(damping_ratio)}"
+        )

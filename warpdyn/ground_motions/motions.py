@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warpdyn.core.checks import real_number, real_numbers
+from warpdyn.core.checks import checked_text, real_number, real_numbers, shortened
 from warpdyn.core.description import fingerprint, html_table
+from warpdyn.core.frozen_values import FrozenArrays
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.excitation import (
     Sampled,
@@ -21,8 +23,9 @@ if TYPE_CHECKING:
     pass
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
-class GroundMotion:
+class GroundMotion(FrozenArrays):
     """One recorded base acceleration, linear between its samples and zero after its end.
 
     Args:
@@ -36,6 +39,7 @@ class GroundMotion:
     Raises:
         ValueError: If the acceleration is not a finite 1-D array of at least two values, or some are masked, or the
             step is not finite and positive.
+        TypeError: If a name is not text.
 
     Example:
         >>> time = np.arange(0, 10, 0.01)
@@ -54,6 +58,8 @@ class GroundMotion:
     component: str = ""
 
     def __post_init__(self) -> None:
+        for name in ("name", "source", "record", "component"):
+            object.__setattr__(self, name, checked_text(f"GroundMotion.{name}", getattr(self, name)))
         acceleration = real_numbers(f"motion {self.name!r}: acceleration", self.acceleration)
         if acceleration.ndim != 1 or acceleration.size < 2:
             raise ValueError(
@@ -68,7 +74,9 @@ class GroundMotion:
             )
         acceleration.flags.writeable = False
         object.__setattr__(self, "acceleration", acceleration)
-        object.__setattr__(self, "step", real_number(f"motion {self.name!r}: step [s]", self.step, above=0))
+        step = real_number(f"motion {self.name!r}: step [s]", self.step, above=0)
+        real_number(f"motion {self.name!r}: step times the number of samples [s]", step * acceleration.size)
+        object.__setattr__(self, "step", step)
 
     def __repr__(self) -> str:
         # Both units stand beside each other, since a record that was read in a wrong one shows in its peak.
@@ -89,6 +97,9 @@ class GroundMotion:
 
         Args:
             step: Step of the new samples [s].
+
+        Raises:
+            ValueError: If the step is not above 0, or so short that there would be more than 2^26 samples.
         """
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
@@ -125,9 +136,11 @@ class GroundMotion:
 
 def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
     """Return ground motions, or one, as a tuple; raise an error if there is none or one is something else."""
-    if not isinstance(motions, GroundMotion | Iterable):
-        raise TypeError(f"motions must be ground motions, got {motions!r}")
-    motions = (motions,) if isinstance(motions, GroundMotion) else tuple(motions)
+    if isinstance(motions, GroundMotion):
+        return (motions,)
+    if not isinstance(motions, Iterable) or isinstance(motions, str | bytes | range | np.ndarray | Mapping):
+        raise TypeError(f"motions must be ground motions, such as [motion, motion], got {shortened(motions)}")
+    motions = tuple(motions)
     if not motions:
         raise ValueError("motions is empty: give at least one GroundMotion")
     for index, motion in enumerate(motions):

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import real_numbers, unmasked
+from warpdyn.core.checks import is_row_of_text, real_numbers, shortened, unmasked
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.ground_motions.designs import Design, _intensities, _units
 from warpdyn.ground_motions.excitation import Assignment
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionsAtSites(Design):
     """Every structure under the motions of a site near it, for each of some draws.
@@ -75,6 +77,8 @@ class MotionsAtSites(Design):
         earthquake = _indices("earthquake", drawn, 1, earthquakes, "[draw]")
         if earthquake.size != draws:
             raise ValueError(f"earthquake has {earthquake.size} values, and site has {draws} draws")
+        if self.names is not None and not is_row_of_text(self.names):
+            raise TypeError(f"names must be a name of each earthquake, got {shortened(self.names)}")
         names = tuple(map(str, range(earthquakes) if self.names is None else self.names))
         if len(names) != earthquakes:
             raise ValueError(f"names has {len(names)} values, and motion has {earthquakes} earthquakes")
@@ -131,7 +135,9 @@ class MotionsAtSites(Design):
 
 def _indices(what: str, values: ArrayLike, ndim: int, count: int, axes: str) -> np.ndarray:
     """Return whole numbers below a count as an array of some axes; raise a ValueError if they are not."""
-    array = unmasked(what, values)
+    array = unmasked(what, values) if isinstance(values, np.ndarray) else real_numbers(what, values)
+    if array.dtype.kind == "f" and array.size and np.all(np.isfinite(array)) and not np.any(array % 1):
+        array = array.astype(np.int64)
     if array.ndim != ndim or array.dtype.kind not in "iu" or not array.size:
         raise ValueError(f"{what} must be whole numbers of the shape {axes}, got {array.dtype} {array.shape}")
     if array.min() < 0 or array.max() >= count:

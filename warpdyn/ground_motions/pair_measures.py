@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdyn.core.checks import real_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.output_variables import MEASURE
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, SpectralAcceleration
 from warpdyn.ground_motions.motions import GroundMotion
@@ -42,6 +43,7 @@ class PairMeasure(IntensityMeasure):
         raise NotImplementedError
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class GeometricMean(PairMeasure):
     """The geometric mean of a measure of both horizontal components, as they were recorded.
@@ -84,6 +86,7 @@ class GeometricMean(PairMeasure):
         return np.sqrt(values[::2] * values[1::2])
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class RotatedSpectralAcceleration(PairMeasure):
     """A percentile, over all horizontal directions, of the pseudo-spectral acceleration (RotD50, RotD100) [m/s2].

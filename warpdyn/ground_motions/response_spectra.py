@@ -9,7 +9,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers, whole_number
-from warpdyn.core.thread_pool import cores
+from warpdyn.core.near_misses import suggests_names
+from warpdyn.core.thread_pool import MOST_THREADS, cores
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.ground_motions.plausibility import warn_of_implausible_motions
@@ -20,6 +21,7 @@ from warpdyn.methods.oscillator_increments import LARGEST_NORM, halvings_of, osc
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-5, 1e9
 
 
+@suggests_names
 def response_spectra(
     motions: GroundMotion | Sequence[GroundMotion],
     periods: ArrayLike,
@@ -108,7 +110,7 @@ def spectral_displacements(
     from warpdyn.kernels.auxiliary.oscillator_peaks import largest_displacements
     from warpdyn.kernels.queues import checked_devices
 
-    threads = cores() if threads is None else whole_number("threads", threads, 1)
+    threads = cores() if threads is None else whole_number("threads", threads, 1, MOST_THREADS)
     first, *others = checked_devices(device)
     if others:
         raise ValueError(f"response spectra run on one device, got {device!r}")

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import checked_flag, one_of, real_number
+from warpdyn.core.checks import check_memory, one_of, real_number, real_numbers, true_or_false, whole_number
 from warpdyn.core.interruption import interruptible
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION
@@ -30,6 +30,9 @@ from warpdyn.scene.plausibility import warn_of_implausible
 from warpdyn.scene.scene import Scene
 
 PAIRS_AT_A_TIME = 2**16
+LARGEST_LIMIT = 1e9
+LARGEST_LADDER = 10.0  # ratio of neighbouring levels
+BYTES_OF_A_CAPACITY = 64  # its bracket, value, status and resurrections, while they are joined
 FIRST_SHARE = 1e-3  # level of the elastic run, over the middle of the intensities as recorded
 BEYOND_ELASTIC = 4.0  # highest level of a cloud, over the largest that the first structure's elastic response needs
 
@@ -90,8 +93,8 @@ def capacities(
         highest: Highest level [g, or SI units of a measure that is no acceleration]: a limit that is not passed there
             has an infinite capacity. None for the last level of Stripes, and of a Cloud for four times as much as the
             elastic response of its first structure needs; `math.inf` for this whatever the design.
-        ladder: Ratio of neighbouring levels of the ladder [1]. Each pair has a ladder of its own, up to the highest
-            level.
+        ladder: Ratio of neighbouring levels of the ladder [1], at most 10. Each pair has a ladder of its own, up to
+            the highest level.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
         keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building, and the
@@ -115,7 +118,8 @@ def capacities(
     Raises:
         ValueError: If an argument is out of its range, limits do not increase, the demand is not recorded, or more than
             1 % of the pairs failed.
-        TypeError: If the scene is none, its excitation is no Cloud or Stripes, or `keep_curves` is no choice.
+        TypeError: If the scene is none, its excitation is no Cloud or Stripes, or `keep_curves` or `reuse_elastic`
+            is not True or False.
 
     Example:
         >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.015}, structures=2)
@@ -127,7 +131,10 @@ def capacities(
     tolerance = real_number("tolerance", tolerance, above=0)
     if not 1e-5 <= tolerance < 1:
         raise ValueError(f"tolerance must be a relative width from 1e-5 to below 1, got {tolerance:g}")
-    ladder = real_number("ladder", ladder, above=1)
+    if real_number("ladder", ladder, above=1) > LARGEST_LADDER:
+        raise ValueError(f"ladder must be at most {LARGEST_LADDER:g}, got {ladder:g}: levels between would be missed")
+    for name, choice in {"reuse_elastic": reuse_elastic, "keep_curves": keep_curves}.items():
+        true_or_false(name, choice)
     integration = Integration.from_arguments(
         method=method,
         dtype=dtype,
@@ -144,6 +151,11 @@ def capacities(
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     count = number_of_structures("capacities", scene, structures)
+    check_memory(
+        f"capacities() of structures={whole_number('structures', count, 1)} under {len(design.motions)} motions",
+        BYTES_OF_A_CAPACITY * count * len(design.motions) * len(names),
+        "take fewer structures: a few per motion determine a fragility curve",
+    )
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     integration = run.integration
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
@@ -161,10 +173,8 @@ def capacities(
     own = design.structures_per_motion or run.structures
     findings = StabilityFindings(own * len(design.motions), integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
-    if not isinstance(keep_curves, bool):
-        raise TypeError(f"keep_curves must be True or False, got {keep_curves!r}")
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
-    counts_added = checked_flag("added_storeys", added_storeys)
+    counts_added = true_or_false("added_storeys", added_storeys)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
     starts = range(0, own, size)
     with interruptible(), counted_histories(0) as progress:
@@ -227,11 +237,13 @@ def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
                 "one demand, such as {'slight': 0.005}, with demand= for its variable"
             )
     try:
-        values = np.array([float(value) for value in limits.values()])
+        values = np.array([float(real_numbers("limits", value)) for value in limits.values()])
     except (TypeError, ValueError):
         hint = " (0.5 % is 0.005)" if any("%" in str(value) for value in limits.values()) else ""
         raise ValueError(f"limits must be numbers, got {dict(limits)}{hint}") from None
     for name, value in zip(names, values, strict=True):
+        if LARGEST_LIMIT < value < np.inf:
+            raise ValueError(f"limits: {name!r} is {value:g}; it must be at most {LARGEST_LIMIT:g}, or math.inf")
         if not value > 0:
             raise ValueError(f"the limit of damage state {name!r} is {value}; it must be above 0")
     for i in range(len(names) - 1):

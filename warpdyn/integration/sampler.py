@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from warpdyn.core.checks import check_memory
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.core.thread_pool import in_parts
 from warpdyn.kernels.arguments import lane_rows
@@ -21,6 +22,8 @@ from warpdyn.scene.scatter import (
 from warpdyn.scene.sobol_points import SobolPoints
 from warpdyn.structures.physics import physics_problem
 from warpdyn.structures.structure import Structure
+
+BYTES_OF_A_POINT = 24  # per variable: SciPy's permutations, its points and a copy
 
 
 class Sampler:
@@ -66,6 +69,11 @@ class Sampler:
         if sampling == "sobol":
             self._sobol = SobolPoints(len(self.variables), generator)
         elif sampling == "latin_hypercube":
+            check_memory(
+                f"a Latin hypercube of structures={structures}",
+                BYTES_OF_A_POINT * structures * len(self.variables),
+                'choose sampling="sobol" in the Scene, which needs no memory for its points',
+            )
             from scipy.stats import qmc  # which takes a third of a second to import
 
             self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)
@@ -107,9 +115,12 @@ class Sampler:
         for name, values in drawn.items():
             parameter = self.structure.parameter_table[name]
             taken = storeys_with(nominal[name])
-            problem = parameter.first_violation(f"the drawn {name}", values, axes[: values.ndim], structures, taken)
+            is_given = isinstance(self.scatter[name], GivenValues)
+            what = f"the given {name}" if is_given else f"the drawn {name}"
+            problem = parameter.first_violation(what, values, axes[: values.ndim], structures, taken)
             if problem:
-                raise ValueError(f"{problem}; narrow its scatter or use a distribution that stays within bounds")
+                remedy = "narrow its scatter or use a distribution that stays within bounds"
+                raise ValueError(f"{problem}; {'correct its GivenValues' if is_given else remedy}")
         if not is_all:
             return
         everything = {**self.structure.parameters, **drawn}

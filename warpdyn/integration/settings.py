@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 from warpdyn.core.checks import one_of, real_number, whole_number
-from warpdyn.core.thread_pool import cores
+from warpdyn.core.thread_pool import MOST_THREADS, cores
 from warpdyn.kernels.queues import checked_devices
 from warpdyn.methods.defaults import MEASURED_DAMPING_RATIO, default_method
 from warpdyn.methods.table import METHODS
@@ -125,7 +125,7 @@ class Execution:
     def __post_init__(self) -> None:
         if self.memory is not None:
             whole_number("memory [bytes]", self.memory, 1)
-        found = cores() if self.threads is None else whole_number("threads", self.threads, 1)
+        found = cores() if self.threads is None else whole_number("threads", self.threads, 1, MOST_THREADS)
         object.__setattr__(self, "cores", found)
         object.__setattr__(self, "devices", checked_devices(self.device))
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import one_of, shortened
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.files.text import existing_file, inside_folder
@@ -77,8 +77,13 @@ def read_openquake(
         >>> inventory["replacement_cost"].tolist()
         [1500.0, 220.0]
     """
-    if isinstance(costs, str):
-        raise TypeError(f"read_openquake: costs must be a sequence of names, such as ({costs!r},), got {costs!r}")
+    if not isinstance(costs, list | tuple) or not all(isinstance(name, str) for name in costs):
+        raise TypeError(
+            f"read_openquake: costs must be a sequence of names, such as ('structural',), got {shortened(costs)}"
+        )
+    columns = {} if columns is None else columns
+    if not isinstance(columns, Mapping):
+        raise TypeError(f"read_openquake: columns must be names of columns by their meaning, got {shortened(columns)}")
     path = existing_file("read_openquake", path)
     kinds: dict[str, str] = {}
     fields: dict[str, str] = {}

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import one_of, shortened
 from warpdyn.core.messages import warn_caller
 from warpdyn.files.text import check_names, existing_file
 from warpdyn.inventories.table import FACTORS, checked_inventory
@@ -60,7 +61,9 @@ def read_r2d(
         [92.9, 185.8]
     """
     one_of("area_unit", area_unit, tuple(FACTORS))
-    return _inventory(str(path), read_csv(existing_file("read_r2d", path)), area_unit, columns or {})
+    return _inventory(
+        str(path), read_csv(existing_file("read_r2d", path)), area_unit, {} if columns is None else columns
+    )
 
 
 def read_geojson(
@@ -158,6 +161,8 @@ def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[
         known["id"] = names[ASSET_ID.lower()]
     for meaning in ("id", "longitude", "latitude"):
         known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error says R2D's name
+    if not isinstance(columns, Mapping) or isinstance(columns, xr.Dataset):
+        raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
     source = known | dict(columns)
     inventory = checked_inventory(what, table, source)
     if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":  # warpdyn's own is in m2

@@ -10,6 +10,7 @@ import pandas as pd
 
 from warpdyn.core.checks import one_of
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.inventories.table import named_rows
 from warpdyn.inventories.taxonomies import MOST_STOREYS, MOST_STOREYS_OF_W1, families, structure_of
 from warpdyn.structures.hazus import DESIGN_LEVELS, building_types
@@ -56,6 +57,7 @@ class Named:
     hazus: Mapping[str, tuple[str, str, int]]
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class HazusRule:
     """The Hazus type of a building by its structure type and storeys, and its design level by its year.

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import check_kind, one_of, shortened
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.near_misses import did_you_mean, suggests_names
 from warpdyn.inventories.rules import HazusRule, Rule, named_by
 from warpdyn.inventories.table import named_rows
-from warpdyn.scene.portfolio import Archetype, Portfolio
+from warpdyn.scene.portfolio import Archetype, Portfolio, named as of_archetype
 from warpdyn.scene.scatter import Scatter
 from warpdyn.structures.hazus import DESIGN_LEVELS, building_types, hazus_drift_limits
 from warpdyn.structures.shear_building import ShearBuilding
@@ -91,7 +91,9 @@ class BuildingStock:
 
         Raises:
             ValueError: If its rows are not as many, or an id differs.
+            TypeError: If `inventory` is not a DataFrame.
         """
+        check_kind("BuildingStock", "a DataFrame", inventory, pd.DataFrame, argument="inventory")
         if "id" not in inventory:
             raise ValueError(
                 f"the inventory has no column 'id', only {', '.join(map(str, inventory.columns))}: give the one that "
@@ -131,9 +133,9 @@ class BuildingStock:
             ValueError: If there is no replacement cost, or some buildings have none or one below 0; the message counts
                 and names them.
         """
+        self.check(inventory)
         if "replacement_cost" not in inventory:
             raise ValueError("replacement_costs: the inventory has no column replacement_cost")
-        self.check(inventory)
         cost = inventory["replacement_cost"].to_numpy(dtype=np.float64)[self.rows]
         missing = np.isnan(cost)
         if missing.any():
@@ -158,6 +160,7 @@ class BuildingStock:
         return dict(zip(self.portfolio.archetypes, sums.tolist(), strict=True))
 
 
+@suggests_names
 def portfolio(
     inventory: pd.DataFrame,
     archetype_of: Rule | None = None,
@@ -206,8 +209,19 @@ def portfolio(
         ['W1 moderate 1', 'C1M high 5']
     """
     if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
-        raise TypeError("portfolio() takes an inventory, as the readers of wd.inventories return it")
-    one_of("unknown", unknown, (REFUSE, LEAVE_OUT))
+        raise TypeError(
+            "portfolio() takes an inventory, as the readers of wd.inventories return it, got "
+            f"{type(inventory).__name__}"
+        )
+    for argument, given in {"scatter": scatter, "correlation": correlation, "archetypes": archetypes}.items():
+        if given is not None and not isinstance(given, Mapping):
+            raise TypeError(f"portfolio: {argument} must be a mapping, got {shortened(given)}")
+    one_of("choice for unknown=", unknown, (REFUSE, LEAVE_OUT))
+    if isinstance(archetype_of, type):
+        raise TypeError(
+            f"portfolio: archetype_of is the class {archetype_of.__name__} itself: give archetype_of="
+            f"{archetype_of.__name__}()"
+        )
     own, own_limits = archetypes or {}, limits or {}
     for name, one in own.items():
         if not isinstance(one, Archetype):
@@ -228,13 +242,14 @@ def portfolio(
     made: dict[str, Archetype] = {}
     found_limits: dict[str, Mapping[str, float]] = {}
     for name, count in zip(named.names, counts.tolist(), strict=True):
-        if name in own:
-            one = own[name]
-            made[name] = Archetype(one.building, count, one.scatter, one.correlation)
-        else:
-            kind, level, storeys = named.hazus.get(name) or _hazus_parts(name, own)
-            made[name] = Archetype(building(kind, level, storeys), count, scatter or {}, correlation or {})
-            found_limits[name] = hazus_drift_limits(kind, level)
+        with of_archetype(name):
+            if name in own:
+                one = own[name]
+                made[name] = Archetype(one.building, count, one.scatter, one.correlation)
+            else:
+                kind, level, storeys = named.hazus.get(name) or _hazus_parts(name, own)
+                made[name] = Archetype(building(kind, level, storeys), count, scatter or {}, correlation or {})
+                found_limits[name] = hazus_drift_limits(kind, level)
         if name in own_limits:
             found_limits[name] = own_limits[name]
     # Few archetypes fit into 16 bits, whose stable sort takes a time in proportion to the buildings.

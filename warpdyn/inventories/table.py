@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from warpdyn.core.checks import shortened
 from warpdyn.core.messages import warn_caller
 from warpdyn.core.near_misses import did_you_mean
 from warpdyn.files.text import check_names
@@ -64,10 +65,7 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
         table = table.to_dataframe().reset_index()
     if not isinstance(table, pd.DataFrame):
         raise TypeError(f"from_table() takes a pandas DataFrame or an xarray Dataset, got {type(table).__name__}")
-    columns = {} if columns is None else columns
-    if not isinstance(columns, Mapping) or not all(isinstance(name, str) for name in columns.values()):
-        raise TypeError(f"from_table: columns must be names of columns by their meaning, got {columns!r}")
-    return checked_inventory("from_table", table, columns)
+    return checked_inventory("from_table", table, {} if columns is None else columns)
 
 
 def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
@@ -85,6 +83,12 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
         check_names(table.columns)
     except ValueError as error:
         raise ValueError(f"{what}: {error}") from None
+    if (
+        not isinstance(columns, Mapping)
+        or isinstance(columns, xr.Dataset)
+        or not all(isinstance(name, str) for name in columns.values())
+    ):
+        raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
     for meaning, name in columns.items():
         if meaning not in COLUMNS:
             raise ValueError(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdyn.core import checks
 from warpdyn.core.interruption import stop_if_asked
 from warpdyn.core.thread_pool import as_finished
 from warpdyn.kernels.arguments import as_field, blank_value, check_held, wrapped
@@ -61,11 +62,7 @@ def free_memory(device: str) -> int:
     """Return the memory that is free on a device [bytes]."""
     if device != "cpu":
         return wp.get_device(device).free_memory
-    try:
-        with open("/proc/meminfo") as lines:  # with what the system would give back of its file cache
-            return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
-    except (OSError, StopIteration):  # systems that do not tell: a modest guess
-        return 2**30
+    return checks.free_memory()
 
 
 def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:

@@ -146,7 +146,7 @@ class StoreyElement:
     def __post_init__(self) -> None:
         for name, parameter in self.parameters.items():
             values = real_numbers(name, getattr(self, name))
-            if values.ndim > 1:
+            if values.ndim > 1 or not values.size:
                 raise ValueError(f"{name} must be one value or one a storey, got shape {values.shape}")
             problem = parameter.first_violation(name, values, ("storey",)[: values.ndim])
             if problem:

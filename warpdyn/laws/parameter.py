@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warpdyn.core.checks import checked_text, real_number, true_or_false
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -24,6 +26,9 @@ class Parameter:
         often_in_percent: Whether others give it in percent, so that a value above the upper bound may be meant so.
         opensees: What OpenSees calls it, or what OpenSees is given for it.
 
+    Raises:
+        ValueError, TypeError: If a bound is not a number, a name is not text, or a choice is not True or False.
+
     Example:
         >>> stiffness = wd.laws.Parameter("N m-1", "storey stiffness", low=0.0, low_open=True)
         >>> stiffness.allowed
@@ -39,6 +44,17 @@ class Parameter:
     default: float | None = None
     often_in_percent: bool = False
     opensees: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("units", "long_name", "opensees"):
+            checked_text(f"Parameter.{name}", getattr(self, name))
+        for name in ("low_open", "high_open", "often_in_percent"):
+            true_or_false(f"Parameter.{name}", getattr(self, name))
+        for name in ("low", "high", "default"):
+            value = getattr(self, name)
+            is_open = value is None if name == "default" else isinstance(value, float) and abs(value) == np.inf
+            if not is_open:
+                real_number(f"Parameter.{name}", value)
 
     def violations(self, values: np.ndarray) -> np.ndarray:
         """Return where values are not finite or out of bounds, as a mask of their shape."""

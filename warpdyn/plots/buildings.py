@@ -38,7 +38,7 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
         >>> figure = wd.plots.building(building)
         >>> figure.savefig("building.png")
     """
-    check_kind("plots.building", "a ShearBuilding", building, ShearBuilding)
+    check_kind("plots.building", "a ShearBuilding", building, ShearBuilding, argument="building")
     values, storeys = building.parameters, building.storeys
     own = building.own_storeys
     # The height of isolators and of a tuned mass damper is no length, but scales their drift.

@@ -22,6 +22,7 @@ from warpdyn.plots.style import (
     colours_of,
     grid,
     legend,
+    literal,
     panels,
     plain_numbers,
     set_scale,
@@ -92,7 +93,8 @@ def cloud_regression(
         if not np.isfinite(limit):  # collapse alone passes it, whose median is drawn below
             continue
         axes.axhline(limit, color=colour, lw=1)
-        said = f"{state}: median {median:.3g}" if np.isfinite(median) else f"{state}, no fit"
+        name = literal(state)
+        said = f"{name}: median {median:.3g}" if np.isfinite(median) else f"{name}, no fit"
         # Away from the median, where the cloud is below a high limit and above a low one.
         across, anchor = (0.99, "right") if median < np.sqrt(level.min() * level.max()) else (0.01, "left")
         where: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": anchor, "va": "bottom"}
@@ -107,7 +109,7 @@ def cloud_regression(
     plain_numbers(axes.yaxis)
     words = demand.replace("_", " ").removeprefix("peak ")
     units = "%" if is_ratio else str(run[demand].attrs.get("units", "1"))
-    axes.set(xlabel=drawn.measure, ylabel=f"Largest {words.removesuffix(' ratio')} [{units}]")
+    axes.set(xlabel=literal(drawn.measure), ylabel=f"Largest {words.removesuffix(' ratio')} [{units}]")
     grid(axes)
     legend(axes, loc="lower right")
     has_model = "collapse_median" in curves

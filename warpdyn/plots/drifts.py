@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib import ticker
 from matplotlib.axes import Axes
 
-from warpdyn.core.checks import whole_number
+from warpdyn.core.checks import real_number, whole_number
 from warpdyn.plots.samples import Demands, demands_of, percent
 from warpdyn.plots.style import (
     AMONG_POINTS,
@@ -25,6 +25,7 @@ from warpdyn.plots.style import (
     colours_of,
     grid,
     legend,
+    literal,
     logarithmic,
     panels,
     plain_numbers,
@@ -62,11 +63,11 @@ def drift_over_height(
     Example:
         >>> figure = wd.plots.drift_over_height(run, levels=3)
     """
-    whole_number("levels", levels, 1)
+    levels = whole_number("levels", levels, 1)
     drawn = demands_of("drift_over_height", dataset, "peak_storey_drift_ratio", OF_STRIPES, by_storey=True)
     if not drawn.is_striped:
         raise ValueError("the run is not on stripes: drift_over_height draws one curve a stripe")
-    chosen = np.unique(np.linspace(0, drawn.levels.size - 1, levels).round().astype(int))
+    chosen = np.unique(np.linspace(0, drawn.levels.size - 1, min(levels, drawn.levels.size)).round().astype(int))
     result, (axes,) = panels("drift_over_height", ax, size=(7.0, 4.6))
     storeys = without_added_storeys(dataset)["storey"].values
     shares, table = drawn.collapsed_share()[chosen], 100 * drawn.fractiles()[chosen]
@@ -90,12 +91,12 @@ def drift_over_height(
     if limits:  # named on an axis of their own, above which the title finds its place
         above = axes.secondary_xaxis("top")
         above.xaxis.set_minor_locator(ticker.NullLocator())
-        names, values = [state for state, _ in limits], [100 * limit for _, limit in limits]
+        names, values = [literal(state) for state, _ in limits], [100 * limit for _, limit in limits]
         above.set_xticks(
             values, labels=names, fontsize=SMALL, color=DARK, rotation=25, ha="left", rotation_mode="anchor"
         )
     grid(axes)
-    legend(axes, beside=True, title=drawn.measure)
+    legend(axes, beside=True, title=literal(drawn.measure))
     title(axes, "Peak drift over height: median and 16 to 84 %")
     return result
 
@@ -141,7 +142,9 @@ def drift_against_intensity(
     for colour, (state, limit) in zip(colours_of([state for state, _ in limits], colours), limits, strict=True):
         axes.axhline(100 * limit, color=colour, lw=1)
         place = (0.01, 100 * limit)
-        axes.annotate(state, place, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS)
+        axes.annotate(
+            literal(state), place, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS
+        )
     axes.set_ylabel("Largest peak storey drift ratio [%]")
     return result
 
@@ -212,7 +215,7 @@ def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collap
         else:
             each, at = np.unique(np.stack([level[place], 100 * where_collapsed[place]]), axis=1)
             axes.scatter(each, at, **look)
-    axes.set_xlabel(drawn.measure)
+    axes.set_xlabel(literal(drawn.measure))
     set_scale(axes, scale, level.min(), level.max())
     plain_numbers(axes.yaxis)
     grid(axes)
@@ -259,7 +262,7 @@ def drift_distributions(
         share = drawn.collapsed.mean()
         remarks = [stripes[name]] * (not is_same and bool(stripes[name]))
         remarks += [f"{percent(share)} collapsed"] * bool(share)
-        words = f"{name}: {', '.join(remarks)}" if remarks else name
+        words = f"{literal(name)}: {', '.join(remarks)}" if remarks else literal(name)
         across = np.append(100 * drift[stands[:1]], 100 * drift[stands])
         axes.step(across, np.append(0.0, below[stands])[: across.size], where="post", color=colour, label=words)
         if share and stands.size:
@@ -300,14 +303,14 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
     listed = f"{', '.join(f'{each:g}' for each in stripes)} {units}"
     if level is None and stripes.size > 1:
         raise ValueError(f"run {name!r} is on several stripes: give level=, one of {listed}")
-    chosen = stripes[0] if level is None else level
+    chosen = stripes[0] if level is None else real_number("level", level)
     here = np.isclose(drawn.level, chosen, rtol=1e-6)
     if not here.any():
-        raise ValueError(f"run {name!r} has no stripe of {chosen!r} {units}; it has {listed}")
+        raise ValueError(f"run {name!r} has no stripe of {chosen!r} {units}; it has {listed}: choose level= of these")
     parts: Iterable[str] = ("values", "collapsed", "level", "structure", "motion", "beyond")
     return Demands(**vars(drawn) | {each: getattr(drawn, each)[here] for each in parts})
 
 
 def _stripe_of(drawn: Demands) -> str:
     """Return the level of a stripe in words."""
-    return f"{drawn.measure_name} = {drawn.level[0]:g} {drawn.units}"
+    return f"{literal(drawn.measure_name)} = {drawn.level[0]:g} {drawn.units}"

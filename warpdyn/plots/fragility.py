@@ -23,6 +23,7 @@ from warpdyn.plots.style import (
     colours_of,
     grid,
     legend,
+    literal,
     panels,
     set_scale,
     title,
@@ -64,9 +65,9 @@ def fragility_curves(
     for colour, state in zip(colours_of(states, colours), states, strict=True):
         row = dataset.sel(damage_state=state)
         limit = _limit(row)
-        _draw_curve(axes, row, colour, f"{state}{f' ({limit})' if limit else ''}{_without_fit(row)}")
+        _draw_curve(axes, row, colour, f"{literal(state)}{f' ({limit})' if limit else ''}{_without_fit(row)}")
     _finish(axes, _levels(dataset), scale)
-    axes.set(xlabel=label_of_measure(dataset), ylabel="Probability of exceedance")
+    axes.set(xlabel=literal(label_of_measure(dataset)), ylabel="Probability of exceedance")
     legend(axes, loc="best")
     confidence = 100 * dataset.attrs["confidence"]
     title(
@@ -130,12 +131,12 @@ def fragility_comparison(
             row = dataset.sel(damage_state=state)
             limits.add(_limit(row))
             style = LINE_STYLES[number % len(LINE_STYLES)]
-            _draw_curve(axes, row, colour, f"{name}{_without_fit(row)}", style=style)
+            _draw_curve(axes, row, colour, f"{literal(name)}{_without_fit(row)}", style=style)
         _finish(axes, np.concatenate([_levels(dataset) for dataset in named.values()]), scale)
         said = limits.pop() if len(limits) == 1 else ""
-        title(axes, f"{state}{f': {said}' if said else ''}")
+        title(axes, f"{literal(state)}{f': {said}' if said else ''}")
     for axes in all_axes[-columns:]:
-        axes.set_xlabel(label_of_measure(first))
+        axes.set_xlabel(literal(label_of_measure(first)))
     for axes in all_axes[::columns]:
         axes.set_ylabel("Probability of exceedance")
     if isinstance(result, Picture):

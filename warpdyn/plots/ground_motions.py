@@ -10,7 +10,7 @@ from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from warpdyn.core.checks import check_dataset
+from warpdyn.core.checks import check_dataset, real_number
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.ground_motions.motion_integrals import arias_intensity, husid
 from warpdyn.ground_motions.motions import GroundMotion, checked_motions
@@ -24,6 +24,7 @@ from warpdyn.plots.style import (
     colours_of,
     grid,
     legend,
+    literal,
     panels,
     plain_numbers,
     title,
@@ -61,13 +62,14 @@ def ground_motions(
         >>> figure = wd.plots.ground_motions(motions[:2])
     """
     drawn = checked_motions(motions)
+    real_number("damping_ratio", damping_ratio, least=0)
     result, (history, growth, spectrum) = panels("ground_motions", ax, 3, columns=1, size=(7.0, 7.4))
     spectra = response_spectra(drawn, PERIODS, damping_ratio, device="cpu")["pseudo_spectral_acceleration"].values[:, 0]
     is_crowd = len(drawn) > MOST_NAMED and colours is COLOURS  # more than colours tell apart
     row = colours_of([motion.name for motion in drawn], DARK if is_crowd else colours)
     for motion, colour, acceleration in zip(drawn, row, spectra / STANDARD_GRAVITY, strict=True):
         time = motion.step * np.arange(motion.acceleration.size)
-        name = motion.name if len(drawn) <= MOST_NAMED else None
+        name = literal(motion.name) if len(drawn) <= MOST_NAMED else None
         history.plot(time, motion.acceleration / STANDARD_GRAVITY, color=colour, lw=0.6, label=name)
         width = 1.2 if len(drawn) <= MOST_NAMED else 0.5
         growth.plot(time, husid(motion), color=colour, lw=width)
@@ -94,7 +96,7 @@ def _describe(motion: GroundMotion, history: Axes, growth: Axes, colour: str) ->
     peak = int(np.abs(motion.acceleration).argmax())
     at = peak * motion.step, motion.acceleration[peak] / STANDARD_GRAVITY
     history.plot(*at, "o", color=colour, ms=4)
-    title(history, f"{motion.name}: PGA {abs(at[1]):.3g} g at {at[0]:.4g} s, {motion.duration:.4g} s long")
+    title(history, f"{literal(motion.name)}: PGA {abs(at[1]):.3g} g at {at[0]:.4g} s, {motion.duration:.4g} s long")
     share = husid(motion)
     if not np.isfinite(share).all():
         return

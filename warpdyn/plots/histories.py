@@ -12,7 +12,19 @@ from matplotlib.axes import Axes
 from warpdyn.core.checks import check_dataset, whole_number
 from warpdyn.core.output_variables import COLLAPSED, measure_name
 from warpdyn.plots.samples import check_run
-from warpdyn.plots.style import COLLAPSE_COLOUR, COLOURS, SMALL, TITLE, Drawn, Picture, grid, legend, panels, title
+from warpdyn.plots.style import (
+    COLLAPSE_COLOUR,
+    COLOURS,
+    SMALL,
+    TITLE,
+    Drawn,
+    Picture,
+    grid,
+    legend,
+    literal,
+    panels,
+    title,
+)
 from warpdyn.statistics.stripe_counts import decoded_status
 
 PANELS_IN_A_ROW = 5
@@ -142,7 +154,8 @@ def _chosen_history(function: str, dataset: xr.Dataset, history: int, *names: st
     if "history" in dataset.dims:
         count = dataset.sizes["history"]
         if whole_number("history", history, 0) >= count:
-            raise ValueError(f"plots.{function}: the run has histories 0 to {count - 1}, and {history} was asked for")
+            had = f"plots.{function}: the run has histories 0 to {count - 1}, and {history} was asked for"
+            raise ValueError(f"{had}: choose history= of these")
         dataset = dataset.isel(history=history)
     if not np.isfinite(dataset["displacement"].values).any():
         raise ValueError(f"plots.{function}: sample {_sample(dataset)} failed: its history is NaN throughout")
@@ -181,8 +194,8 @@ def _sample_title(dataset: xr.Dataset, chosen: xr.Dataset) -> str:
     if own is None:
         return text
     if "motion_index" in own.coords and "motion_name" in dataset:
-        text += f": {dataset['motion_name'].values[int(own['motion_index'])]}"
+        text += f": {literal(dataset['motion_name'].values[int(own['motion_index'])])}"
     if "im_level" in own.coords:
         units = dataset["im_level"].attrs.get("units", "g")
-        text += f", {measure_name(dataset)} = {float(own['im_level']):.3g} {units}"
+        text += f", {literal(measure_name(dataset))} = {float(own['im_level']):.3g} {units}"
     return text

@@ -18,9 +18,11 @@ from warpdyn.plots.style import (
     PALE,
     SCALES,
     Drawn,
+    check_colour,
     check_kept,
     grid,
     legend,
+    literal,
     panels,
     plain_numbers,
     title,
@@ -64,6 +66,7 @@ def ida_curves(
         >>> figure = wd.plots.ida_curves(result)
     """
     one_of("scale", scale, SCALES)
+    check_colour(colour)
     if isinstance(dataset, xr.Dataset):
         refuse_portfolio("plots.ida_curves", dataset)
     drawn = demands_of("ida_curves", dataset, "peak_storey_drift_ratio", OF_STRIPES)
@@ -103,7 +106,9 @@ def ida_curves(
             )
             axes.plot(*rise, style, color=colour, lw=width)
             axes.plot(drift[last - 1], drawn.levels[last - 1], "s", color=colour, ms=4)
-    axes.set(xlabel="Largest peak storey drift ratio [%]", ylabel=drawn.measure, ylim=(0, 1.08 * drawn.levels[-1]))
+    axes.set(
+        xlabel="Largest peak storey drift ratio [%]", ylabel=literal(drawn.measure), ylim=(0, 1.08 * drawn.levels[-1])
+    )
     if scale == "log":
         positive = drawn.values[drawn.values > 0]
         axes.set(xlim=(80 * float(positive.min()) if positive.size else 0.1 * farthest, farthest), xscale="log")
@@ -171,7 +176,7 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
     axes.set_ylim(0 if scale == "linear" else 0.5 * float(finite.min()), 1.2 * float(finite.max()))
     words = "Largest peak storey drift ratio" if is_ratio else demand.replace("_", " ").capitalize()
     measure = f"{dataset.attrs['intensity_measure']} [{capacity.attrs['units']}]"
-    axes.set(xlabel=f"{words} [{units}]", ylabel=measure)
+    axes.set(xlabel=f"{words} [{units}]", ylabel=literal(measure))
     plain_numbers(axes.xaxis, axes.yaxis)
     _name_limits(axes, list(zip(dataset["damage_state"].values, at, strict=True)))
     grid(axes)
@@ -211,7 +216,9 @@ def _name_limits(axes: Axes, limits: list[tuple[str, float]]) -> None:
         at = float(across.transform(axes.transData.transform((limit, axes.get_ylim()[1])))[0])
         if at - before > APART and at > APART:
             place, where = (limit, 0.98), axes.get_xaxis_transform()
-            axes.annotate(state, place, xycoords=where, rotation=90, color=DARK, ha="right", va="top", **AMONG_POINTS)
+            axes.annotate(
+                literal(state), place, xycoords=where, rotation=90, color=DARK, ha="right", va="top", **AMONG_POINTS
+            )
             before = at
 
 

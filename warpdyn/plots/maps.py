@@ -10,7 +10,7 @@ from matplotlib import ticker
 from matplotlib.axes import Axes
 
 from warpdyn.core.checks import check_kind, one_of, real_number
-from warpdyn.plots.style import SMALL, Drawn, panels, title
+from warpdyn.plots.style import SMALL, Drawn, literal, panels, title
 from warpdyn.statistics.building_results import PROBABILITY, damage_states
 
 MOST_BUILDINGS = 3000  # that are drawn as points; more are put together in cells
@@ -51,7 +51,7 @@ def damage_map(
         >>> figure = wd.plots.damage_map(results)  # mean loss ratios
         >>> figure = wd.plots.damage_map(results, "slight", cell=5.0)  # km
     """
-    check_kind("plots.damage_map", "a DataFrame", results, pd.DataFrame, _ADVICE)
+    check_kind("plots.damage_map", "a DataFrame", results, pd.DataFrame, _ADVICE, argument="results")
     value, weight, words = _values_of(results, state)
     longitude, latitude = (results[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude"))
     known = np.isfinite(value) & np.isfinite(longitude) & np.isfinite(latitude) & (weight > 0)
@@ -120,7 +120,7 @@ def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np
     one_of("damage state", state, states)
     place = states.index(state)
     value = results[[PROBABILITY + each for each in states[place:]]].sum(axis=1, skipna=False).to_numpy()
-    words = f"Share of buildings in {state} damage" + (" or worse" if place < len(states) - 1 else "")
+    words = f"Share of buildings in {literal(state)} damage" + (" or worse" if place < len(states) - 1 else "")
     return value, results["number"].to_numpy(dtype=np.float64), words
 
 

@@ -18,10 +18,12 @@ from warpdyn.plots.style import (
     SMALL,
     Colours,
     Drawn,
+    check_colour,
     check_kept,
     colours_of,
     grid,
     legend,
+    literal,
     panels,
     plain_numbers,
     set_scale,
@@ -80,11 +82,13 @@ def hazard_and_rates(
 
     density, exceedance = parts["contribution_density"].values, found.probability(levels)
     for i, colour in enumerate(colours_of(found.names, colours)):
-        words = f"{found.names[i]}: {_rate_in_words(rates[i])}"
+        words = f"{literal(found.names[i])}: {_rate_in_words(rates[i])}"
         lower.plot(levels, exceedance[i], color=colour, label=words)
         lower.fill_between(parts["intensity"], density[i] / density[i].max(), color=colour, alpha=0.15, lw=0)
     name = tree.measure or found.measure or "intensity measure"
-    lower.set(xlabel=f"{name} [{tree.units}]", ylabel="Probability of exceedance", xscale="log", ylim=(-0.02, 1.02))
+    lower.set(
+        xlabel=f"{literal(name)} [{tree.units}]", ylabel="Probability of exceedance", xscale="log", ylim=(-0.02, 1.02)
+    )
     lower.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
     # Below the hazard curve is room, which the fragility curves leave nowhere.
     first = upper.get_legend()
@@ -125,12 +129,14 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
     for colour, state in zip(colours_of(states, colours), states, strict=True):
         row = dataset.sel(damage_state=state)
         mode = float(row["modal_intensity"])
-        words = f"{state}: {_rate_in_words(float(row['annual_rate']))}, mode {mode:.2g} {units}"
+        words = f"{literal(state)}: {_rate_in_words(float(row['annual_rate']))}, mode {mode:.2g} {units}"
         axes.stairs(row["contribution"].values, edges, color=colour, lw=1.5, label=words)
         axes.stairs(row["contribution"].values, edges, color=colour, alpha=0.12, fill=True)
         axes.axvline(mode, color=colour, ls=":", lw=0.9)
     name = dataset.attrs.get("intensity_measure") or "intensity measure"
-    axes.set(xlabel=f"{name} [{units}]", ylabel="Share of the annual rate", xscale="log", xlim=(edges[0], edges[-1]))
+    axes.set(
+        xlabel=f"{literal(name)} [{units}]", ylabel="Share of the annual rate", xscale="log", xlim=(edges[0], edges[-1])
+    )
     # The legend stands above the bars.
     axes.set_ylim(0, (1.1 + 0.09 * states.size) * float(dataset["contribution"].max()))
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
@@ -166,6 +172,7 @@ def vulnerability(
     """
     needed = "mean_loss_ratio", "coefficient_of_variation", "intensity"
     check_dataset("plots.vulnerability", dataset, *needed, advice="draw what vulnerability(curves, ratios) returned")
+    check_colour(colour)
     check_kept("vulnerability", "loss ratios", dataset, "intensity")
     result, (axes,) = panels("vulnerability", ax, size=(6.4, 4.2))
     levels, mean = dataset["intensity"].values, dataset["mean_loss_ratio"].values
@@ -179,7 +186,7 @@ def vulnerability(
     axes.plot(levels, mean, color=colour, label="mean loss ratio")
     name = dataset.attrs.get("intensity_measure") or "intensity measure"
     units = dataset["intensity"].attrs.get("units", "g")
-    axes.set(xlabel=f"{name} [{units}]", ylabel="Loss ratio", ylim=(-0.02, 1.02))
+    axes.set(xlabel=f"{literal(name)} [{units}]", ylabel="Loss ratio", ylim=(-0.02, 1.02))
     set_scale(axes, scale, levels[levels > 0].min(), levels.max())
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
     grid(axes)
@@ -210,6 +217,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
         >>> losses = wd.annual_losses(curves, hazard, {"slight": (0.05, 0.5), "complete": (1.0, 0.0)})
         >>> figure = wd.plots.loss_exceedance(losses)
     """
+    check_colour(colour)
     if isinstance(dataset, xr.Dataset) and "loss" in dataset.data_vars:
         return _loss_exceedance_of_events(dataset, colour, ax)
     needed = "loss_exceedance_rate", "return_period_loss", "expected_annual_loss", "loss"
@@ -260,11 +268,11 @@ def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None
         axes.set(ylabel="Annual rate of exceedance [1/year]", yscale="log")
         title(axes, "Loss exceedance by event; points: losses of the return periods")
     else:
-        words = f"{losses.size} {along}s; median {_amount(float(np.median(losses)))}"
+        words = f"{losses.size} {literal(along)}s; median {_amount(float(np.median(losses)))}"
         axes.step(np.append(0.0, losses), np.append(1.0, exceeded), where="post", color=colour, label=words)
-        axes.set(ylabel=f"Share of the {along}s with a larger loss", ylim=(0, 1.02))
+        axes.set(ylabel=f"Share of the {literal(along)}s with a larger loss", ylim=(0, 1.02))
         axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
-        title(axes, f"Loss exceedance of {losses.size} {along}s")
+        title(axes, f"Loss exceedance of {losses.size} {literal(along)}s")
     room = 1.15 if has_rates else 1.02  # for the name of the largest loss's return period
     axes.set(xlabel="Loss", xlim=(0, room * losses[-1] if losses[-1] > 0 else 1.0))
     axes.xaxis.set_major_formatter(ticker.ScalarFormatter(useMathText=True))  # of a city's currency in powers of ten

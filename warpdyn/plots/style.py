@@ -15,7 +15,7 @@ from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import one_of, shortened
 
 # Okabe and Ito's colours, which are distinct for any colour vision, from the lightest damage state to the heaviest.
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
@@ -23,6 +23,8 @@ COLLAPSE_COLOUR = "#D55E00"
 PALE, DARK = "0.7", "0.35"  # of what stands behind, and of remarks
 SMALL = 8  # points, of legends and remarks
 TITLE = 9
+LONGEST_NAME = 60  # letters
+NO_WIDTH = "\N{ZERO WIDTH SPACE}"
 # Of a name that stands among points or curves: a white edge around its letters, above them all.
 AMONG_POINTS: dict[str, Any] = {
     "fontsize": SMALL,
@@ -114,6 +116,12 @@ def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
     return found
 
 
+def check_colour(colour: object) -> None:
+    """Raise a ValueError unless matplotlib knows a colour."""
+    if not isinstance(colour, str | tuple) or not is_color_like(colour):
+        raise ValueError(f"colour must be one that matplotlib knows, such as '#0072B2', got {shortened(colour)}")
+
+
 def logarithmic(axes: Axes, which: str, values: ArrayLike) -> None:
     """Make an axis ("x" or "y") logarithmic; if no value is positive, as where all samples collapsed, 0.1 to 10."""
     if not np.any(np.asarray(values) > 0):
@@ -167,6 +175,19 @@ def grid(*axes: Axes) -> None:
     for each in axes:
         is_log = "log" in (each.get_xscale(), each.get_yscale())
         each.grid(alpha=0.3, which="both" if is_log else "major", lw=0.4 if is_log else 0.8)
+
+
+def literal(name: object) -> str:
+    """Return a name of the user's as matplotlib draws it letter by letter, in one line.
+
+    Two "$" would begin and end a formula, a label that begins with "_" is left out of legends, and a name of hundreds
+    of letters leaves no room for the axes.
+    """
+    words = " ".join(str(name).split()) or "(no name)"
+    if len(words) > LONGEST_NAME:
+        words = f"{words[: LONGEST_NAME - 3]}..."
+    words = words.replace("$", r"\$")
+    return f"{NO_WIDTH}{words}" if words.startswith("_") else words
 
 
 def title(axes: Axes, text: str) -> None:

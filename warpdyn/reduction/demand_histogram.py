@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import finite_numbers
+from warpdyn.core.checks import finite_numbers, shortened
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.limits import DRIFT
@@ -21,6 +22,7 @@ from warpdyn.reduction.workers import Workers
 MOST_EDGES = 10_000
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class DemandHistogram(Statistic):
     """How many samples have a demand between edges, and quantiles of the demand from these numbers.
@@ -58,8 +60,10 @@ class DemandHistogram(Statistic):
     def __post_init__(self) -> None:
         super().__post_init__()
         edges = np.atleast_1d(finite_numbers("edges", self.edges))
-        if edges.ndim > 1 or not 0 < edges.size <= MOST_EDGES or np.any(np.diff(edges) <= 0):
-            raise ValueError(f"edges must be a row of at most {MOST_EDGES} numbers that increase, got {self.edges!r}")
+        if edges.ndim > 1 or not 2 <= edges.size <= MOST_EDGES or np.any(np.diff(edges) <= 0):
+            raise ValueError(
+                f"edges must be a row of 2 to {MOST_EDGES} numbers that increase, got {shortened(self.edges)}"
+            )
         quantiles = np.atleast_1d(finite_numbers("quantiles", self.quantiles))
         if quantiles.ndim > 1 or np.any((quantiles <= 0) | (quantiles >= 1)):
             raise ValueError(f"quantiles must be a row of probabilities between 0 and 1, got {self.quantiles!r}")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.merging import Mergeable
 from warpdyn.reduction.population import Population
@@ -17,6 +18,7 @@ from warpdyn.reduction.workers import Workers
 SPLITTER = 2.0**27 + 1.0  # splits a float64 into halves whose products are exact (Dekker 1971)
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class DemandMoments(Statistic):
     """Mean and variance of a demand among the samples that stand.
@@ -47,6 +49,7 @@ class DemandMoments(Statistic):
         return SumsReducer(self, population, threads)
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class LargestDemand(Statistic):
     """The largest value of a demand among the samples that stand.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import checked_flag, unmasked
+from warpdyn.core.checks import checked_text, real_number, shortened, true_or_false, unmasked
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.inventories.table import is_in_inventory_order, warn_of_inventory_order
 from warpdyn.reduction.cells import Cells, Coordinates
@@ -70,11 +70,12 @@ class Statistic:
     _inventory_columns: ClassVar[tuple[str, ...]] = ()  # names of arguments that are columns of an inventory as read
 
     def __post_init__(self) -> None:
+        self._check_common()
         over = (self.over,) if isinstance(self.over, str) else self.over
         if not isinstance(over, list | tuple) or not all(isinstance(name, str) for name in over):
             raise TypeError(f"over must be a name or several, such as ('archetype', 'motion'), got {self.over!r}")
         object.__setattr__(self, "over", tuple(over))
-        checked_flag("added_storeys", self.added_storeys)
+        true_or_false("added_storeys", self.added_storeys)
         if not isinstance(self.labels, Mapping):
             raise TypeError(f"labels must map a name to the label of each structure, got {self.labels!r}")
         unused = [str(name) for name in self.labels if name not in over]
@@ -86,6 +87,35 @@ class Statistic:
         columns = tuple(name for name, values in given.items() if is_in_inventory_order(values))
         object.__setattr__(self, "_inventory_columns", columns)
         object.__setattr__(self, "labels", {name: _plain(values) for name, values in self.labels.items()})
+
+    def _check_common(self) -> None:
+        """Raise an error for arguments that several statistics have, before a run begins."""
+        given = {each.name: getattr(self, each.name) for each in fields(self)}
+        kind = type(self).__name__
+        if "demand" in given:
+            checked_text(f"{kind}: demand", given["demand"])
+        if "each_place" in given:
+            true_or_false(f"{kind}: each_place", given["each_place"])
+        for name in given.keys() & {"limits", "loss_ratios"}:
+            if not isinstance(given[name], Mapping) or not given[name]:
+                raise TypeError(
+                    f"{kind}: {name} must map each damage state to a number, such as {{'slight': 0.005}}, "
+                    f"got {shortened(given[name])}"
+                )
+            for state, value in given[name].items():
+                what = f"{kind}: {name} of {state!r}"
+                # When a run begins: limits of several demands or of archetypes, and ratios with a variation.
+                if isinstance(value, Mapping | list | tuple):
+                    continue
+                if name == "loss_ratios":
+                    real_number(what, value, least=0)
+                elif not (isinstance(value, float) and value == np.inf):  # which collapse alone passes
+                    real_number(what, value, above=0)
+        if given.get("events") is not None and not is_row(given["events"]):
+            raise TypeError(
+                f"{kind}: events must be the event of each motion, such as ['quake', 'quake', 'other'], "
+                f"got {shortened(given['events'])}"
+            )
 
     def cells(self, population: Population, events: Sequence[str] | Sequence[int] | None = None) -> Cells:
         """Return the cells of a run's samples; the worst of each event's motions counts, if `events` names these."""
@@ -101,6 +131,11 @@ class Statistic:
             ValueError, TypeError, MemoryError: If the statistic does not fit the run.
         """
         raise NotImplementedError
+
+
+def is_row(values: object) -> bool:
+    """Return whether a value is a list, a tuple or an array of one dimension, or what pandas and xarray have of it."""
+    return not isinstance(values, str | bytes | Mapping | set) and np.ndim(cast("Any", values)) == 1
 
 
 def _plain(values: ArrayLike) -> np.ndarray:

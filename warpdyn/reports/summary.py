@@ -28,7 +28,7 @@ def summary(run: xr.Dataset) -> str:
     # Shares of damage tell the number of failed samples, too, but not by how they failed.
     is_of_statistics = isinstance(run, xr.Dataset) and "failed_samples" in run and "failure" in run.dims
     needed = ("step",) if is_of_statistics else ("status", "integration_step")
-    check_dataset("summary", run, *needed, advice="give what simulate() returned")
+    check_dataset("summary", run, *needed, advice="give what simulate() returned", argument="run")
     check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")
     if is_of_statistics:
         failed = run["failed_samples"].to_series()

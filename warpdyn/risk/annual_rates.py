@@ -7,6 +7,7 @@ import xarray as xr
 
 from warpdyn.core.checks import real_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.risk.curves import Curves, curves_of, interval_attributes, warn_of_crossing, warn_of_table_ends
 from warpdyn.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree, branches_of
 from warpdyn.statistics.lognormal_fit import check_confidence
@@ -15,6 +16,7 @@ LEAST_KNOWN_SHARE = 0.95  # of the replicates; with fewer no interval is given
 EXTRAPOLATED_SHARE = 0.01  # of an answer from beyond the points of the hazard curve: with more a warning is given
 
 
+@suggests_names
 def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, confidence: float = 0.95) -> xr.Dataset:
     """Return the annual rate at which a building reaches each damage state, and the probability in a period.
 

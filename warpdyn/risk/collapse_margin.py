@@ -11,6 +11,7 @@ from scipy.special import ndtr, ndtri
 
 from warpdyn.core.checks import finite_numbers, one_of
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 
 SOURCE = "FEMA P-695 (2009), chapters 6 and 7, appendix B"
@@ -22,6 +23,7 @@ MOST_DUCTILITY = 8.0  # the tables' last column: "at least 8"
 ROUNDED_TO = 0.025  # total uncertainty of tables 7-2 and 7-3
 
 
+@suggests_names
 def spectral_shape_factor(
     period: ArrayLike, ductility: ArrayLike, design_category: str = "Dmax", *, record_set: str = "far_field"
 ) -> np.ndarray:
@@ -46,6 +48,9 @@ def spectral_shape_factor(
     one_of("seismic design category", design_category, TARGET_EPSILON)
     one_of("record set", record_set, RECORD_SETS)
     periods, ductilities = finite_numbers("period", period), finite_numbers("ductility", ductility)
+    for name, values in (("period", periods), ("ductility", ductilities)):
+        if not values.size:
+            raise ValueError(f"{name} is empty: give at least one value")
     if np.any(periods <= 0):
         raise ValueError(f"every period must be above 0, got {periods.min():g} s")
     findings = PlausibilityFindings()
@@ -61,6 +66,7 @@ def spectral_shape_factor(
     return np.exp(slope * (TARGET_EPSILON[design_category] - of_records))
 
 
+@suggests_names
 def collapse_margin(
     collapse_median: ArrayLike,
     design_intensity: ArrayLike,

@@ -132,7 +132,7 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
         ValueError: If a variable is missing, a state has no fit, or units or measure are not the hazard's; if the rate
             of a curve has no bound, as its tail falls no faster than the extrapolated hazard rises.
     """
-    check_dataset(function, curves, "damage_state", advice=ADVICE)
+    check_dataset(function, curves, "damage_state", advice=ADVICE, argument="curves")
     if not curves["damage_state"].ndim:  # one that was selected, as by curves.sel(damage_state="complete")
         own = ("fragility", "replicate", "exceedance_fraction", "fit_status", MEDIAN_STATUS, *OF_CLOUD)
         curves = curves[[name for name in curves if str(name).startswith(own)]].expand_dims("damage_state")
@@ -147,7 +147,7 @@ def curves_of(function: str, curves: xr.Dataset, hazard: Hazard | None = None) -
         intensity = curves["intensity" if "fragility_curve" in curves else "stripe"]
         of_units = intensity.attrs
     else:
-        check_dataset(function, curves, "fragility_median", "fragility_dispersion", advice=ADVICE)
+        check_dataset(function, curves, "fragility_median", "fragility_dispersion", advice=ADVICE, argument="curves")
         median, dispersion = _checked_parameters(function, curves, names)
         of_units = curves["fragility_median"].attrs
     units, measure = str(of_units.get("units", "g")), str(curves.attrs.get("intensity_measure", ""))

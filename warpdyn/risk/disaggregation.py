@@ -7,13 +7,17 @@ import xarray as xr
 
 from warpdyn.core.checks import check_dataset, real_number, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.risk.annual_rates import EXTRAPOLATED_SHARE, warn_of_extrapolation
 from warpdyn.risk.curves import Curves, check_hazard, curves_of
 from warpdyn.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 
 MISSED_SHARE = 0.1  # of a rate that comes from outside of the bins: with more a warning is given
 
+MOST_BINS = 10**5
 
+
+@suggests_names
 def disaggregate(
     curves: xr.Dataset, hazard: Hazard, *, bins: int = 40, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:
@@ -48,7 +52,7 @@ def contributions(
     found: Curves, tree: HazardLogicTree, *, bins: int, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:
     """Return what `disaggregate` does, of curves and a hazard that are checked."""
-    bins = whole_number("bins", bins, 2)
+    bins = whole_number("bins", bins, 2, MOST_BINS)
     low = min(each.intensity[0] for each in tree.curves) if lowest is None else real_number("lowest", lowest, above=0)
     high = (
         max(each.intensity[-1] for each in tree.curves) if highest is None else real_number("highest", highest, above=0)
@@ -140,7 +144,9 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     """
     name, dims = "rates_by_record", ("motion", "structure", "damage_state")
     needed = "capacity", "capacity_lower", "capacity_upper"
-    check_dataset(name, capacities, *needed, advice="give what capacities(scene, limits) returned")
+    check_dataset(
+        name, capacities, *needed, advice="give what capacities(scene, limits) returned", argument="capacities"
+    )
     tree = branches_of(name, hazard)
     if set(capacities["capacity"].dims) != set(dims):
         raise ValueError(f"{name}: capacity must lie along {', '.join(dims)}, got {capacities['capacity'].dims}")

@@ -61,7 +61,7 @@ def event_losses(
         406.0
     """
     advice = "give what simulate(..., statistics=[DamageLoss(..., over='event')]) returned"
-    check_dataset(_FUNCTION, counted, advice=advice)
+    check_dataset(_FUNCTION, counted, advice=advice, argument="counted")
     along = next((dim for dim in (EARTHQUAKE, "event", "motion") if f"loss_sum_by_{dim}" in counted), "")
     if not along or counted[f"loss_sum_by_{along}"].dims != (along,):
         raise ValueError(

@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_kind, finite_numbers, real_number, unmasked
+from warpdyn.core.checks import check_kind, checked_text, finite_numbers, real_number, real_numbers
+from warpdyn.core.frozen_values import FrozenArrays
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.risk.hazard import files
 from warpdyn.risk.hazard.measures import same_measure, units_of_hazard, warn_unless_compared
 from warpdyn.risk.hazard.plausible import warn_of_implausible_hazard
@@ -18,8 +20,9 @@ from warpdyn.risk.hazard.plausible import warn_of_implausible_hazard
 WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
-class HazardCurve:
+class HazardCurve(FrozenArrays):
     """The seismic hazard of a site: the annual rate at which each intensity is exceeded.
 
     Between its points the logarithm of the rate is linear in the logarithm of the intensity, and beyond its first and
@@ -42,6 +45,7 @@ class HazardCurve:
         ValueError: If there are fewer than two points, values are not positive and finite, intensities do not increase,
             rates rise, or the last two rates are equal, so that the curve has no end; if the measure is never in the
             units.
+        TypeError: If `measure` or `units` is not text.
 
     Example:
         >>> hazard = wd.HazardCurve([0.1, 0.3, 1.0], [1e-2, 1e-3, 5e-5], measure="SA(0.75)")
@@ -62,7 +66,8 @@ class HazardCurve:
     ) -> None:
         intensity = _positive_points("intensity", intensity)
         rate = _positive_points("annual_rate", annual_rate)
-        units, factor = units_of_hazard(str(measure), units)
+        measure = checked_text("measure", measure)
+        units, factor = units_of_hazard(measure, units)
         intensity *= factor
         if intensity.size != rate.size:
             raise ValueError(f"the hazard curve has {intensity.size} intensities and {rate.size} annual rates")
@@ -80,11 +85,11 @@ class HazardCurve:
                 f"the last two annual rates are equal ({rate[-1]:g}), so that every larger intensity would be exceeded "
                 "as often: leave out the last point"
             )
-        warn_of_implausible_hazard(intensity, rate, str(measure), units)
+        warn_of_implausible_hazard(intensity, rate, measure, units)
         for name, values in (("intensity", intensity), ("annual_rate", rate)):
             values.setflags(write=False)
             object.__setattr__(self, name, values)
-        object.__setattr__(self, "measure", str(measure))
+        object.__setattr__(self, "measure", measure)
         object.__setattr__(self, "units", units)
 
     @classmethod
@@ -161,12 +166,15 @@ class HazardCurve:
         Raises:
             ValueError: If the file is neither, has not the measure or the site, or a number is broken; as of the class.
             FileNotFoundError: If there is no file.
+            TypeError: If `measure` is not text.
 
         Example:
             >>> hazard = wd.HazardCurve.from_usgs("hazard.json", measure="SA(0.75)")
             >>> hazard.measure
             'SA(0.75)'
         """
+        if measure is not None:
+            checked_text("measure", measure)
         intensity, rate, measure = files.read_usgs(path, measure, site)
         return cls._of_file(path, intensity, rate, measure, None)
 
@@ -194,14 +202,14 @@ class HazardCurve:
         Raises:
             ValueError: If an intensity is not above 0.
         """
-        values = unmasked("intensity", intensity, np.float64)
+        values = real_numbers("intensity", intensity)
         if not np.all(values > 0):
             raise ValueError("rate_of: every intensity must be above 0")
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
-        with np.errstate(divide="ignore"):
-            u = np.log(values)
+        u = np.log(values)
         segment = np.clip(np.searchsorted(log_x, u, side="right") - 1, 0, log_x.size - 2)
-        return np.exp(log_rate[segment] - self.slopes[segment] * (u - log_x[segment]))
+        with np.errstate(over="ignore"):  # far below the first point: infinite
+            return np.exp(log_rate[segment] - self.slopes[segment] * (u - log_x[segment]))
 
     def intensity_of(self, rate: ArrayLike) -> np.ndarray:
         """Return the intensities that are exceeded at annual rates [1/year]; where the curve is level, the largest.
@@ -213,7 +221,7 @@ class HazardCurve:
         Raises:
             ValueError: If a rate is not above 0, or above the first of a curve that begins level.
         """
-        values = unmasked("rate", rate, np.float64)
+        values = real_numbers("rate", rate)
         if not np.all(values > 0):
             raise ValueError("intensity_of: every rate must be above 0")
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
@@ -229,8 +237,9 @@ class HazardCurve:
         return np.exp(log_x[segment] - (v - log_rate[segment]) / self.slopes[segment])
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
-class HazardLogicTree:
+class HazardLogicTree(FrozenArrays):
     """Several hazard curves of one site with weights: what is not known of its hazard.
 
     Args:
@@ -253,7 +262,7 @@ class HazardLogicTree:
     weights: np.ndarray
 
     def __init__(self, curves: Sequence[HazardCurve], weights: Sequence[float]) -> None:
-        if isinstance(curves, HazardCurve) or not isinstance(curves, Sequence):
+        if isinstance(curves, HazardCurve | str | range) or not isinstance(curves, Sequence):
             raise TypeError(
                 f"HazardLogicTree() takes a row of HazardCurves, such as [curve], got {type(curves).__name__}"
             )
@@ -261,7 +270,7 @@ class HazardLogicTree:
         if not branches:
             raise ValueError("a logic tree needs at least one hazard curve")
         for each in branches:
-            check_kind("HazardLogicTree", "HazardCurves", each, HazardCurve)
+            check_kind("HazardLogicTree", "HazardCurves", each, HazardCurve, argument="curves")
         values = _positive_points("weights", weights)
         if values.size != len(branches):
             raise ValueError(f"the logic tree has {len(branches)} curves and {values.size} weights")

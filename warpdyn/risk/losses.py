@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.reduction.damage.loss_ratios import Ratios, checked_ratios
 from warpdyn.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
@@ -26,6 +27,7 @@ CUT_SHARE = 0.05  # of the expected loss that a function's first or last intensi
 _HALVINGS = 30  # of half a per cent of the replacement value, to find a return-period loss
 
 
+@suggests_names
 def annual_losses(
     curves: xr.Dataset,
     hazard: Hazard,
@@ -158,7 +160,7 @@ def annual_losses(
 def checked_periods(return_periods: ArrayLike) -> np.ndarray:
     """Return a row of return periods [year], with a warning of what seem to be rates."""
     periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
-    if periods.ndim != 1 or np.any(periods <= 0):
+    if periods.ndim != 1 or not periods.size or np.any(periods <= 0):
         raise ValueError("return_periods must be a row of years above 0")
     findings = PlausibilityFindings()
     shortest = float(periods.min())
@@ -168,6 +170,7 @@ def checked_periods(return_periods: ArrayLike) -> np.ndarray:
     return periods
 
 
+@suggests_names
 def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
     """Return the expected annual loss of a vulnerability function, as of storey losses or of another tool's file.
 
@@ -197,7 +200,14 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
         1030.0
     """
     name = "expected_annual_loss"
-    check_dataset(name, vulnerability, "mean_loss_ratio", "intensity", advice="give what vulnerability() returned")
+    check_dataset(
+        name,
+        vulnerability,
+        "mean_loss_ratio",
+        "intensity",
+        advice="give what vulnerability() returned",
+        argument="vulnerability",
+    )
     tree = branches_of(name, hazard)
     value = real_number("replacement_value", replacement_value, above=0)
     levels = finite_numbers(f"{name}: intensity", vulnerability["intensity"].values)

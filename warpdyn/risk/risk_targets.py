@@ -9,6 +9,7 @@ from scipy.special import ndtri
 
 from warpdyn.core.checks import real_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.risk.annual_rates import warn_of_extrapolation
@@ -29,6 +30,7 @@ OFTEN_GIVEN = {
 SEARCHED = 12.0  # in ln of the median, each way from the hazard's intensities: far beyond any capacity
 
 
+@suggests_names
 def risk_targeted_intensity(
     hazard: Hazard,
     dispersion: float = 0.6,
@@ -82,7 +84,8 @@ def risk_targeted_intensity(
     high = np.log(max(each.intensity[-1] for each in tree.curves)) + SEARCHED
     if excess(low) < 0 or excess(high) > 0:
         raise ValueError(
-            f"no building of dispersion {dispersion:g} has an annual rate of collapse of {target:.3g} under this hazard"
+            f"no building of dispersion {dispersion:g} has an annual rate of collapse of {target:.3g} under this "
+            f"hazard, as probability_of_collapse={probability_of_collapse:g} in years={years:g} asks for"
         )
     median = float(np.exp(brentq(excess, low, high, xtol=1e-14, rtol=1e-14)))
     _warn_of_extrapolation(tree, median, dispersion, "the risk-targeted intensity")
@@ -115,6 +118,7 @@ def risk_targeted_intensity(
     )
 
 
+@suggests_names
 def check_risk_target(
     curves: xr.Dataset,
     hazard: Hazard,

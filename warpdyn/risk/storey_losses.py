@@ -9,7 +9,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import check_dataset, finite_numbers, real_number
-from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, STRIPED, measure_of_dataset
+from warpdyn.core.near_misses import suggests_names
+from warpdyn.core.output_variables import (
+    COLLAPSED,
+    LARGEST_EXCLUDED_FRACTION,
+    STRIPED,
+    measure_of_dataset,
+)
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.running.joining.duplicates import check_samples
@@ -27,6 +33,7 @@ FACTORS = {
 SMALL_DRIFT_RATIO = 0.01  # up to which the first drift of a loss function is not judged
 
 
+@suggests_names
 def storey_losses(
     run: xr.Dataset,
     drift_loss: LossFunction | None = None,
@@ -70,7 +77,7 @@ def storey_losses(
         >>> losses["mean_loss_ratio"].round(2).values  # at the level of each stripe
         array([0.01, 0.02, 0.04, 0.09, 0.17, 0.32])
     """
-    check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned")
+    check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned", argument="run")
     refuse_portfolio(_FUNCTION, run)
     run = without_added_storeys(run)
     if "event" in run.dims:

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from warpdyn.core.checks import check_memory
 from warpdyn.integration import packing
 from warpdyn.integration.run import Run
 from warpdyn.kernels.queues import BLOCKS_ON_A_GPU, free_memory
@@ -96,19 +97,15 @@ def divide(
 
 
 def check_room(samples: int, bytes_per_sample: int, path: str = "run.nc") -> None:
-    """Raise a MemoryError with advice if the dataset of a run is too large to be returned in memory.
+    """Raise a TooLargeError with advice if the dataset of a run is too large to be returned in memory.
 
     Args:
         samples: Number of samples.
         bytes_per_sample: What a sample takes in the dataset.
         path: A name of what the samples are to be written to instead.
     """
-    needed, free = samples * bytes_per_sample, free_memory("cpu")
-    if needed > free:
-        raise MemoryError(
-            f"the dataset of {samples:,} samples takes {needed / 1e9:.3g} GB, and {free / 1e9:.3g} GB of memory "
-            f'are free: give path="{path}", which writes the samples to a file block by block, or record less'
-        )
+    remedy = f'give path="{path}", which writes the samples to a file block by block, or record less'
+    check_memory(f"the dataset of {samples:,} samples (structures times motions)", samples * bytes_per_sample, remedy)
 
 
 def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:

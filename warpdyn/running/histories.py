@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.scattered_steps import shorten_steps
-from warpdyn.core.checks import unmasked, whole_number
+from warpdyn.core.checks import check_memory, finite_numbers, shortened, whole_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.output_variables import DIVERGED
 from warpdyn.integration.ensemble import Ensemble
 from warpdyn.integration.run import Run
@@ -18,7 +19,12 @@ from warpdyn.integration.stability_guard import StabilityFindings, guard
 from warpdyn.kernels.queues import Queue
 from warpdyn.running.labels import history_variables
 
+# Histories of all samples of a larger run would not fit in memory: one of 1,000 steps takes 24 kB a storey.
+MOST_HISTORIES = 2**20
+BYTES_OF_A_VALUE = 24  # float64 as the kernel writes it, as it is read back, and in the dataset
 
+
+@with_suggestions
 @dataclass(frozen=True)
 class Histories:
     """Samples whose whole histories are kept, at the times of the one with the longest step.
@@ -43,9 +49,17 @@ class Histories:
     every: int = 1
 
     def __post_init__(self) -> None:
-        samples = np.atleast_1d(unmasked("histories.samples", self.samples))
+        if isinstance(self.samples, list | tuple | range) and len(self.samples) > MOST_HISTORIES:
+            raise ValueError(
+                f"histories.samples asks for {len(self.samples):,} histories, and a run keeps at most "
+                f"{MOST_HISTORIES:,}: choose some, such as Histories(range(100))"
+            )
+        samples = np.atleast_1d(finite_numbers("histories.samples", self.samples))
+        if not np.any(samples % 1):
+            samples = samples.astype(np.int64)
         if samples.ndim != 1 or samples.size == 0:
-            raise ValueError(f"histories.samples must be a row of at least one sample, got {self.samples!r}")
+            given = shortened(self.samples)
+            raise ValueError(f"histories.samples must be a row of at least one sample, got {given}")
         whole = tuple(whole_number("histories.samples", sample, 0) for sample in samples.tolist())
         object.__setattr__(self, "samples", whole)
         object.__setattr__(self, "every", whole_number("histories.every", self.every, 1))
@@ -84,7 +98,21 @@ class KeptHistories:
         guard(whole, vibration, integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
         self.longest_step = float(self.part.schedule.step.max())  # reruns only divide it
+        self._check_memory(run)
         self._status = np.zeros(asked.size, dtype=np.int8)
+
+    def _check_memory(self, run: Run) -> None:
+        """Raise an error if the histories do not fit in `memory`, or in what is free."""
+        schedule = self.part.schedule
+        seconds = float((schedule.run_intervals * schedule.substeps * schedule.step).max())
+        states = 1 + int(seconds / (self.histories.every * self.longest_step))
+        values = len(self.histories.samples) * states * run.model.plan.dofs * len(run.model.dynamics.histories)
+        check_memory(
+            f"histories= of {len(self.histories.samples):,} samples with up to {states:,} states each",
+            BYTES_OF_A_VALUE * values,
+            "keep fewer samples, or a larger `every`",
+            limit=run.execution.memory,
+        )
 
     def add(self, run: Ensemble, status: np.ndarray) -> None:
         """Take the final steps and the status of the samples that are in a block."""

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from warpdyn.core.checks import check_kind, finite_numbers
 from warpdyn.core.description import to_json
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.files.netcdf import trace
 from warpdyn.kernels.auxiliary.storey_path import storey_path_kernel
@@ -43,6 +44,7 @@ def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
     findings.warn()
 
 
+@suggests_names
 def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     """Return the forces of a building's storeys under given quasi-static drifts, in double precision.
 
@@ -66,7 +68,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
                [-305., -205.],
                [  95.,   95.]])
     """
-    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding)
+    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding, argument="building")
     path = finite_numbers("drift", drift)
     if path.ndim == 1:
         path = np.repeat(path[:, None], building.storeys, axis=1)
@@ -82,6 +84,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     return _storey_dataset(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
 
 
+@suggests_names
 def pushover(
     building: ShearBuilding, roof_displacement: ArrayLike, *, pattern: str | ArrayLike = "first_mode"
 ) -> xr.Dataset:
@@ -117,7 +120,7 @@ def pushover(
         >>> (pushed["base_shear"][::25] / 1e3).round().values  # kN
         array([  0., 315., 342., 368., 395.])
     """
-    check_kind("pushover", "a ShearBuilding", building, ShearBuilding)
+    check_kind("pushover", "a ShearBuilding", building, ShearBuilding, argument="building")
     path = finite_numbers("roof_displacement", roof_displacement)
     if path.ndim != 1 or not path.size:
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, whole_number
+from warpdyn.core.checks import check_dataset, one_of, whole_number
 from warpdyn.core.output_variables import (
     DAMPING,
     KIND_ATTRIBUTES,
@@ -53,12 +53,11 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
         >>> wd.select_event(run, "mainshock").sizes["sample"], run.sizes["sample"]
         (48, 96)
     """
-    check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence")
+    check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence", argument="run")
     if "event" not in run.dims or "im_level_design" not in run.coords:
         raise ValueError("the dataset has no events: it is not what simulate() returned of an EventSequence")
     names = run["event"].values.tolist()
-    if name not in names:
-        raise ValueError(f"no event {name!r} in the run; it has {', '.join(names)}")
+    one_of("name of an event of the run", name, names)
     event = run.isel(event=names.index(name))
     if event["samples_per_history"] > 1:
         history = event["sample"].values // int(event["samples_per_history"])
@@ -92,10 +91,9 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
         >>> wd.select_archetype(run, "C1L high 2").sizes["sample"]
         8
     """
-    check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio")
+    check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio", argument="run")
     names = archetypes_of(run).tolist()
-    if name not in names:
-        raise ValueError(f"no archetype {name!r} in the run; it has {', '.join(names)}")
+    one_of("name of an archetype of the run", name, names)
     place = names.index(name)
     part = run.isel(sample=np.flatnonzero(run["archetype_index"].values == place))
     storeys = int(run["storeys_of_archetype"].values[place])
@@ -126,11 +124,11 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
         >>> upper.sizes["storey"]
         1
     """
-    check_dataset("select_storeys", run, advice="give what simulate() returned")
+    check_dataset("select_storeys", run, advice="give what simulate() returned", argument="run")
     storeys = run.sizes.get("storey", 0)
     first, last = whole_number("first", first, 1), whole_number("last", last, 1)
     if not first <= last <= storeys:
-        raise ValueError(f"storeys {first} to {last} are not in the run, which has storeys 1 to {storeys}")
+        raise ValueError(f"first={first} to last={last} are not in the run, which has storeys 1 to {storeys}")
     dims = [dim for dim in ("storey", "floor") if dim in run.dims]
     part = run.isel({dim: slice(first - 1, last) for dim in dims})
     for dim in dims:

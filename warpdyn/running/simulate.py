@@ -120,13 +120,14 @@ def simulate(
             samples; None for the first GPU, or the CPU where there is none.
         threads: CPU threads; None for every core this process may use.
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
-            memory. A dataset that is returned in memory is not counted.
+            memory. `histories` must fit in it, too. A dataset that is returned in memory is not counted.
         cluster: Client of a `dask.distributed` cluster whose workers run the samples, region by region; None to run
             them here. `path` is a Zarr store then, on a disk that all workers share, or None; with `statistics` it may
             be any file of this process. `device`, `threads` and
             `memory` are of each worker: its first GPU and its own number of threads by default. Results have the same
             bits as here. A worker that dies costs the regions that it was running, and the same call goes on from the
-            regions that are in the store. Needs pip install "warpdyn[cluster]".
+            regions that are in the store. It needs
+            pip install "distributed>=2024.11" "zarr>=3.1.3".
 
     Returns:
         Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,

@@ -7,7 +7,7 @@ import inspect
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.near_misses import refuse_unknown
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.scene.scene import Scene
 from warpdyn.structures.structure import Structure
@@ -33,10 +33,7 @@ def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
     def checked(*given: P.args, **named: P.kwargs) -> R:
         name = function.__name__
         scene = given[0] if given else named.get("scene")
-        for unknown in named:
-            if unknown not in known:
-                hint = did_you_mean(unknown, names)
-                raise TypeError(f"{name}() has no argument {unknown!r}{hint}; it takes {', '.join(known)}")
+        refuse_unknown(name, named, known, names)
         if (given or "scene" in named) and not isinstance(scene, Scene):
             kinds = ", ".join(type(each).__name__ for each in given) or type(scene).__name__
             is_part = any(isinstance(each, Structure | Excitation) for each in (*given, scene))

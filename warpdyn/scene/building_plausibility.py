@@ -8,6 +8,7 @@ import numpy as np
 
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.scene.device_plausibility import add_devices, add_isolators
 from warpdyn.structures.modal import chain_stiffness_matrix
 from warpdyn.structures.physics import effective_stiffness, storey_weight_over_height
 from warpdyn.structures.protection import CAPACITY_RATIO
@@ -67,6 +68,8 @@ def add_building(
     if "slip_force" in values:
         slip = np.where(values["slip_force"] > 0, values["slip_force"], np.nan)  # 0 where there is no damper
         findings.add("slip_force_over_weight", slip / weight, where, along="storey")
+    add_devices(findings, values, where)
+    add_isolators(findings, building, values, where)
     if "damper_coefficient" in values and own.all():
         # On isolators, or under a mass damper, the first mode hardly moves the other storeys' dampers.
         _add_dampers(findings, values, weight, where)

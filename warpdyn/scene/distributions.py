@@ -8,8 +8,10 @@ import numpy as np
 from scipy.special import ndtr
 
 from warpdyn.core.checks import real_number
+from warpdyn.core.near_misses import with_suggestions
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class Normal:
     """A normal distribution.
@@ -39,6 +41,7 @@ class Normal:
         return self.mean + self.standard_deviation * z
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class Lognormal:
     """A lognormal distribution, by its median and dispersion.
@@ -87,6 +90,7 @@ class Lognormal:
         return self.median * np.exp(self.dispersion * z)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class Uniform:
     """A uniform distribution between two bounds.
@@ -108,7 +112,9 @@ class Uniform:
     high: float
 
     def __post_init__(self) -> None:
-        real_number("Uniform.high", self.high, above=real_number("Uniform.low", self.low))
+        low, high = real_number("Uniform.low", self.low), real_number("Uniform.high", self.high)
+        if not high > low:
+            raise ValueError(f"Uniform.high must be a finite number above Uniform.low={low:g}, got {high:g}")
 
     def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the values at standard normal values z."""

@@ -5,20 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from warpdyn.core.checks import whole_number
 from warpdyn.core.description import html_table
+from warpdyn.core.frozen_values import FrozenMapping
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.output_variables import KIND_ATTRIBUTES, KIND_OF_ARCHETYPES
 from warpdyn.scene.correlation import check_correlation
 from warpdyn.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.structures.shear_building import ShearBuilding, numbered_storeys
 from warpdyn.structures.structure import Structure
 
+MOST_BUILDINGS = 2**31 - 1  # they are counted in 32 bits
 
+
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class Archetype:
     """Buildings of one kind: as many storeys, one law, one kind of damping.
@@ -29,6 +33,9 @@ class Archetype:
         scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue or
             GivenValues, one for each building, which hold a table of single buildings.
         correlation: Correlation of pairs of scattered parameters [1], as a Scene takes it.
+
+    Raises:
+        ValueError, TypeError: If an argument is of another kind, or the scatter does not fit the building or the count.
 
     Example:
         >>> archetype = wd.Archetype(building, count=20, scatter=scatter)
@@ -41,7 +48,28 @@ class Archetype:
     scatter: Scatter = field(default_factory=dict)
     correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.building, ShearBuilding):
+            given = self.building
+            got = f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
+            raise TypeError(f"building must be a ShearBuilding, got {got}")
+        if self.count is not None:
+            whole_number("count", self.count, 1, MOST_BUILDINGS)
+        check_scatter(self.building, self.scatter)
+        check_correlation(self.building, self.scatter, self.correlation)
+        self.buildings()  # the lengths of lists agree with it
 
+    def buildings(self) -> int:
+        """Return how many buildings there are of it: `count`, or as many as the scatter lists, or one."""
+        listed = {key: len(spread.values) for key, spread in self.scatter.items() if isinstance(spread, GivenValues)}
+        count = next(iter(listed.values()), 1) if self.count is None else int(self.count)
+        for key, length in listed.items():
+            if length != count:
+                raise ValueError(f"scatter[{key!r}] lists {length} buildings, and there are {count}: they must agree")
+        return count
+
+
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class Portfolio(Structure):
     """Buildings of several archetypes, numbered from 0 in the order of these.
@@ -68,8 +96,8 @@ class Portfolio(Structure):
     family = "chain"
     demand = "drift"
     is_many = True
-    parameters = MappingProxyType({})
-    parameter_table = MappingProxyType({})
+    parameters = FrozenMapping({})
+    parameter_table = FrozenMapping({})
 
     archetypes: Mapping[str, Archetype]
     counts: np.ndarray = field(init=False, repr=False)
@@ -83,8 +111,12 @@ class Portfolio(Structure):
             if not isinstance(name, str) or not name:
                 raise TypeError(f"the name of an archetype must be text, got {name!r}")
             with named(name):
-                counts.append(_checked_count(archetype))
-        object.__setattr__(self, "archetypes", MappingProxyType(dict(self.archetypes)))
+                if not isinstance(archetype, Archetype):
+                    raise TypeError(f"it must be an Archetype, got {type(archetype).__name__}")
+                counts.append(archetype.buildings())
+        object.__setattr__(self, "archetypes", FrozenMapping(dict(self.archetypes)))
+        if sum(counts) > MOST_BUILDINGS:
+            raise ValueError(f"archetypes have {sum(counts)} buildings, and a portfolio at most {MOST_BUILDINGS}")
         object.__setattr__(self, "counts", np.array(counts))
         object.__setattr__(self, "first", np.cumsum(counts) - counts)
 
@@ -157,19 +189,3 @@ def named(archetype: str) -> Iterator[None]:
         yield
     except (ValueError, TypeError) as error:
         raise type(error)(f"archetype {archetype!r}: {error}") from error
-
-
-def _checked_count(archetype: Archetype) -> int:
-    """Return how many buildings there are of an archetype; raise an error if it is not valid."""
-    if not isinstance(archetype, Archetype):
-        raise TypeError(f"it must be an Archetype, got {type(archetype).__name__}")
-    if not isinstance(archetype.building, ShearBuilding):
-        raise TypeError(f"building must be a ShearBuilding, got {type(archetype.building).__name__}")
-    check_scatter(archetype.building, archetype.scatter)
-    check_correlation(archetype.building, archetype.scatter, archetype.correlation)
-    lengths = {key: len(spread.values) for key, spread in archetype.scatter.items() if isinstance(spread, GivenValues)}
-    count = next(iter(lengths.values()), 1) if archetype.count is None else whole_number("count", archetype.count, 1)
-    for key, length in lengths.items():
-        if length != count:
-            raise ValueError(f"scatter[{key!r}] lists {length} buildings, and there are {count}: they must agree")
-    return count

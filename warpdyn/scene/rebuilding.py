@@ -54,8 +54,8 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
     if not isinstance(told, dict) or not {"structure", "excitation"} <= told.keys():
         raise ValueError("from_json(): this describes no scene; give a dataset's attribute 'scene'")
     _check_keys(told, "the scene", SCENE_KEYS, ("structure", "excitation"))
-    is_given = isinstance(motions, GroundMotion) or len(motions) > 0
-    found = Rebuilding(checked_motions(motions) if is_given else ())
+    is_empty = isinstance(motions, list | tuple) and not motions
+    found = Rebuilding(() if is_empty else checked_motions(motions))
     return {
         **told,
         "structure": found.structure(told["structure"], "structure"),

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number, real_numbers
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.frozen_values import FrozenArrays
+from warpdyn.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.scene.distributions import Distribution
 from warpdyn.structures.structure import Structure
 
@@ -90,6 +91,7 @@ class RandomScatter(ParameterScatter):
         """Return the parameter's values from its nominal value and the drawn numbers, which broadcast."""
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class RandomFactor(RandomScatter):
     """A random factor that multiplies the nominal value of a parameter.
@@ -114,6 +116,7 @@ class RandomFactor(RandomScatter):
         return nominal * drawn
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class RandomValue(RandomScatter):
     """A random value that replaces the nominal value of a parameter.
@@ -140,8 +143,9 @@ class RandomValue(RandomScatter):
         return np.broadcast_to(drawn, np.broadcast_shapes(nominal.shape, drawn.shape))
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
-class GivenValues(ParameterScatter):
+class GivenValues(FrozenArrays, ParameterScatter):
     """Given values, one for each structure: a design of experiments, or samples drawn elsewhere.
 
     Args:

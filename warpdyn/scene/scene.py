@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
 
 from warpdyn.core.checks import one_of, real_number
 from warpdyn.core.description import html_table, to_json
+from warpdyn.core.frozen_values import FrozenMapping
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.ground_motions.designs import excitation_of
 from warpdyn.ground_motions.excitation import Excitation
 from warpdyn.ground_motions.motions import GroundMotion
@@ -43,6 +44,7 @@ def _instead_of_excitation(given: object) -> str:
     return ""
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """Everything that decides what a run computes, except how it is integrated.
@@ -151,8 +153,8 @@ class Scene:
             )
         check_scatter(self.structure, self.scatter)
         check_correlation(self.structure, self.scatter, self.correlation)
-        object.__setattr__(self, "scatter", MappingProxyType(dict(self.scatter)))
-        object.__setattr__(self, "correlation", MappingProxyType(dict(self.correlation)))
+        object.__setattr__(self, "scatter", FrozenMapping(dict(self.scatter)))
+        object.__setattr__(self, "correlation", FrozenMapping(dict(self.correlation)))
 
     @property
     def central_parameters(self) -> dict[str, np.ndarray]:

@@ -27,7 +27,7 @@ def read_stations(
     path: str | os.PathLike,
 ) -> tuple[Path, list[str], tuple[np.ndarray, np.ndarray], list[list[dict[str, str]]]]:
     """Return the grid's file, the names and places of its points, and the rows of each point's file."""
-    is_folder = isinstance(path, str | os.PathLike) and Path(path).is_dir()
+    is_folder = isinstance(path, str | os.PathLike) and os.fspath(path) != "" and Path(path).is_dir()
     file = existing_file(function, Path(path) / "EventGrid.csv" if is_folder else path)
     table = read_csv(file)
     for name in GRID_COLUMNS:

@@ -61,7 +61,10 @@ def read_ground_motion_field(
         array([[0.3, 0.4],
                [0.2, 0. ]])
     """
-    values, mesh = (read_csv(existing_file("read_ground_motion_field", path), comment="#") for path in (fields, sites))
+    values, mesh = (
+        read_csv(existing_file("read_ground_motion_field", path, argument), comment="#")
+        for argument, path in (("fields", fields), ("sites", sites))
+    )
     event = _column(fields, values, EVENTS)
     site = _column(fields, values, [name for name in SITES if name in mesh] or SITES)
     for name in (site, "lon", "lat"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -118,7 +119,7 @@ def scale_records(
         >>> grid.scale.shape  # point, earthquake, component
         (4, 1, 1)
     """
-    check_kind("scale_records", "a DataArray of intensities", field, xr.DataArray)
+    check_kind("scale_records", "a DataArray of intensities", field, xr.DataArray, argument="field")
     name = str(field.name)
     measure = measure_named(name)
     if measure is None:
@@ -136,7 +137,13 @@ def scale_records(
         at = np.argwhere(bad)
         shown = ", ".join(f"{values[e, p]:g} at point {p} of earthquake {e}" for e, p in at[:MOST_SHOWN])
         raise ValueError(f"scale_records: {len(at):,} values of {name} are no intensities: {shown}")
-    pairs = [each if isinstance(each, tuple) else (each,) for each in motions]
+    if isinstance(motions, list | tuple):
+        pairs = [each if isinstance(each, tuple) else (each,) for each in motions]
+    else:
+        single: Any = motions
+        pairs = [(each,) for each in checked_motions(single)]
+    if not pairs:
+        raise ValueError("scale_records: motions is empty: give at least one GroundMotion")
     if len({len(each) for each in pairs}) != 1:
         raise ValueError("scale_records: motions must be single ones or pairs of components, all of one kind")
     flat = checked_motions([motion for pair in pairs for motion in pair])

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, check_kind, one_of, real_number, unmasked, whole_number
+from warpdyn.core.checks import check_dataset, check_kind, check_memory, one_of, real_number, unmasked, whole_number
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.random_numbers import Purpose, uniform_rows
 from warpdyn.core.thread_pool import cores, in_parts
 from warpdyn.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
@@ -21,6 +22,7 @@ from warpdyn.sites.places import inverse_distance_weights, nearest_points
 DRAW, MEAN = "draw", "mean"
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class MotionGrid:
     """Ground motions at the points of a grid, in some earthquakes.
@@ -101,7 +103,7 @@ class MotionGrid:
             >>> design = grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3, seed=1)
             >>> region = wd.Scene(stock.portfolio, design, recorders=("drift",))
         """
-        check_kind("MotionGrid.at", "an inventory", inventory, pd.DataFrame)
+        check_kind("MotionGrid.at", "an inventory", inventory, pd.DataFrame, argument="inventory")
         one_of("choice", choice, (DRAW, MEAN))
         count = len(self.earthquakes) if draws is None else whole_number("draws", draws, 1)
         neighbours, seed = whole_number("neighbours", neighbours, 1), whole_number("seed", seed, 0)
@@ -109,7 +111,15 @@ class MotionGrid:
         if isinstance(rows, BuildingStock):
             rows.check(inventory)
             rows = rows.rows
+        # A number of each building of the inventory and each draw, and of each building that is chosen its point.
+        check_memory(f"draws={count} of {len(inventory)} buildings", 8 * count * len(inventory), "take fewer draws")
         every = np.arange(len(inventory))
+        if rows is not None:
+            rows = np.asarray(rows) if isinstance(rows, list | tuple | np.ndarray | pd.Series) else np.zeros(0)
+            if rows.ndim != 1 or not rows.size or rows.dtype.kind not in "iub":
+                raise TypeError(
+                    "MotionGrid.at: rows must be a BuildingStock, or numbers or a mask of the inventory's rows"
+                )
         rows = every if rows is None else every[unmasked("rows", rows)]  # so that a mask chooses rows, too
         grid = self.longitude, self.latitude
         index, distance = nearest_points("MotionGrid.at", inventory, rows, *grid, neighbours, reach)
@@ -170,8 +180,8 @@ def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
         >>> labelled["site_index"].values.tolist()
         [0, 0, 1, 1, 1, 0]
     """
-    check_dataset("label_samples", run, "sample", advice="give what simulate() returned")
-    check_kind("label_samples", "the MotionsAtSites of the run", design, MotionsAtSites)
+    check_dataset("label_samples", run, "sample", advice="give what simulate() returned", argument="run")
+    check_kind("label_samples", "the MotionsAtSites of the run", design, MotionsAtSites, argument="design")
     site = np.asarray(design.site)
     structure, place = np.divmod(run["sample"].values.astype(np.int64), design.samples_per_structure)
     if structure.size and structure.max() >= site.shape[0]:

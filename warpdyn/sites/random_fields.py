@@ -8,11 +8,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_kind, finite_numbers, whole_number
+from warpdyn.core.checks import check_kind, check_memory, finite_numbers, whole_number
 from warpdyn.core.random_numbers import Purpose
 from warpdyn.sites.places import EARTH_RADIUS, check_degrees, distances_between
 from warpdyn.sites.spatial_correlations import SpatialCorrelation
 
+FEWER = "draw fewer fields"
 MOST_BY_CHOLESKY = 4096  # points, whose covariance takes 128 MiB
 MOST_EMBEDDED = 2**26  # points of the periodic grid
 ROUNDING_OF_VARIANCE = (1e-10, 1e-9, 1e-8)  # relative, tried in turn
@@ -59,10 +60,10 @@ def correlated_fields(
         >>> dict(fields.sizes)
         {'earthquake': 50, 'point': 4}
     """
-    check_kind("correlated_fields", "a DataArray of medians", median, xr.DataArray)
+    check_kind("correlated_fields", "a DataArray of medians", median, xr.DataArray, argument="median")
     if set(median.dims) != {"earthquake", "point"}:
         raise ValueError(f"correlated_fields: median must have the dimensions earthquake and point, got {median.dims}")
-    check_kind("correlated_fields", "a SpatialCorrelation", correlation, SpatialCorrelation)
+    check_kind("correlated_fields", "a SpatialCorrelation", correlation, SpatialCorrelation, argument="correlation")
     draws = whole_number("draws", draws, 1)
     median = median.transpose("earthquake", "point")
     tau, phi = finite_numbers("between", between), finite_numbers("within", within)
@@ -77,6 +78,7 @@ def correlated_fields(
         raise ValueError("correlated_fields: the median must be finite and above 0 at all points")
     longitude, latitude = median["longitude"].values, median["latitude"].values
     count = earthquakes * draws
+    check_memory(f"draws={draws} fields of {earthquakes} earthquakes at {points} points", 40 * count * points, FEWER)
     eps = within_event_residuals(longitude, latitude, correlation, count, seed)
     eta = np.random.default_rng([whole_number("seed", seed, 0), Purpose.BETWEEN_EARTHQUAKES]).standard_normal(count)
     # Draw by draw over the earthquakes, so that more draws leave the first ones as they are.
@@ -116,9 +118,12 @@ def within_event_residuals(
         >>> wd.sites.within_event_residuals(longitude, latitude, model, draws=50, seed=1).shape
         (50, 2)
     """
-    check_kind("within_event_residuals", "a SpatialCorrelation", correlation, SpatialCorrelation)
+    check_kind(
+        "within_event_residuals", "a SpatialCorrelation", correlation, SpatialCorrelation, argument="correlation"
+    )
     lon, lat, place = _distinct_places(*_checked_places(longitude, latitude))
     draws = whole_number("draws", draws, 1)
+    check_memory(f"draws={draws} fields at {lon.size} points", 24 * draws * lon.size, FEWER)
     random = np.random.default_rng([whole_number("seed", seed, 0), Purpose.WITHIN_EARTHQUAKES])
     if lon.size <= MOST_BY_CHOLESKY:
         factor = _cholesky(correlation.correlation(distances_between(lon, lat)))

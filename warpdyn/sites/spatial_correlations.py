@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import one_of, real_number, unmasked
+from warpdyn.core.checks import finite_numbers, one_of, real_number, true_or_false
+from warpdyn.core.near_misses import with_suggestions
 
 
 class SpatialCorrelation(ABC):
@@ -32,11 +33,12 @@ class SpatialCorrelation(ABC):
             distance: Distances between two places [m], any shape.
 
         Raises:
-            ValueError: If a value is masked.
+            ValueError: If a distance is not a finite number.
         """
-        return np.exp(-3 * unmasked("distance", distance, np.float64) / self.correlation_range)
+        return np.exp(-3 * finite_numbers("distance [m]", distance) / self.correlation_range)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class JayaramBaker2009(SpatialCorrelation):
     """The model of Jayaram and Baker (2009) for spectral accelerations: exp(-3 h / b).
@@ -53,6 +55,7 @@ class JayaramBaker2009(SpatialCorrelation):
 
     Raises:
         ValueError: If the period is outside its range.
+        TypeError: If `is_clustered` is not True or False.
 
     Example:
         >>> wd.sites.JayaramBaker2009(1.0).correlation_range
@@ -64,6 +67,7 @@ class JayaramBaker2009(SpatialCorrelation):
 
     def __post_init__(self) -> None:
         _check_period(self.period, 0.0, 10.0)
+        true_or_false("is_clustered", self.is_clustered)
 
     @property
     def correlation_range(self) -> float:
@@ -73,6 +77,7 @@ class JayaramBaker2009(SpatialCorrelation):
         return round(1000 * (40.7 - 15.0 * self.period if self.is_clustered else 8.5 + 17.2 * self.period), 6)
 
 
+@with_suggestions
 @dataclass(frozen=True)
 class EspositoIervolino2012(SpatialCorrelation):
     """The model of Esposito and Iervolino for European earthquakes: exp(-3 h / b).
@@ -101,7 +106,7 @@ class EspositoIervolino2012(SpatialCorrelation):
 
     def __post_init__(self) -> None:
         one_of("region", self.region, ("Europe", "Italy"))
-        if self.period != 0:
+        if real_number("period [s]", self.period, least=0) != 0:
             _check_period(self.period, 0.1, 2.0)
 
     @property

@@ -73,9 +73,11 @@ def building_results(
         1  b             0.125             8
         2  c             0.500             8
     """
-    check_dataset(_FUNCTION, counted, advice="give what simulate(..., statistics=...) returned")
-    check_kind(_FUNCTION, "a BuildingStock", stock, BuildingStock, "as wd.inventories.portfolio returns it")
-    check_kind(_FUNCTION, "an inventory", inventory, pd.DataFrame, "as the readers of wd.inventories return it")
+    check_dataset(_FUNCTION, counted, advice="give what simulate(..., statistics=...) returned", argument="counted")
+    as_returned = "as wd.inventories.portfolio returns it"
+    check_kind(_FUNCTION, "a BuildingStock", stock, BuildingStock, as_returned, argument="stock")
+    as_read = "as the readers of wd.inventories return it"
+    check_kind(_FUNCTION, "an inventory", inventory, pd.DataFrame, as_read, argument="inventory")
     name = counts_over(_FUNCTION, counted, ("building",))
     _check_run(counted, stock)
     stock.check(inventory)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import LARGEST_EXCLUDED_FRACTION, measure_of_dataset
 from warpdyn.statistics.curve_dataset import dataset_of_curves
 from warpdyn.statistics.estimators import LOGNORMAL
@@ -30,6 +31,7 @@ PAIRS = ("structure", "motion")
 _ADVICE = "give what capacities() returned"
 
 
+@suggests_names
 def fragility_from_capacities(
     capacities: xr.Dataset,
     *,
@@ -71,8 +73,8 @@ def fragility_from_capacities(
         >>> curves["fragility_median"].round(1).values  # g
         array([0.5, 1.2])
     """
-    check_dataset("fragility_from_capacities", capacities, "capacity", advice=_ADVICE)
-    replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
+    check_dataset("fragility_from_capacities", capacities, "capacity", advice=_ADVICE, argument="capacities")
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
     lower, upper = _checked_brackets(capacities)

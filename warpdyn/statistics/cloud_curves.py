@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, true_or_false, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import (
     COLLAPSED,
     DIVERGED,
@@ -48,6 +49,7 @@ LEAST_STANDING = 4  # samples that did not collapse, which a line and a deviatio
 _SIXTEENTH, _EIGHTY_FOURTH = 0.15865525393145707, 0.8413447460685429  # one deviation below and above the median
 
 
+@suggests_names
 def fragility_of_cloud(
     dataset: xr.Dataset,
     limits: Mapping[str, Limit],
@@ -106,10 +108,10 @@ def fragility_of_cloud(
         array([0.5, 0.7])
     """
     check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
-    if not checked_flag("added_storeys", added_storeys):
+    if not true_or_false("added_storeys", added_storeys):
         dataset = without_added_storeys(dataset)
     refuse_portfolio("fragility_of_cloud", dataset)
-    replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("estimator of a cloud", estimator, tuple(METHODS))
     one_of("intervals_over", intervals_over, OVER)

@@ -10,8 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import check_dataset, checked_flag, finite_numbers
+from warpdyn.core.checks import check_dataset, finite_numbers, true_or_false
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import (
     COLLAPSED,
     DIVERGED,
@@ -37,6 +38,7 @@ Limits = Mapping[str, Mapping[str, float]]
 Events = Sequence[str] | Sequence[int] | xr.DataArray | None
 
 
+@suggests_names
 def damage_shares(
     run: xr.Dataset,
     limits: Limits | None = None,
@@ -84,22 +86,22 @@ def damage_shares(
         >>> shares["damage_share"].mean("motion").sel(damage_state=["none", "slight"]).round(2).values
         array([0.25, 0.71])
     """
-    check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio")
+    check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio", argument="run")
     if limits is None and not is_reduced(run):
         raise TypeError("limits must map each archetype to its limits, got none; only counts have limits of their own")
     if is_reduced(run):
         if number is not None:
             raise ValueError("number= is told to DamageCounts, which adds up the buildings: leave it out")
-        if checked_flag("added_storeys", added_storeys):
+        if true_or_false("added_storeys", added_storeys):
             raise ValueError(
                 "damage_shares: added_storeys=True has no effect on counts, which are made already: give it to "
                 "DamageCounts(..., added_storeys=True)"
             )
         found = _read(run, limits, events)
     else:
-        if not checked_flag("added_storeys", added_storeys):
+        if not true_or_false("added_storeys", added_storeys):
             run = without_added_storeys(run)  # of an archetype by itself
-        found = _count(run, limits or {}, events, number, added_storeys)
+        found = _count(run, {} if limits is None else limits, events, number, added_storeys)
     names, states, counts, failures, event_names, levels = (
         found.names,
         found.states,

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, true_or_false, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import measure_of_dataset
 from warpdyn.core.units import unit_attributes
 from warpdyn.reduction.limits import DRIFT, DamageLimits, Limit
@@ -42,6 +43,7 @@ from warpdyn.statistics.stripe_counts import StripeCounts, count_stripes
 OVER = ("records and structures", "records")
 
 
+@suggests_names
 def fragility(
     dataset: xr.Dataset,
     limits: Mapping[str, Limit] | None = None,
@@ -114,11 +116,11 @@ def fragility(
         array([0.75])
     """
     check_dataset("fragility", dataset, advice="give what simulate() returned")
-    replicates, seed = whole_number("replicates", replicates, 1), whole_number("seed", seed, 0)
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)
     chosen = estimator_of(estimator)
-    if not checked_flag("added_storeys", added_storeys):
+    if not true_or_false("added_storeys", added_storeys):
         dataset = without_added_storeys(dataset)
     checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import check_dataset, checked_flag, one_of, whole_number
+from warpdyn.core.checks import MOST_REPLICATES, check_dataset, one_of, shortened, true_or_false, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.output_variables import (
     EXTRAPOLATED,
     MEDIAN_STATUS,
@@ -32,6 +33,7 @@ PRIORS = {"median": "theta", "dispersion": "beta"}  # and what pyFragility calls
 _BURN_IN = 2000  # draws that the sampler adapts in
 
 
+@suggests_names
 def fragility_posterior(
     dataset: xr.Dataset,
     limits: Mapping[str, Limit] | None = None,
@@ -78,14 +80,16 @@ def fragility_posterior(
         {'replicate': 500, 'damage_state': 2}
     """
     check_dataset("fragility_posterior", dataset, advice="give what simulate() returned")
-    if not checked_flag("added_storeys", added_storeys):
+    if not true_or_false("added_storeys", added_storeys):
         dataset = without_added_storeys(dataset)
     try:
         import pyFragility
     except ImportError as error:
-        raise ImportError('fragility_posterior needs pyFragility: pip install "warpdyn[estimators]"') from error
-    draws, seed = whole_number("draws", draws, 100), whole_number("seed", seed, 0)
+        raise ImportError('fragility_posterior needs pyFragility: pip install "pyFragility>=0.2"') from error
+    draws, seed = whole_number("draws", draws, 100, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
+    if priors is not None and not isinstance(priors, Mapping):
+        raise TypeError(f"priors must map 'median' or 'dispersion' to a distribution, got {shortened(priors)}")
     priors = {} if priors is None else dict(priors)
     for name, distribution in priors.items():
         one_of("prior", name, tuple(PRIORS))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers, one_of, whole_number
+from warpdyn.core.near_misses import suggests_names
 from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Law
@@ -19,12 +20,14 @@ from warpdyn.structures.hazus import hazus_chain
 from warpdyn.structures.modal import chain_stiffness_matrix, modal_properties
 from warpdyn.structures.periods import chain_of_periods
 from warpdyn.structures.physics import storey_weight_over_height
+from warpdyn.structures.structure import MAXIMUM_STOREYS
 
 
 class CalibratedChain:
     """Constructors of a ShearBuilding from properties of the whole building."""
 
     @classmethod
+    @suggests_names
     def from_hazus(
         cls,
         building_type: str,
@@ -78,6 +81,7 @@ class CalibratedChain:
         return cls._from_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
+    @suggests_names
     def from_capacity(
         cls,
         displacement: ArrayLike,
@@ -194,6 +198,7 @@ class CalibratedChain:
         return cls._from_chain(storeys, chain, law, damping, parameters)
 
     @classmethod
+    @suggests_names
     def from_periods(
         cls,
         period: ArrayLike,
@@ -275,7 +280,7 @@ def _warn_of_implausible_curve(chain: Mapping[str, Any]) -> None:
 
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
     """Return masses and heights, one for each storey."""
-    count = whole_number("storeys", storeys, 1)
+    count = whole_number("storeys", storeys, 1, MAXIMUM_STOREYS)
     chain = {name: _one_per_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
     for name, array in chain.items():
         for storey in np.flatnonzero(array <= 0):

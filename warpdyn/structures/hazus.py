@@ -91,6 +91,7 @@ def hazus_chain(
     if not least <= n <= most:
         raise ValueError(f"Hazus type {building_type} has {least} to {most} storeys, got {n}")
     mass = real_number("floor_area", floor_area, above=0) * MASS_PER_AREA
+    real_number("floor_area times the mass of a floor [kg]", mass)
     period = n * row["period_per_storey_s"]
     # The first frequency of a uniform chain is 2 sin(pi / (4N + 2)) sqrt(k / m).
     stiffness = (np.pi / (period * np.sin(np.pi / (4 * n + 2)))) ** 2 * mass

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import finite_numbers
+from warpdyn.core.frozen_values import FrozenMapping
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.laws import LAWS, Parameter
 from warpdyn.structures.modal import modal_properties
 from warpdyn.structures.structure import Structure, count_along
@@ -18,6 +19,7 @@ from warpdyn.structures.structure import Structure, count_along
 MAXIMUM_DOFS = 32
 
 
+@with_suggestions
 class LinearSystem(Structure):
     """A linear system of full matrices, of at most 32 degrees of freedom: M u'' + C u' + K u = F.
 
@@ -85,9 +87,9 @@ class LinearSystem(Structure):
             raise ValueError(
                 f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would put energy in"
             )
-        self.parameters: Mapping[str, np.ndarray] = MappingProxyType(matrices)
+        self.parameters: Mapping[str, np.ndarray] = FrozenMapping(matrices)
         # A matrix can only be scaled: these are the bounds of its factor.
-        self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
+        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(
             {
                 "mass": Parameter("1", "factor on the mass matrix", low=0.0, low_open=True),
                 "damping": Parameter("1", "factor on the viscous damping matrix", low=0.0),

@@ -110,7 +110,9 @@ def modal_table(modes: xr.Dataset) -> str:
            1     0.53208          1.8794         1.1934              183.21  91.60 %        91.60 %
            2     0.21419          4.6688         0.3613              16.795   8.40 %       100.00 %
     """
-    check_dataset("modal_table", modes, "period", "effective_mass_ratio", advice="give building.modal()")
+    check_dataset(
+        "modal_table", modes, "period", "effective_mass_ratio", advice="give building.modal()", argument="modes"
+    )
     head = ("mode", "period [s]", "frequency [Hz]", "participation", "effective mass [t]", "share", "sum of shares")
     ratio = 100 * modes["effective_mass_ratio"].values
     columns = zip(

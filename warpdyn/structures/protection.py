@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from numbers import Real
 from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
 from warpdyn.core.checks import one_of, real_number
+from warpdyn.core.plausibility import PlausibilityFindings
 from warpdyn.core.units import STANDARD_GRAVITY
 from warpdyn.laws import LAWS, Law, Parameter
 from warpdyn.laws.building_law import missing_at
@@ -137,6 +137,12 @@ class ProtectedChain:
         frequency_ratio = real_number("frequency_ratio", frequency_ratio, above=0)
         damping_ratio = real_number("damping_ratio", damping_ratio, least=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
+        findings = PlausibilityFindings()
+        findings.add("tuned_mass_ratio", ratio)
+        findings.add("tuned_frequency_ratio", frequency_ratio)
+        if damping_ratio > 0:
+            findings.add("tuned_damping_ratio", damping_ratio)
+        findings.warn()
         first = self.modal().isel(mode=0)
         shape = first["shape"].values / first["shape"].values[-1]
         mass = ratio * float(self.parameters["mass"] @ shape**2)
@@ -159,8 +165,7 @@ class ProtectedChain:
                     f"unknown parameter {name!r}: isolators of law {law!r} take {', '.join(sorted(taken))}"
                 )
         for name, value in own.items():
-            if not isinstance(value, Real):
-                real_number(f"{name} of the storey", value)  # raises an error
+            real_number(f"{name} of the storey", value)
         laws = self.storey_laws if len(self.storey_laws) > 1 else self.storey_laws * self.storeys
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
         added["gravity_load"] = STANDARD_GRAVITY * own["mass"]

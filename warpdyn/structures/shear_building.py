@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import one_of, real_numbers
+from warpdyn.core.frozen_values import FrozenMapping
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.core.output_variables import KIND_ATTRIBUTES, STOREY_KIND
 from warpdyn.kernels.registry import recorders as known_recorders
 from warpdyn.laws import LAWS, Device, Law, Parameter
@@ -32,15 +32,14 @@ from warpdyn.structures.physics import (
     physics_problem,
 )
 from warpdyn.structures.protection import ProtectedChain
-from warpdyn.structures.structure import Structure, count_along
+from warpdyn.structures.structure import MAXIMUM_STOREYS, Structure, count_along
 
 __all__ = ["LinearSystem", "ShearBuilding"]
-
-MAXIMUM_STOREYS = 60
 
 BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
 
 
+@with_suggestions
 class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
 
@@ -129,7 +128,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         of_all = {"gravity_load": gravity_load, "drift_capacity": drift_capacity}
         of_all |= {"drift_ratio_capacity": drift_ratio_capacity}
         given |= {name: value for name, value in of_all.items() if value is not None}
-        self.parameter_table: Mapping[str, Parameter] = MappingProxyType(
+        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(
             {
                 "mass": Parameter("kg", "floor mass", low=0.0, low_open=True),
                 "stiffness": Parameter("N m-1", "initial storey stiffness", low=0.0, low_open=True),
@@ -186,7 +185,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             raise ValueError(problem)
         if caution := self.storey_law.caution(arrays):
             warn_caller(caution)
-        self.parameters: Mapping[str, np.ndarray] = MappingProxyType(arrays)
+        self.parameters: Mapping[str, np.ndarray] = FrozenMapping(arrays)
         self.own_storeys = np.ones(self.storeys, dtype=bool)  # not isolators or a tuned mass damper
         self.inherent_damping = kind.checked(damping, self.storeys, damping_modes, damped_storeys)
         self.damping_modes, self.damped_storeys = self.inherent_damping.modes, self.inherent_damping.storeys

@@ -12,6 +12,8 @@ from warpdyn.core.description import html_table
 from warpdyn.laws import Law, Parameter
 from warpdyn.laws.building_law import BuildingLaw
 
+MAXIMUM_STOREYS = 60  # of a ShearBuilding
+
 
 class Structure(ABC):
     """A structure that a scene can have, checked when it is built.

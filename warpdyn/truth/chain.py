@@ -77,7 +77,9 @@ class ShearChain:
         if force.ndim != 2 or not len(force) or force.shape[1] != n:
             raise ValueError(f"force must have shape [time, {n}], got {force.shape}")
         self.step = real_number("step", step, above=0)
-        self.yield_drift = yield_force / stiffness
+        with np.errstate(over="ignore"):
+            self.yield_drift = yield_force / stiffness
+        finite_numbers("yield_force over stiffness", self.yield_drift)
         self.hysteretic_force = (1 - hardening_ratio) * yield_force
         drifts_of_floors = np.eye(n) - np.eye(n, k=-1)
         drifts_of_forces = drifts_of_floors / mass  # forces on floors to accelerations of drifts

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
-from warpdyn.core.checks import unmasked
+from warpdyn.core.checks import finite_numbers, real_number
+
+LARGEST_FREQUENCY = 1e9  # rad/s; sines of larger arguments have no digits left
 
 
 def harmonic_response(
@@ -53,10 +55,12 @@ def harmonic_response(
     mass, damping, stiffness = _matrices(mass, damping, stiffness)
     dof = len(mass)
     amplitude = _vector("amplitude", amplitude, dof)
-    if not (np.isfinite(frequency) and np.isfinite(phase)):
-        raise ValueError(f"frequency and phase must be finite, got {frequency} and {phase}")
-    time = unmasked("time", time, np.float64)
-    if time.ndim != 1 or time.size < 2 or not np.isfinite(time).all() or time[0] < 0 or time[-1] <= time[0]:
+    frequency, phase = real_number("frequency [rad/s]", frequency), real_number("phase [rad]", phase)
+    time = finite_numbers("time [s]", time)
+    real_number("frequency times the last time [rad]", frequency * float(np.max(np.abs(time), initial=0.0)))
+    if abs(frequency) > LARGEST_FREQUENCY:
+        raise ValueError(f"frequency must be at most {LARGEST_FREQUENCY:g} rad/s, got {frequency:g}")
+    if time.ndim != 1 or time.size < 2 or time[0] < 0 or time[-1] <= time[0]:
         raise ValueError(f"time must be at least 2 rising instants from 0 s on, got shape {time.shape}")
     step = (time[-1] - time[0]) / (time.size - 1)
     uneven = np.abs(time - (time[0] + step * np.arange(time.size)))
@@ -121,10 +125,10 @@ def piecewise_linear_response(
     """
     mass, damping, stiffness = _matrices(mass, damping, stiffness)
     dof = len(mass)
-    force = unmasked("force", force, np.float64)
-    if force.ndim != 2 or force.shape[1] != dof or not np.isfinite(force).all():
-        raise ValueError(f"force must be finite and of shape [time, {dof}], got shape {force.shape}")
-    _check_positive_numbers(step=step)
+    force = finite_numbers("force", force)
+    if force.ndim != 2 or force.shape[1] != dof or not len(force):
+        raise ValueError(f"force must be of shape [time, {dof}], got shape {force.shape}")
+    step = real_number("step [s]", step, above=0)
     shape, omega, system = _modal_state(mass, damping, stiffness)
     augmented = np.zeros((4 * dof, 4 * dof))  # state, force, and the force's increment over the step
     augmented[: 2 * dof, : 2 * dof] = system * step
@@ -156,29 +160,22 @@ def _exponential(matrix: np.ndarray) -> np.ndarray:
     return result
 
 
-def _check_positive_numbers(**values: float) -> None:
-    for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
-            raise ValueError(f"{name} must be finite and above 0, got {value}")
-
-
 def _vector(name: str, value: np.ndarray | None, dof: int) -> np.ndarray:
-    value = np.zeros(dof) if value is None else unmasked(name, value, np.float64)
-    if value.shape != (dof,) or not np.isfinite(value).all():
-        raise ValueError(f"{name} must be finite and of shape [{dof}], got {value}")
+    value = np.zeros(dof) if value is None else finite_numbers(name, value)
+    if value.shape != (dof,):
+        raise ValueError(f"{name} must be of shape [{dof}], got {value.shape}")
     return value
 
 
 def _matrices(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> list[np.ndarray]:
-    mass = unmasked("mass", mass, np.float64)
-    matrices = [
-        np.diag(mass) if mass.ndim == 1 else mass,
-        unmasked("damping", damping, float),
-        unmasked("stiffness", stiffness, float),
-    ]
+    mass = finite_numbers("mass", mass)
+    if mass.ndim not in (1, 2) or not mass.size:
+        raise ValueError(f"mass must be of shape [dof] or [dof, dof], got {mass.shape}")
+    mass = np.diag(mass) if mass.ndim == 1 else mass
+    matrices = [mass, finite_numbers("damping", damping), finite_numbers("stiffness", stiffness)]
     for name, matrix in zip(("mass", "damping", "stiffness"), matrices, strict=True):
-        if matrix.shape != (len(mass), len(mass)) or not np.isfinite(matrix).all():
-            raise ValueError(f"{name} must be finite and of shape [{len(mass)}, {len(mass)}], got {matrix.shape}")
+        if matrix.shape != (len(mass), len(mass)):
+            raise ValueError(f"{name} must be of shape [{len(mass)}, {len(mass)}], as mass is, got {matrix.shape}")
         if name != "damping" and not np.allclose(matrix, matrix.T, rtol=0, atol=1e-9 * np.abs(matrix).max()):
             raise ValueError(f"{name} must be symmetric")
     return matrices

@@ -126,7 +126,8 @@ def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> N
     speeds = [*chosen["dof_steps_per_second"], speed]
     axis.barh(names, speeds, color=["0.65"] * len(chosen) + [BLUE])
     texts = [
-        rf" {_plain(row.dof_steps_per_second)}, warpdyn {_plain(row.ratio)}$\times$" for row in chosen.itertuples()
+        rf" {_plain(row.dof_steps_per_second)}, warpdyn {_plain(speed / row.dof_steps_per_second)}$\times$"
+        for row in chosen.itertuples()
     ]
     for place, (length, text) in enumerate(zip(speeds, [*texts, f" {_plain(speed)}"], strict=True)):
         axis.text(length, place, text, va="center", fontsize=SMALL)
@@ -137,7 +138,7 @@ def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> N
         nearest = tools.iloc[-1]
         axis.set_title(
             f"On {_device_words(device)} {LABELS.get(nearest.peer, nearest.peer)}, the nearest tool,\n"
-            f"takes {_plain(nearest.ratio)} times as long as warpdyn",
+            f"takes {_plain(speed / nearest.dof_steps_per_second)} times as long as warpdyn",
             fontsize=TITLE,
         )
     decades = np.log10(max(speeds) / min(speeds)) + 0.5

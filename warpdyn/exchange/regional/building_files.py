@@ -80,7 +80,7 @@ def write_building_results(results: pd.DataFrame, path: str | os.PathLike) -> Pa
         import pyarrow  # noqa: F401 # asked for before anything is written
     except ImportError:
         raise ImportError(
-            f'{_FUNCTION}: GeoParquet is written by pyarrow, which is not installed: pip install "warpdyn[parquet]", '
+            f'{_FUNCTION}: GeoParquet is written by pyarrow, which is not installed: pip install "pyarrow>=17", '
             "or write CSV, GeoJSON or netCDF"
         ) from None
     if geoparquet.GEOMETRY in table:

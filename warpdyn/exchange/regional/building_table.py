@@ -36,7 +36,7 @@ def checked_results(function: str, results: object, *names: str) -> tuple[pd.Dat
         ValueError: If a column or a place is missing, or values cannot be: places that are not on Earth, probabilities
             outside 0 to 1, standard errors and numbers of buildings below 0, or infinite ones.
     """
-    check_kind(function, "a DataFrame", results, pd.DataFrame, ADVICE)
+    check_kind(function, "a DataFrame", results, pd.DataFrame, ADVICE, argument="results")
     assert isinstance(results, pd.DataFrame)
     needed = ("id", "longitude", "latitude", "sample_count", *names)
     missing = [name for name in needed if name not in results]

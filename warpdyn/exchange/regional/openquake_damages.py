@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from warpdyn import __version__
+from warpdyn.core.checks import one_of
 from warpdyn.exchange.regional.building_table import checked_results
 from warpdyn.exchange.text_files import checked_path, write_in_place
 from warpdyn.reduction.limits import NO_DAMAGE
@@ -50,8 +51,7 @@ def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, l
     """
     path = checked_path(_FUNCTION, path, ".csv")
     table, states = checked_results(_FUNCTION, results, "number")
-    if loss_type not in LOSS_TYPES:
-        raise ValueError(f"{_FUNCTION}: unknown loss_type {loss_type!r}; allowed: {', '.join(LOSS_TYPES)}")
+    one_of("loss_type", loss_type, LOSS_TYPES)
     unknown = table[PROBABILITY + states[0]].isna().to_numpy()
     if unknown.any():
         raise ValueError(

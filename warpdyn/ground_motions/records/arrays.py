@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.checks import unmasked
+from warpdyn.core.checks import real_numbers
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.quantities import statement_of_name
 from warpdyn.ground_motions.records.units import ALLOWED_UNITS, checked_step, step_of_times, unit_factor
@@ -32,12 +32,10 @@ def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "mo
         >>> round(motion.peak_ground_acceleration, 2)  # m/s2
         2.94
     """
-    values = unmasked(f"motion {name!r}: acceleration", acceleration)
-    if values.dtype.kind not in "iuf":
-        raise ValueError(f"motion {name!r}: acceleration must be numbers, got dtype {values.dtype}")
+    values = real_numbers(f"motion {name!r}: acceleration", acceleration)
     factor = unit_factor(unit, f"motion {name!r}")
     step = checked_step(step, f"motion {name!r}: step")
-    return GroundMotion(factor * values.astype(np.float64), step, name, "array")
+    return GroundMotion(factor * values, step, name, "array")
 
 
 def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -> list[GroundMotion]:

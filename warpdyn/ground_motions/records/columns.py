@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdyn.core.checks import one_of, whole_number
+from warpdyn.core.checks import one_of, true_or_false, whole_number
 from warpdyn.core.messages import warn_caller
-from warpdyn.core.near_misses import did_you_mean
+from warpdyn.core.near_misses import did_you_mean, suggests_names
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import named_component, record_and_component
 from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
@@ -38,6 +38,7 @@ _MISSING = re.compile(
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
 
 
+@suggests_names
 def read_text(
     path: str | PathLike,
     *,
@@ -146,6 +147,7 @@ class _Table:
 
 
 def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
+    true_or_false("decimal_comma", decimal_comma)
     text = text_of(path)
     lines = text.rstrip().split("\n")
     if delimiter is not None and not (isinstance(delimiter, str) and re.fullmatch(r"[^\w.+\-\n]", delimiter)):

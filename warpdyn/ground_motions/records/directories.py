@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from os import PathLike
 from pathlib import Path
 
-from warpdyn.core.checks import one_of
+from warpdyn.core.checks import checked_text, one_of
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.at2 import read_at2_and_title
 from warpdyn.ground_motions.records.components import (
@@ -65,6 +65,7 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
     one_of("components", components, COMPONENTS)
     if not isinstance(path, str | PathLike):
         raise TypeError(f"path must be the name of a directory, got {path!r}")
+    checked_text("pattern", pattern)
     directory = Path(path)
     if not directory.is_dir():
         raise FileNotFoundError(f"{path}: no such directory (to read records {pattern!r} from)")

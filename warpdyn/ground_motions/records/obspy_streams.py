@@ -31,7 +31,7 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
     `stream.remove_response(inventory, output="ACC")`, which gives m/s2.
 
     Args:
-        stream: The stream, such as `obspy.read("AKT0131103111446.EW")`, with pip install "warpdyn[obspy]".
+        stream: The stream, such as `obspy.read("AKT0131103111446.EW")`, with pip install "obspy>=1.4".
         unit: Unit of the values, one of `UNITS`; it may be left out if obspy knows that they are in m/s2: for K-NET and
             KiK-net, and after `remove_response(output="ACC")`.
 

@@ -9,14 +9,18 @@ import numpy as np
 
 from warpdyn.core.checks import check_kind, one_of, real_number, whole_number
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import suggests_names
+from warpdyn.ground_motions.excitation import check_sample_count
 from warpdyn.ground_motions.motion_integrals import squared_integrals
 from warpdyn.ground_motions.motions import GroundMotion
 
+HIGHEST_ORDER = 20  # of a Butterworth filter, whose sections lose digits beyond it
 AT_REST = 1e-3  # velocity at the end over the largest one
 PERIODS = np.geomspace(0.1, 10.0, 21)  # s, at which `trim` compares spectra
 LARGEST_CHANGE = 0.05
 
 
+@suggests_names
 def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
     """Return a motion without its mean or its straight line of least squares.
 
@@ -33,13 +37,14 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
         >>> round(abs(float(wd.records.detrend(motion, "constant").acceleration.mean())), 9)
         0.0
     """
-    check_kind("detrend", "a GroundMotion", motion, GroundMotion)
+    check_kind("detrend", "a GroundMotion", motion, GroundMotion, argument="motion")
     from scipy import signal  # which takes half a second to import
 
     one_of("trend", trend, ("constant", "linear"))
     return replace(motion, acceleration=signal.detrend(motion.acceleration, type=trend))
 
 
+@suggests_names
 def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 4) -> GroundMotion:
     """Return a motion filtered forth and back, without a shift of phase, by a Butterworth band-pass.
 
@@ -65,7 +70,7 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
         >>> round(filtered.duration - motions[0].duration, 2)  # 1.5 * 4 / 0.2 Hz before it and after it
         60.0
     """
-    check_kind("band_pass", "a GroundMotion", motion, GroundMotion)
+    check_kind("band_pass", "a GroundMotion", motion, GroundMotion, argument="motion")
     from scipy import signal  # which takes half a second to import
 
     half = 0.5 / motion.step
@@ -76,13 +81,18 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
             f"motion {motion.name!r}: corners must be 0 < lowest < highest < {half:g} Hz (half the sampling "
             f"frequency), got {lowest:g} and {highest:g} Hz"
         )
-    sections = signal.butter(
-        whole_number("order", order, 1), (lowest, highest), "bandpass", fs=1 / motion.step, output="sos"
+    order = whole_number("order", order, 1, HIGHEST_ORDER)
+    pad = np.ceil(1.5 * order / lowest / motion.step)
+    check_sample_count(
+        f"lowest={lowest:g} Hz with pads of 1.5 orders over it", 2 * pad, "choose a corner that the record holds"
     )
-    zeros = int(np.ceil(1.5 * order / lowest / motion.step))
-    return replace(motion, acceleration=signal.sosfiltfilt(sections, np.pad(motion.acceleration, zeros), padtype=None))
+    sections = signal.butter(order, (lowest, highest), "bandpass", fs=1 / motion.step, output="sos")
+    return replace(
+        motion, acceleration=signal.sosfiltfilt(sections, np.pad(motion.acceleration, int(pad)), padtype=None)
+    )
 
 
+@suggests_names
 def trim(
     motion: GroundMotion, start: float = 0.05, end: float = 0.95, pad: float = 0.0, taper: float = 5.0
 ) -> GroundMotion:
@@ -114,7 +124,7 @@ def trim(
         >>> bool(abs(velocity[-1]) < 1e-3 * abs(velocity).max())
         True
     """
-    check_kind("trim", "a GroundMotion", motion, GroundMotion)
+    check_kind("trim", "a GroundMotion", motion, GroundMotion, argument="motion")
     real_number("start", start, above=0)
     real_number("end", end, above=0)
     real_number("pad [s]", pad, least=0)

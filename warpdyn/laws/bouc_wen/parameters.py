@@ -40,7 +40,7 @@ class BoucWen(Law):
     yield_force: ArrayLike = shared(YIELD_FORCE)
     hardening_ratio: ArrayLike = shared(HARDENING_RATIO, opensees="alpha")
     beta: ArrayLike = parameter("1", "Bouc-Wen beta", low=0.0, low_open=True, default=0.5, opensees="beta")
-    gamma: ArrayLike = parameter("1", "Bouc-Wen gamma", default=0.5, opensees="gamma")
+    gamma: ArrayLike = parameter("1", "Bouc-Wen gamma, above -beta and at most beta", default=0.5, opensees="gamma")
     exponent: ArrayLike = parameter("1", "Bouc-Wen exponent n", low=0.0, low_open=True, default=1.0, opensees="n")
 
     opensees = ("BoucWen",)

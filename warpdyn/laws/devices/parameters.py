@@ -14,7 +14,9 @@ from warpdyn.laws.parameter import Parameter
 NO_STOP = 1e30  # m
 CLEARANCE = Parameter("m", "clearance before the stop", low=0.0)
 CONTACT_STIFFNESS = Parameter("N m-1", "stiffness of the stop as it is pressed in", low=0.0)
-RESTITUTION = Parameter("1", "coefficient of restitution of the stop", low=0.0, high=1.0, low_open=True)
+RESTITUTION = Parameter(
+    "1", "coefficient of restitution of the stop", low=0.0, high=1.0, low_open=True, often_in_percent=True
+)
 
 
 class FrictionCoefficient(Layout):

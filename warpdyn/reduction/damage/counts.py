@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.core.checks import real_numbers
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.core.plausibility import warn_of_implausible_limits
 from warpdyn.integration.dynamics import Arrays
 from warpdyn.kernels.reductions.table import reductions
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from warpdyn.reduction.damage.losses import DamageLoss
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class DamageCounts(Statistic):
     """How many samples are in each damage state.
@@ -81,8 +83,6 @@ class DamageCounts(Statistic):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.each_place, bool):
-            raise TypeError(f"each_place must be True or False, got {self.each_place!r}")
         if self.number is not None:
             object.__setattr__(self, "number", real_numbers("DamageCounts: number", self.number))
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.core.checks import finite_numbers, real_numbers
+from warpdyn.core.checks import finite_numbers
+from warpdyn.core.near_misses import with_suggestions
 from warpdyn.reduction.cells import Cells, Coordinates
 from warpdyn.reduction.damage.building_numbers import losses_of_units
 from warpdyn.reduction.damage.counts import Bounds, states_of
@@ -22,6 +23,7 @@ from warpdyn.reduction.tally import Block, Sums, Tally
 from warpdyn.reduction.workers import Workers
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class DamageLoss(Statistic):
     """The loss that follows from the damage state of each sample: its sum, mean and variance.
@@ -66,7 +68,7 @@ class DamageLoss(Statistic):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "replacement_values", real_numbers("replacement_values", self.replacement_values))
+        object.__setattr__(self, "replacement_values", finite_numbers("replacement_values", self.replacement_values))
 
     def reducer(self, population: Population, threads: int) -> LossReducer:
         """Return what adds up the losses of a run."""

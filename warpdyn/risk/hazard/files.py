@@ -124,7 +124,7 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
     if wanted is None and len(found) == 1:
         wanted = next(iter(found))
     if wanted not in found:
-        asked = f"has no {measure!r}" if measure else "holds several intensity measures: give measure="
+        asked = f"has no measure {measure!r}" if measure else "holds several intensity measures: give measure="
         raise ValueError(f"{path} {asked}; it has {', '.join(found)}")
     return *_positive(path, *found[wanted]), wanted
 

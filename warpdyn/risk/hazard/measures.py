@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from warpdyn.core.checks import checked_text
 from warpdyn.core.messages import warn_caller
+from warpdyn.core.near_misses import did_you_mean
 from warpdyn.core.output_variables import UNNAMED
 from warpdyn.core.units import STANDARD_GRAVITY
 
@@ -48,6 +50,7 @@ _READ_AS = {
     "mm": ("m", 0.001),
     **dict.fromkeys(("g s", "g.s", "g*s"), ("m s-1", STANDARD_GRAVITY)),
 }
+_KEPT = ("g", "m s-2", "m s-1", "m", "s")
 
 _NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _COMPONENTS = re.compile(r"(geometric mean|RotD\d+)(?: of)? +", re.IGNORECASE)
@@ -120,13 +123,17 @@ def units_of_hazard(measure: str, units: str | None) -> tuple[str, float]:
                 f"units={allowed[0]!r}"
             )
         return "g", 1.0
-    kept, factor = _READ_AS.get(" ".join(str(units).split()), (str(units), 1.0))
+    words = " ".join(checked_text("units", units).split())
+    kept, factor = _READ_AS.get(words, (words, 1.0))
     if allowed and kept not in allowed:
         read = [name for name, (unit, _) in _READ_AS.items() if unit in allowed and name not in allowed]
         raise ValueError(
             f"the units of a hazard curve of {measure!r} are {' or '.join(map(repr, allowed))}, got {units!r}"
             + (f"; {', '.join(map(repr, read))} are converted" if read else "")
         )
+    if kept not in _KEPT:
+        hint = did_you_mean(words, [*_KEPT, *_READ_AS])
+        raise ValueError(f"unknown units {units!r} of a hazard curve{hint}; allowed: {', '.join(map(repr, _KEPT))}")
     return kept, factor
 
 

@@ -25,6 +25,7 @@ PILOT_LADDER, PILOT_TOLERANCE = 1.3, 0.1
 # curves would be told best, but dispersions are told at the flanks: docs/explanation/intervals.md compares.
 SPREAD = 1.6
 LEAST_DISPERSION = 0.1  # that a few pairs are trusted to tell
+MOST_LEVELS = 1000
 DIGITS = 3  # of levels, so that tables and figures name them as they are
 
 
@@ -75,7 +76,7 @@ def levels_for(
         (6,)
         >>> scene = wd.Scene(building, wd.Stripes(motions, levels, cloud.excitation.measure), scatter)
     """
-    count, seed = whole_number("count", count, 2), whole_number("seed", seed, 0)
+    count, seed = whole_number("count", count, 2, MOST_LEVELS), whole_number("seed", seed, 0)
     design = scene.excitation
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
         given = "a Portfolio" if scene.structure.is_many else f"a {type(design).__name__}"

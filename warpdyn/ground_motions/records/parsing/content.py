@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 
 from warpdyn.ground_motions.records.parsing.archives import Member, is_gzip, is_tar, zip_names
@@ -62,6 +62,8 @@ def bytes_of(path: str | PathLike) -> bytes:
         return path.data
     if not isinstance(path, str | PathLike):
         raise TypeError(f"path must be the name of a file, got {path!r}")
+    if not fspath(path):
+        raise ValueError("path is empty: give the name of a file")
     if Path(path).is_dir():
         raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
     if not Path(path).is_file():
