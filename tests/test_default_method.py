@@ -59,6 +59,8 @@ def test_rows_are_of_methods_laws_and_kinds_of_damping_that_exist():
 @pytest.mark.parametrize("device", ["cpu", "cuda"])
 def test_the_default_errs_at_most_1_2_times_as_much_as_rk4_for_every_law_and_damping(device):
     known = {(row.law, row.damping, row.method, row.steps): row for row in measured_methods()}
+    laws = {law for law, _, _ in measured_costs()}
+    assert {(law, damping) for law, damping, _, _ in known} == set(product(laws, DAMPING))  # all are measured
     for law, damping in product(wd.laws.LAWS, DAMPING):
         found = default_method(law, (damping,), is_gpu=device == "cuda")
         if found.method != FALLBACK:  # whose ratio is 1

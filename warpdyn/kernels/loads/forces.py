@@ -27,7 +27,10 @@ def declare():
 
 
 def read_sample():
-    final_index[j] = wp.where(loads.intervals[motion[j]] < live_intervals[j], loads.intervals[motion[j]] * substeps, -1)
+    intervals_of_history = loads.intervals[motion[j]]
+    final_index[j] = int(-1)
+    if intervals_of_history < live_intervals[j]:
+        final_index[j] = intervals_of_history * substeps
 
 
 def read_storey():

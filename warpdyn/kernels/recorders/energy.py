@@ -44,10 +44,11 @@ def declare():
     safe_in = row()  # what a rejected part of a step must not leave behind
     safe_viscous = row()
     safe_absorbed = matrix()
-    last_drift = matrix()  # at the state before, of implicit methods and of velocities half a step behind
+    last_drift = matrix()  # of an implicit step's start
     last_force = matrix()
     last_dashpot = matrix()
-    last_velocity = matrix()  # at the same instant as the displacement, where velocities are half a step behind
+    # Of velocities half a step behind, which have the three above of the state before, too: that at the displacement.
+    last_velocity = matrix()
     # Of full matrices: what is stored in the stiffness, followed by its power.
     energy_elastic = row()
     power_elastic = row()
@@ -272,9 +273,10 @@ def finish_drift():
     output.hysteretic_energy[g, o] = absorbed[i, j] - stored
     if IMPLICIT_CHAIN:
         unaccounted -= absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
+    elif LAGS:
+        kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * last_velocity[i, j] * last_velocity[i, j]
     else:
-        speed = last_velocity[i, j] if LAGS else v[i, j]
-        kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * speed * speed
+        kept += absorbed[i, j] + dtype(0.5) * mass[i, j] * v[i, j] * v[i, j]
 
 
 def after_finish():

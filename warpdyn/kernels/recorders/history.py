@@ -30,12 +30,13 @@ def declare():
 
 
 def see_forces():
-    if not ADAPTIVITY or attempt == 0:
-        felt_at_sample = ai
-        if HAS_BEFORE_FORCE_ENDS:
-            slot("before_force_ends")
-            felt_at_sample = before_end
+    if HAS_BEFORE_FORCE_ENDS and (not ADAPTIVITY or attempt == 0):
+        slot("before_force_ends")
         floor = position[j] if PROPAGATED else u[i, j]
-        keep_state(history, samples.order[sample[j]], index, every, i, floor, vi, felt_at_sample)
+        keep_state(history, samples.order[sample[j]], index, every, i, floor, vi, before_end)
+        if IS_CHAIN:
+            keep_force(history, samples.order[sample[j]], index, every, i, restoring)
+    elif not ADAPTIVITY or attempt == 0:
+        keep_state(history, samples.order[sample[j]], index, every, i, position[j] if PROPAGATED else u[i, j], vi, ai)
         if IS_CHAIN:
             keep_force(history, samples.order[sample[j]], index, every, i, restoring)
