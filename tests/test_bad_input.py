@@ -217,7 +217,7 @@ SCENES = {
         lambda: wd.Normal(1.0, -0.1),
         "Normal.standard_deviation must be a finite number of at least 0, got -0.1",
     ),
-    "bounds": (lambda: wd.Uniform(2.0, 1.0), "Uniform.high must be a finite number above 2, got 1.0"),
+    "bounds": (lambda: wd.Uniform(2.0, 1.0), "Uniform.high must be a finite number above Uniform.low=2, got 1"),
     "unknown per": (
         lambda: wd.RandomFactor(wd.Normal(1, 0.1), per="floor"),
         "unknown per 'floor'",

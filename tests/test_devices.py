@@ -12,7 +12,7 @@ from validation import difference
 
 import warpdyn as wd
 
-pytestmark = pytest.mark.meant_as_given("first_period", "initial_velocity")
+pytestmark = pytest.mark.meant_as_given("first_period", "initial_velocity", "stop_stiffness_over_storey")
 
 STIFFNESS = 2.0e7
 PROTOCOLS = {
@@ -208,7 +208,6 @@ FREE = 1e-3  # N/m: a storey that is as good as none
 SPRINGLESS = {"mass": 1e5, "stiffness": FREE, "height": 3.0}
 
 
-@pytest.mark.meant_as_given("stop_stiffness_over_storey")  # nearly rigid
 @pytest.mark.parametrize("restitution", [1.0, 0.7, 0.3])
 @every_kind
 def test_a_stop_turns_the_velocity_back(method, dtype, restitution):

@@ -124,7 +124,7 @@ def test_every_warning_of_a_run_is_told() -> None:
         "`unreliable`",
         "energy balance",
     )
-    assert source.count("messages.append(") + source.count("messages += [") == 10  # with another one, tell it
+    assert source.count("messages.append(") + source.count("messages += [") == 11  # the page explains each
     assert all(word in source and word in page for word in words)
 
 

@@ -58,8 +58,8 @@ class MotionsAtSites(Design):
         motions = checked_motions(self.motions)
         motion = _indices("motion", self.motion, 3, len(motions), "[site, earthquake, component]")
         sites, earthquakes, _ = motion.shape
-        scale = unmasked("scale", self.scale)  # broadcast ones stay views
-        if scale.dtype.kind != "f":
+        scale = unmasked("scale", self.scale) if isinstance(self.scale, np.ndarray) else self.scale
+        if not isinstance(scale, np.ndarray) or scale.dtype.kind != "f":  # broadcast arrays stay views
             scale = real_numbers("scale", self.scale)
         try:
             scale = np.broadcast_to(scale, motion.shape)
