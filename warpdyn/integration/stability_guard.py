@@ -177,7 +177,7 @@ class StabilityFindings:
             )
             messages.append(
                 f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with "
-                "the motion as it is or times 1.001, a peak drift changes by more than 2 %. Use shares and medians of "
+                "the motion as it is or times 1.001, a peak drift changes by more than 1 %. Use shares and medians of "
                 f"many samples, not single ones. A shorter longest_step= may help; {advice}"
             )
         if self.blank:
