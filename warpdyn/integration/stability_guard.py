@@ -175,10 +175,11 @@ class StabilityFindings:
             advice = (
                 "sample_error=0.05 checks all of them" if self.unchecked else "sample_error=0.05 estimates their errors"
             )
+            earlier = " in this event or an earlier one" if self.event else ""
             messages.append(
                 f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with "
-                "the motion as it is or times 1.001, a peak drift changes by more than 1 %. Use shares and medians of "
-                f"many samples, not single ones. A shorter longest_step= may help; {advice}"
+                f"the motion as it is or times 1.001, a peak drift changes by more than 1 %{earlier}. Use shares and "
+                f"medians of many samples, not single ones. A shorter longest_step= may help; {advice}"
             )
         if self.blank:
             messages.append(
@@ -188,8 +189,8 @@ class StabilityFindings:
         if self.in_float64:
             messages.append(
                 f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that the rounding of "
-                "float32 reverses the drift of storeys, which damages them: they were run again in float64. "
-                "dtype='float64' runs all of them once"
+                "float32 reverses the drift of storeys, which damages them (or may have, before the scene's "
+                "record_from): they were run again in float64. dtype='float64' runs all of them once"
             )
         if self.unsure:
             messages.append(
