@@ -123,6 +123,10 @@ def test_a_run_joined_with_itself_is_refused():
             "intensities of run 1 are of 'PGV'",
         ),
         (lambda run: run.assign_coords(im_level=run["im_level"].assign_attrs(units="m s-1")), "has units 'm s-1'"),
+        (
+            lambda run: run.assign_coords(archetype_index=("sample", np.zeros(run.sizes["sample"], dtype=int))),
+            "run 1 is one archetype of a portfolio",
+        ),
     ],
 )
 def test_what_cannot_be_joined_is_refused(change, message):
@@ -150,6 +154,21 @@ def test_parts_of_one_run_joined_are_that_run(by):
     for name in (*KEYS, "peak_storey_drift_ratio", "status", "yield_force"):
         np.testing.assert_array_equal(one[name], other[name])
     assert one["motion_name"].values.tolist() == other["motion_name"].values.tolist()
+
+
+def test_peaks_from_different_times_on_are_not_joined():
+    runs = [
+        wd.simulate(
+            wd.Scene(make_building(), wd.Cloud(MOTIONS), SEEDED, recorders=("drift",), record_from=start),
+            structures=2,
+            seed=seed,
+            device="cpu",
+        )
+        for seed, start in enumerate((0.0, 0.25, 0.25))
+    ]
+    with pytest.raises(ValueError, match=r"of run 1 is of the states from record_from = 0\.25 s on"):
+        wd.join(runs[:2])
+    assert wd.join(runs[1:]).sizes["sample"] == 2 * runs[1].sizes["sample"]
 
 
 def test_runs_from_files_are_joined_without_reading_their_demands(tmp_path):

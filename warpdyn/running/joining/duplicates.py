@@ -6,16 +6,25 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from warpdyn.core.output_variables import OF_SEQUENCE
+
 REMEDY = "join runs by wd.join([run, other]), which counts structures and motions anew and refuses duplicate samples"
 
 
 def check_samples(function: str, dataset: xr.Dataset) -> None:
     """Raise a ValueError if samples of a dataset are there twice, or if their numbers are those of several runs.
 
+    An event of a sequence that was selected by xarray, and not by `select_event`, has each history several times.
+
     Args:
         function: The public function.
         dataset: A run, of one event.
     """
+    if "im_level" in dataset and dataset["im_level"].attrs.get("design") == OF_SEQUENCE:
+        raise ValueError(
+            f"{function}: 'im_level' is of a sequence, whose samples contain each history of an event several times: "
+            "take one event by select_event(run, name)"
+        )
     if "sample" in dataset.coords and dataset["sample"].dims == ("sample",):
         numbers = pd.Index(dataset["sample"].values)
         if not numbers.is_unique:
