@@ -12,7 +12,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.running.joining.archetypes import as_portfolio
-from warpdyn.running.joining.attributes import check_comparable, joined_attributes
+from warpdyn.running.joining.attributes import check_comparable, check_start_times, joined_attributes
 from warpdyn.running.joining.capacities import join_capacities
 from warpdyn.running.joining.identity import OF_BUILDING, OF_INPUTS, OF_MOTIONS, OF_SAMPLES, Identities
 
@@ -46,7 +46,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
     Raises:
         TypeError: If `runs` are no Datasets.
         ValueError: If a sample is in two runs, which would count twice; if intensities are of different measures; if a
-            run lacks variables of another one, has whole histories, or is no run.
+            run lacks variables of another one, has another `record_from` or whole histories, or is no run.
 
     Example:
         >>> parts = [wd.simulate(scene, structures=2, seed=seed) for seed in (1, 2)]
@@ -60,6 +60,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
     for place, run in enumerate(datasets):
         _check_run(place, run)
     check_comparable(datasets)
+    check_start_times(datasets)
     identities = [Identities(place, run) for place, run in enumerate(datasets)]
     _check_events(identities)
     _check_duplicates(identities)
