@@ -173,6 +173,12 @@ def test_files_in_an_archive_that_are_no_records(tmp_path):
         wd.records.read(write(tmp_path, zipped({"CE1.V3": V3}), "b.zip"))
     with pytest.raises(ValueError, match=r"no file in this archive is a record: it is empty"):
         wd.records.read(write(tmp_path, zipped({}), "c.zip"))
+    at2 = TEXTS["AT2"].encode()
+    velocity = at2.replace(b"ACCELERATION TIME SERIES IN UNITS OF G", b"VELOCITY TIME SERIES IN UNITS OF CM/S")
+    assert velocity != at2
+    with pytest.warns(UserWarning, match=r"1 files in this archive are not records: .*p.zip/q.VT2:3: holds a velocity"):
+        (motion,) = wd.records.read(write(tmp_path, zipped({"q.AT2": at2, "q.VT2": velocity}), "p.zip"))
+    np.testing.assert_array_equal(motion.acceleration, wd.records.read(write(tmp_path, at2, "q.AT2"))[0].acceleration)
     damaged = V2.replace(b"/&", b"xx")
     with pytest.raises(ValueError, match=r"d.zip/CE1.V2:\d+: expected the end of the channel"):
         wd.records.read(write(tmp_path, zipped({"CE1.V2": damaged}), "d.zip"))

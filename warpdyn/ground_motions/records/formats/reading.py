@@ -33,6 +33,7 @@ from warpdyn.ground_motions.records.formats.smc import is_smc, read_smc
 from warpdyn.ground_motions.records.parsing.archives import is_archive, members
 from warpdyn.ground_motions.records.parsing.content import bytes_of, is_miniseed, is_sac
 from warpdyn.ground_motions.records.parsing.fixed_width import RecordText
+from warpdyn.ground_motions.records.parsing.not_a_record import NotARecordError
 
 _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[GroundMotion]]], ...] = (
     ("K-NET", lambda lines: lines[0].startswith("Origin Time"), read_knet),
@@ -194,7 +195,3 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
         raise
     check_against_header(motion, header)
     return [motion]
-
-
-class NotARecordError(ValueError):
-    """A file is recognised as one that contains no accelerations."""
