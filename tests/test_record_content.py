@@ -133,6 +133,17 @@ def tarred(files: dict[str, bytes]) -> bytes:
     return content.getvalue()
 
 
+@pytest.mark.parametrize(("name", "component"), [("X.UD", "UD"), ("X.EW", "NS"), ("X-UP.txt", "UP"), ("X.NS", None)])
+def test_k_net_files_with_another_direction_in_their_name(tmp_path, name, component):
+    text = TEXTS["K-NET"]
+    assert "N-S" in text
+    if component is None:  # no contradiction, no warning
+        assert [each.component for each in wd.records.read(write(tmp_path, text, name))] == ["NS"]
+        return
+    with pytest.warns(UserWarning, match=r"the component is 'NS' in the header and '.*' in the file's name"):
+        assert [each.component for each in wd.records.read(write(tmp_path, text, name))] == [component]
+
+
 V2, V3 = TEXTS["V2"].encode(), b"Response and Fourier amplitude spectra (86 periods)   for\nCorrected accelerogram\n"
 
 
