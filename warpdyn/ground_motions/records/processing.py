@@ -114,8 +114,8 @@ def trim(
         taper: Length of the taper at each end [s].
 
     Raises:
-        ValueError: Unless 0 < start < end < 1, the pad is at least 0 and the taper is longer than two steps; if the taper
-            makes too many samples; if the motion is zero throughout.
+        ValueError: Unless 0 < start < end < 1, the pad is at least 0 and the taper is longer than two steps; if the
+            taper makes too many samples; if the motion is zero throughout.
         TypeError: If `motion` is no GroundMotion.
 
     Example:
