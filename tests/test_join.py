@@ -100,6 +100,15 @@ def test_every_estimator_refuses_repeated_samples_and_clashing_numbers(estimator
 
 
 @pytest.mark.fast
+def test_a_selection_by_where_is_told_how_to_select():
+    run = synthetic(ALL, HALF, 1)
+    chosen = run["im_level"] > 0.5
+    with pytest.raises(ValueError, match=r"selected by where\(\), select them by run.isel\(sample=condition.values\)"):
+        wd.fragility(run.where(chosen, drop=True), LIGHT)
+    assert wd.fragility(run.isel(sample=chosen.values), LIGHT).sizes["stripe"] == 4
+
+
+@pytest.mark.fast
 def test_a_run_joined_with_itself_is_refused():
     run = synthetic(ALL, HALF, 1)
     with pytest.raises(ValueError, match=r"800 of the 800 samples of run 1 are in run 0 too: sample 0 is its sample 0"):
