@@ -172,6 +172,15 @@ def test_litter_is_skipped(tmp_path):
         assert [each.name for each in wd.records.read_directory(tmp_path, pattern)] == ["RSN1_X_ABC180"]
 
 
+def test_a_folder_of_other_formats_is_told_of(tmp_path):
+    (tmp_path / ".DS_Store").write_bytes(b"1")
+    with pytest.raises(FileNotFoundError, match=r"no file in this directory matches '\*.AT2'$"):
+        wd.records.read_directory(tmp_path)
+    (tmp_path / "X.NS").write_text("Origin Time")
+    with pytest.raises(FileNotFoundError, match=r"such as 'X.NS', are read one by one by wd.records.read"):
+        wd.records.read_directory(tmp_path)
+
+
 def motion(component: str, seed: int = 0, record: str = "r") -> wd.GroundMotion:
     values = np.random.default_rng(seed).normal(size=300)
     return wd.GroundMotion(values, 0.01, f"{record} {component}", record=record, component=component)

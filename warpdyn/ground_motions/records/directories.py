@@ -78,7 +78,11 @@ def read_directory(path: str | Path, pattern: str = "*.AT2", components: str = "
         key=lambda file: (file.name.lower(), file.name),
     )
     if not files:
-        raise FileNotFoundError(f"{path}: no file in this directory matches {pattern!r}")
+        others = sorted(file.name for file in directory.iterdir() if file.is_file() and not is_litter(file.name))
+        hint = (
+            f"; files of other formats, such as {others[0]!r}, are read one by one by wd.records.read" if others else ""
+        )
+        raise FileNotFoundError(f"{path}: no file in this directory matches {pattern!r}{hint}")
     titles = [_title_of(file) for file in files]
     found = records_and_components(
         [file.name for file in files], [component_of_header(title) for title in titles], [str(file) for file in files]

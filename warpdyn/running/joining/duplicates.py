@@ -38,7 +38,8 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
         if name in dataset and "sample" in dataset[name].dims:
             raise ValueError(
                 f"{function}: {name!r} lies along sample, as xr.concat makes it of several runs, so that motion_index "
-                f"is of different motions in different samples: {REMEDY}"
+                f"is of different motions in different samples: {REMEDY}. If it is one run of which samples were "
+                "selected by where(), select them by run.isel(sample=condition.values)"
             )
     label = next((name for name in ("structure", "building") if name in dataset.coords), None)
     is_drawn = '"type":"MotionsAtSites"' in str(dataset.attrs.get("scene", "")) or "samples_per_history" in dataset

@@ -12,7 +12,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.running.joining.archetypes import as_portfolio
-from warpdyn.running.joining.attributes import check_comparable, joined_attributes
+from warpdyn.running.joining.attributes import check_comparable, check_start_times, joined_attributes
 from warpdyn.running.joining.capacities import join_capacities
 from warpdyn.running.joining.identity import OF_BUILDING, OF_INPUTS, OF_MOTIONS, OF_SAMPLES, Identities
 
@@ -61,6 +61,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
     for place, run in enumerate(datasets):
         _check_run(place, run)
     check_comparable(datasets)
+    check_start_times(datasets)
     identities = [Identities(place, run) for place, run in enumerate(datasets)]
     _check_events(identities)
     _check_duplicates(identities)
@@ -170,15 +171,6 @@ def _check_variables(identities: list[Identities]) -> None:
                 raise ValueError(
                     f"join: run {each.place} has no {missing[0]!r}, which run {other.place} has: record the same in "
                     f"both, or drop it, runs[{other.place}].drop_vars({missing!r})"
-                )
-    first = identities[0].run
-    for each, own in zip(identities, of_samples, strict=True):
-        for name in sorted(name for name in own if "peak" in name):
-            recorded, other = (run[name].attrs.get("comment", "of the whole run") for run in (each.run, first))
-            if recorded != other:
-                raise ValueError(
-                    f"join: {name!r} of run {each.place} is {recorded}, and that of run 0 {other}, so that the peaks "
-                    "cannot be compared: join runs of scenes with the same record_from"
                 )
 
 
