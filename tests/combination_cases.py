@@ -358,21 +358,15 @@ def sm90_plan(case):
 def plans_of(case, is_gpu=False):
     """Return the plans a case may have: every recorder, whole histories, one recorder alone."""
     family, dofs, damping, spring, load, method, dtype = case
+    dynamics = dynamics_of(wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs)))
     if METHODS[method].kind == "exact":
-        scene = wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs))
-        damping = "general" if dynamics_of(scene).couples_modes else "classical"
+        damping = "general" if dynamics.couples_modes else "classical"
     plan = Plan(family, dofs, spring, damping, load, tuple(sorted(RECORDERS[family])), method, dtype)
     plan = build.fitted(plan, is_gpu)
     if is_rolled(case) and not is_gpu:
         plan = replace(plan, max_unroll=1)
     # Samples of these laws are judged by their peak drifts, which are recorded beside what is asked for.
-    is_judged = (
-        family == "chain"
-        and dynamics_of(
-            wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs))
-        ).is_sensitive
-    )
-    judging = {"drift"} if is_judged else set()
+    judging = {"drift"} if family == "chain" and dynamics.is_sensitive else set()
     alone = replace(plan, recorders=tuple(sorted({ALONE[case], *judging})))
     return {"all": plan, "histories": build.history_plan(plan), "alone": alone}
 

@@ -14,6 +14,7 @@ import warp as wp
 from test_simulate import MOTIONS, SEEDED, assert_same_bits, make_scene
 
 import warpdyn as wd
+from warpdyn.core import checks
 from warpdyn.core.thread_pool import in_parts
 from warpdyn.integration import stability_guard as guard
 from warpdyn.integration.run import build_run
@@ -169,7 +170,7 @@ def test_what_is_wrong_in_a_later_block_is_told_by_the_run_s_own_numbers(divided
     divided(2)
     scatter = {"mass": wd.GivenValues([[1.0], [1.0], [1.0], [-1.0]])}
     scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(1.0, velocity=1.0), scatter)
-    with pytest.raises(ValueError, match="drawn mass is -1 at structure 3, storey 1"):
+    with pytest.raises(ValueError, match="given mass is -1 at structure 3, storey 1"):
         wd.simulate(scene, structures=4, device="cpu")
 
 
@@ -267,13 +268,13 @@ def test_a_dataset_too_large_for_memory_is_refused_at_once(monkeypatch, tmp_path
         pytest.fail("a kernel was reached")
 
     with monkeypatch.context() as patch:
-        patch.setattr(blocks, "free_memory", lambda device: 10**10)
+        patch.setattr(checks, "free_memory", lambda: 10**10)
         patch.setattr(devices.CpuQueue, "launch", refuse)
         scene = wd.Scene(make_scene().structure, wd.FreeVibration(1.0, velocity=0.1), SEEDED)
-        with pytest.raises(MemoryError, match=r"1,000,000,000 samples takes \d+ GB, and 10 GB .*give path="):
+        with pytest.raises(MemoryError, match=r"1,000,000,000 samples .* needs \d+ GB .*10 GB are free: give path="):
             wd.simulate(scene, structures=10**9, device="cpu")
     # A file takes what does not fit.
-    monkeypatch.setattr(blocks, "free_memory", lambda device: 1000)
+    monkeypatch.setattr(checks, "free_memory", lambda: 1000)
     with pytest.raises(MemoryError, match="give path="):
         wd.simulate(make_scene(), structures=3, device="cpu")
     with wd.simulate(make_scene(), structures=3, device="cpu", path=tmp_path / "run.nc") as run:

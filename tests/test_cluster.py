@@ -265,7 +265,7 @@ def test_what_workers_cannot_do_is_said_before_anything_runs(client, tmp_path, m
         wd.simulate(scene, structures=3, cluster=client, device=["cuda:0", "cuda:1"])
     with pytest.raises(ValueError, match="sample 400, but the run has samples 0 to 17"):
         wd.simulate(scene, structures=3, cluster=client, histories=wd.Histories([400]), path=path)
-    monkeypatch.setattr("warpdyn.running.blocks.free_memory", lambda device: 100)
+    monkeypatch.setattr("warpdyn.core.checks.free_memory", lambda: 100)
     with pytest.raises(MemoryError, match=r'give path="run\.zarr"'):
         wd.simulate(scene, structures=3, cluster=client)
     with pytest.raises(TypeError, match=r"as Client\(LocalCluster\(\)\), got LocalCluster"):

@@ -208,7 +208,7 @@ def test_one_archetype_reads_as_an_ordinary_run(run):
     assert np.isfinite(part["peak_storey_drift_ratio"]).all()
     assert wd.select_archetype(run, "low").sizes["storey"] == 1
     limits = {"slight": 0.001, "complete": 0.005}
-    with pytest.raises(ValueError, match="no archetype 'tall' in the run; it has low, high"):
+    with pytest.raises(ValueError, match="archetype of the run 'tall'; allowed: 'low', 'high'"):
         wd.select_archetype(run, "tall")
     # Its fragility is that of the same buildings by themselves, drawn apart.
     scatter = {"yield_force": wd.GivenValues(part["yield_force"].values[:: 3 * 6].astype(np.float64))}

@@ -143,9 +143,9 @@ def test_bad_input_is_named():
     time = np.linspace(0, 1, 5)
     harmonic = [MASS, DAMPING, STIFFNESS, AMPLITUDE, 10.0, 0.0, time]
     for place, value, message in (
-        (0, MASS[:2], r"damping must be finite and of shape \[2, 2\]"),
+        (0, MASS[:2], r"damping must be of shape \[2, 2\]"),
         (0, -MASS, "mass must be positive definite"),
-        (1, np.full((3, 3), np.nan), "damping must be finite"),
+        (1, np.full((3, 3), np.nan), "damping.*must be finite"),
         (2, -STIFFNESS, "stiffness must be positive definite"),
         (2, np.triu(STIFFNESS), "stiffness must be symmetric"),
         (3, [0, 100.0], r"amplitude must be finite and of shape \[3\]"),

@@ -278,7 +278,7 @@ def test_what_fails_in_a_block_prepared_ahead_is_raised(pretended, monkeypatch):
     scatter = {"mass": wd.GivenValues([[1.0], [1.0], [1.0], [1.0], [-1.0], [1.0], [1.0], [1.0]])}
     scene = wd.Scene(wd.ShearBuilding(1.0, 1.0, 1.0), wd.FreeVibration(1.0, velocity=1.0), scatter)
     before = threads_that_end()
-    with pytest.raises(ValueError, match="drawn mass is -1 at structure 4, storey 1"):
+    with pytest.raises(ValueError, match="given mass is -1 at structure 4, storey 1"):
         wd.simulate(scene, structures=8, device="cuda:0")
     assert threads_that_end() == before
 

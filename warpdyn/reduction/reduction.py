@@ -193,7 +193,10 @@ class Reduction:
                 "are in no statistic; fragility() and damage_shares() refuse so many"
             )
         scene = self.population.scene
-        attributes = trace(scene.title, "simulate") | {"scene": scene.to_json()}
+        events = range(len(scene.excitation.event_names))
+        measures = [scene.excitation.assign(np.arange(0), 0, event).measure for event in events]
+        measure = measures[0] if len(measures) == 1 else {}
+        attributes: dict[str, Any] = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
         variables, coordinates = self.variables()
         dataset = xr.Dataset(variables, coordinates, attributes)
         return dataset.merge(rest).assign_attrs(attributes | rest.attrs)
