@@ -1,5 +1,6 @@
 """Components of records: labels, header lines, contradictions, unknown components, and pairs of skew sensors."""
 
+import gzip
 import warnings
 import zipfile
 
@@ -16,7 +17,7 @@ from warpdyn.ground_motions.records.components import (
     record_and_component,
     record_of_header,
 )
-from warpdyn.ground_motions.records.directories import is_litter
+from warpdyn.ground_motions.records.parsing.archives import is_litter
 
 pytestmark = pytest.mark.fast
 
@@ -218,9 +219,17 @@ def test_directory_with_an_archive(tmp_path):
     with zipfile.ZipFile(tmp_path / "quake.zip", "w") as archive:
         for i, name in enumerate(("sta1EW.txt", "sta1NS.txt", "sta1UD.txt")):
             archive.writestr(name, record_files.table(waves(i)))
+        archive.writestr("records/.DS_Store", b"\x00\x00\x00\x01Bud1" + bytes(200))
     found = wd.records.read_directory(tmp_path, "*.zip", unit="gal")
     assert [(each.record, each.component) for each in found] == [("sta1", "EW"), ("sta1", "NS")]
     np.testing.assert_allclose(found[1].acceleration, 0.01 * waves(1), rtol=0, atol=6e-9)  # 6 decimals of a gal
+
+
+def test_a_gzip_file_is_read_whatever_its_name(tmp_path):
+    path = tmp_path / "quake-EW.tmp.gz"
+    path.write_bytes(gzip.compress(record_files.table(waves(0)).encode()))
+    (motion,) = wd.records.read(path, unit="gal")
+    np.testing.assert_allclose(motion.acceleration, 0.01 * waves(0), rtol=0, atol=6e-9)  # 6 decimals of a gal
 
 
 def test_numbers_of_stations_in_names_of_text_files(tmp_path):

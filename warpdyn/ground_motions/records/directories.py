@@ -17,25 +17,8 @@ from warpdyn.ground_motions.records.components import (
     records_and_components,
 )
 from warpdyn.ground_motions.records.formats.reading import FileOfMotions, NotARecordError, read_archive, read_file
-from warpdyn.ground_motions.records.parsing.archives import is_archive
+from warpdyn.ground_motions.records.parsing.archives import is_archive, is_litter
 from warpdyn.ground_motions.records.parsing.content import bytes_of
-
-_LITTER = ("._*", ".*", "~$*", "*~", "#*#", "*.bak", "*.swp", "*.swo", "*.tmp", "*.orig", "*.part", "*.crdownload")
-_LITTER_OF_SYSTEMS = ("thumbs.db", "ehthumbs.db", "desktop.ini", "icon\r", "__macosx", "$recycle.bin")
-
-
-def is_litter(name: str | Path) -> bool:
-    """Return whether a file was left by a file manager, an editor or a download, and is not a record.
-
-    macOS writes "._X.AT2" beside each file X.AT2 on other systems' disks and in archives (folder "__MACOSX").
-
-    Args:
-        name: Path of the file, within its folder or archive.
-    """
-    parts = [part.lower() for part in Path(name).parts]
-    if not parts:
-        return False
-    return any(part in _LITTER_OF_SYSTEMS for part in parts) or any(fnmatchcase(parts[-1], each) for each in _LITTER)
 
 
 def read_directory(
