@@ -81,8 +81,8 @@ def is_archive(data: bytes) -> bool:
 def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Member]:
     """Return the files in an archive, those of archives inside it among them.
 
-    Folders, empty files and what file managers and editors leave, such as ".DS_Store", are left out of
-    zip and tar archives.
+    Folders, empty files and what file managers and editors leave, such as ".DS_Store", are left out
+    of zip and tar archives.
 
     Args:
         path: The archive.
