@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -68,7 +69,7 @@ def read_at2(path: str | Path) -> GroundMotion:
     return replace(motion, record=record or motion.record, component=label)
 
 
-def read_at2_and_header(path: str | Path) -> GroundMotion:
+def read_at2_and_header(path: str | PathLike) -> GroundMotion:
     """Return the motion of a file, with the record and component of line 2 only; the file's name is not used."""
     text = text_of(path)
     lines = lines_of(text)

@@ -73,7 +73,9 @@ def _motion_of(trace: Any, place: str, unit: str | None, record: str) -> GroundM
     is_in_si = "knet" in stats or "output='ACC'" in _processing(stats).replace('"', "'")
     _refuse_other_quantities(trace, place)
     if unit is None and not is_in_si:
-        raise ValueError(f"{place}: unit must be given: a trace does not tell it")
+        raise ValueError(
+            f"{place}: its unit is unknown, since most traces do not state it: give unit=, such as unit='m/s2'"
+        )
     if np.ma.is_masked(trace.data):
         raise ValueError(f"{place} has gaps: fill them, or split the stream")
     factor = unit_factor(unit, place) if unit is not None else 1.0

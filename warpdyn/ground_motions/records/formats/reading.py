@@ -205,6 +205,8 @@ def read_file(path: str | PathLike, data: bytes, unit: str | None, step: float |
                     f"{path}: step is {step:g} s, but this {name} file states {wrong[0].step:g} s: leave out step="
                 )
             return FileOfMotions(path, tuple(motions), name)
+    if unit is None and Path(path).suffix.lower() == ".at2":
+        return FileOfMotions(path, (read_at2_and_header(path),), "AT2")  # which reports what is wrong in the header
     return FileOfMotions(path, tuple(_from_text(record, unit, step)), "text")
 
 
