@@ -150,6 +150,15 @@ def test_scaling_the_elastic_response_changes_no_result():
     assert once["capacity"].values == pytest.approx(again["capacity"].values, rel=1e-5)
 
 
+def test_peaks_from_a_later_time_on_do_not_scale_an_elastic_response():
+    # They do not show that a storey yields before, so that each level is run.
+    late = scene(record_from=6.0, tail=2.0)
+    once, _ = searched(late, structures=2, seed=3)
+    again, _ = searched(late, structures=2, seed=3, reuse_elastic=False)
+    assert once.attrs["histories"] == again.attrs["histories"]
+    np.testing.assert_array_equal(once["capacity"], again["capacity"])
+
+
 def test_a_nested_design_gives_each_motion_structures_of_its_own(found):
     levels = [0.01, found.attrs["highest"]]
     stripes = wd.Stripes(motions(), levels, wd.PeakGroundAcceleration(), structures_per_motion=2)

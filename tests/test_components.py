@@ -257,11 +257,20 @@ def test_directory_whose_files_cannot_be_read(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"matches '\*\.AT2'; it contains 2 files .* give pattern='\*\.txt'"):
         wd.records.read_directory(tmp_path)
     (tmp_path / "readme.txt").write_text("These are records\nof a station.\n")
-    with pytest.raises(ValueError, match=r"readme\.txt: the format is unknown: .* Give a pattern= that matches only"):
+    with pytest.raises(ValueError, match=r"readme\.txt: the format is unknown: .* give a pattern= that matches only"):
         wd.records.read_directory(tmp_path, "*.txt", unit="gal")
     at2(tmp_path, "RSN1_X_ABC180.AT2")
     with pytest.raises(ValueError, match=r"RSN1_X_ABC180\.AT2: unit is 'g', but this AT2 file states its unit"):
         wd.records.read_directory(tmp_path, unit="g")
+
+
+def test_a_folder_of_other_formats_is_named(tmp_path):
+    (tmp_path / ".DS_Store").write_bytes(b"1")
+    with pytest.raises(FileNotFoundError, match=r"no file in this directory matches '\*.AT2'$"):
+        wd.records.read_directory(tmp_path)
+    (tmp_path / "X.NS").write_text("Origin Time")
+    with pytest.raises(FileNotFoundError, match=r"it contains 1 files '\*\.NS': give pattern='\*\.NS' if these"):
+        wd.records.read_directory(tmp_path)
 
 
 def motion(component: str, seed: int = 0, record: str = "r") -> wd.GroundMotion:

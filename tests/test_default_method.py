@@ -213,3 +213,11 @@ def test_buildings_of_a_portfolio_have_the_default_of_their_own_law():
     assert set(found.attrs["method"].split("; ")) == {"rk4", "velocity_verlet"}
     step = found["integration_step"].groupby(found["archetype_index"]).mean().values
     assert step[0] == step[1] / 2
+
+
+@pytest.mark.fast
+def test_a_building_of_little_damping_is_not_called_undamped():
+    building = wd.ShearBuilding(2e5, 2e8, 3.0, law="bilinear", yield_force=1e6, hardening_ratio=0.05,
+                                damping="rayleigh", damping_ratio=0.02)  # fmt: skip
+    reason = default_method("bilinear", measured_dampings(building)).reason
+    assert reason.endswith("storeys of bilinear, damping none or little")

@@ -137,3 +137,6 @@ def test_advised_levels_lie_towards_the_median():
     assert levels_towards(4.69, 0.2, 1.4, "g") == "add levels above 1.4 g, such as 2.1, 3.1, 4.7"
     assert levels_towards(109.0, 0.2, 1.4, "g") == "add levels above 1.4 g, such as 2.2, 3.5, 5.6"  # 4 times, at most
     assert levels_towards(0.05, 0.2, 1.4, "g") == "add levels below 0.2 g, such as 0.05, 0.079, 0.13"
+    # Of a median close to the highest level (or the lowest), levels up to 1.25 times as high, with two digits.
+    assert levels_towards(1.22, 0.2, 1.2, "g") == "add levels above 1.2 g, such as 1.3, 1.4, 1.5"
+    assert levels_towards(0.199, 0.2, 1.2, "g") == "add levels below 0.2 g, such as 0.16, 0.17, 0.19"

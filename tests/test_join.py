@@ -100,6 +100,15 @@ def test_every_estimator_refuses_repeated_samples_and_clashing_numbers(estimator
 
 
 @pytest.mark.fast
+def test_a_selection_by_where_is_told_how_to_select():
+    run = synthetic(ALL, HALF, 1)
+    chosen = run["im_level"] > 0.5
+    with pytest.raises(ValueError, match=r"selected by where\(\), select them by run.isel\(sample=condition.values\)"):
+        wd.fragility(run.where(chosen, drop=True), LIGHT)
+    assert wd.fragility(run.isel(sample=chosen.values), LIGHT).sizes["stripe"] == 4
+
+
+@pytest.mark.fast
 def test_a_run_joined_with_itself_is_refused():
     run = synthetic(ALL, HALF, 1)
     with pytest.raises(ValueError, match=r"800 of the 800 samples of run 1 are in run 0 too: sample 0 is its sample 0"):
@@ -123,6 +132,10 @@ def test_a_run_joined_with_itself_is_refused():
             "intensities of run 1 are of 'PGV'",
         ),
         (lambda run: run.assign_coords(im_level=run["im_level"].assign_attrs(units="m s-1")), "has units 'm s-1'"),
+        (
+            lambda run: run.assign_coords(archetype_index=("sample", np.zeros(run.sizes["sample"], dtype=int))),
+            "run 1 is one archetype of a portfolio",
+        ),
     ],
 )
 def test_what_cannot_be_joined_is_refused(change, message):
@@ -150,6 +163,21 @@ def test_parts_of_one_run_joined_are_that_run(by):
     for name in (*KEYS, "peak_storey_drift_ratio", "status", "yield_force"):
         np.testing.assert_array_equal(one[name], other[name])
     assert one["motion_name"].values.tolist() == other["motion_name"].values.tolist()
+
+
+def test_peaks_from_different_times_on_are_not_joined():
+    runs = [
+        wd.simulate(
+            wd.Scene(make_building(), wd.Cloud(MOTIONS), SEEDED, recorders=("drift",), record_from=start),
+            structures=2,
+            seed=seed,
+            device="cpu",
+        )
+        for seed, start in enumerate((0.0, 0.25, 0.25))
+    ]
+    with pytest.raises(ValueError, match=r"of run 1 is of the states from record_from = 0\.25 s on"):
+        wd.join(runs[:2])
+    assert wd.join(runs[1:]).sizes["sample"] == 2 * runs[1].sizes["sample"]
 
 
 def test_runs_from_files_are_joined_without_reading_their_demands(tmp_path):
@@ -187,6 +215,27 @@ def test_other_buildings_are_archetypes_of_a_portfolio():
     more = wd.join([city, run_of(seed=5)])
     assert more["buildings_of_archetype"].values.tolist() == [8, 4]
     assert "scene" not in city.attrs
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_isolators_of_one_building_are_no_storey_of_the_other(order):
+    isolators = {"stiffness": 1.0e5, "yield_force": 1.0e3, "post_yield_stiffness": 1.0e4}
+    isolated = make_building().on_isolators("lead_rubber_bearing", 2e3, 0.3, **isolators)
+    own = {"fixed": make_building(), "isolated": isolated}
+    runs = {name: run_of(building=building) for name, building in list(own.items())[::order]}
+    city = wd.join(runs)
+    for name, run in runs.items():
+        alone = wd.select_archetype(city, name)
+        expected = wd.fragility(run, LIMITS)["exceedance_fraction"]
+        np.testing.assert_array_equal(wd.fragility(alone, LIMITS)["exceedance_fraction"], expected)
+    # Exceedances counted by hand: of all storeys of the fixed building, of those above the isolators of the other.
+    above = {"fixed": slice(0, 2), "isolated": slice(1, 3)}
+    worst = {name: runs[name]["peak_storey_drift_ratio"].isel(storey=above[name]).max("storey") for name in runs}
+    shares = wd.damage_shares(city, dict.fromkeys(runs, LIMITS))["damage_share"].mean("motion")
+    for level in LEVELS:
+        exceeding = [float((each[runs[name]["im_level"] == level] > 0.004).mean()) for name, each in worst.items()]
+        # As many samples of each; means of some tens of shares of 1/8.
+        np.testing.assert_allclose(1 - shares.sel(stripe=level, damage_state="none"), np.mean(exceeding), rtol=1e-12)
 
 
 def test_capacities_are_joined_along_structures_or_motions():

@@ -85,14 +85,17 @@ def test_names_and_bounds():
     assert METHODS["hht_alpha(alpha=-0.1)"].beta == METHODS["hht_alpha"].beta
     assert set(CHOICES) < set(METHODS)  # names with a parameter are not listed
     assert "hht_alpha(alpha=-0.3)" in METHODS
-    assert "rk4(alpha=-0.3)" not in METHODS
     scene = wd.Scene(STRUCTURES["full matrices"](), wd.FreeVibration(1.0, velocity=0.1))
     for name, words in {
         "hht_alpha(alpha=-0.4)": r'alpha .* from -0.3333 to 0, got -0.4: method="hht_alpha\(alpha=-0.1\)"',
         "hht_alpha(alpha=nan)": "from -0.3333 to 0",
         "generalised_alpha(radius=0.5)": "has the parameter spectral_radius, not 'radius'",
         "wilson_theta(theta=1.2)": "theta .* from 1.37 to 2",
-        "newmark_average(beta=0.3)": "unknown method",
+        "newmark_average(beta=0.3)": "unknown method .*: 'newmark_average' has no parameter, give method='newma",
+        "hht_alpha(-0.3)": r"of method 'hht_alpha' is given as method=\"hht_alpha\(alpha=-0.1\)\", without blanks, and",
+        "hht_alpha( alpha = -0.3 )": "without blanks, and 'hht_alpha",
+        "hht_alpha(alpha=-0.3": "without blanks, and 'hht_alpha",
+        "euler(alpha=-0.3)": "unknown method 'euler.*allowed: 'heun'",
     }.items():
         with pytest.raises(ValueError, match=words):
             wd.simulate(scene, method=name, device="cpu")

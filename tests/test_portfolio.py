@@ -202,6 +202,27 @@ def test_dampers_of_another_kind_beside_it_change_no_bit_of_a_building():
         np.testing.assert_array_equal(both["peak_storey_drift"][place], alone["peak_storey_drift"][0])
 
 
+@pytest.mark.meant_as_given("yield_base_shear_coefficient", "yield_drift_ratio", "no_damping")
+def test_damage_of_another_archetype_changes_no_bit_of_a_building():
+    # Laws that count reversals run far samples again in float64, and take shorter steps: their neighbours do not.
+    def archetype(damage):
+        own = {"ductility_2": 3.0, "force_ratio_2": 1.2, "ductility_3": 12.0, "force_ratio_3": 1.3}
+        own |= {"pinching_drift": 0.6, "pinching_force": 0.4, "damage_by_ductility": 0.0, "damage_by_energy": damage}
+        building = wd.ShearBuilding(1e5, 4e7, 3.0, law="hysteretic", yield_force=2e4, **own)
+        return wd.Archetype(building, count=16, scatter={"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.5))})
+
+    time = np.arange(0, 6, 0.01)
+    pulse = 6 * np.random.default_rng(1).normal(size=time.size) * np.exp(-(((time - 3) / 1.5) ** 2))
+    design = wd.Cloud([wd.GroundMotion(pulse, 0.01)])
+    alone, beside = (
+        wd.simulate(wd.Scene(wd.Portfolio(kinds), design, recorders=("drift",)), device="cpu")
+        for kinds in ({"a": archetype(0.0)}, {"a": archetype(0.0), "b": archetype(0.1)})
+    )
+    found = wd.select_archetype(beside, "a")
+    for name in ("peak_storey_drift", "integration_step", "unreliable"):
+        np.testing.assert_array_equal(found[name], alone[name])
+
+
 def test_draws_go_by_seed_and_number_alone():
     values = parameters_of(CITY, "high", 5)
     assert values["stiffness"].shape == (3, 3)

@@ -143,5 +143,7 @@ def test_bad_trims():
             wd.records.trim(motion, **bad)
     with pytest.raises(ValueError, match=r"taper \[s\] must be a finite number above 0\.02"):
         wd.records.trim(motion, taper=0.01)
+    with pytest.raises(ValueError, match=r"taper=1e\+09 s makes 2e\+11 samples, .* give a shorter taper"):
+        wd.records.trim(motion, taper=1e9)
     with pytest.raises(ValueError, match="'m' is zero throughout"):
         wd.records.trim(wd.GroundMotion([0.0, 0.0], 0.01, "m"))

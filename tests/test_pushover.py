@@ -216,6 +216,25 @@ def test_bouc_wen_chain_closes_its_energy(exponent: float) -> None:
     assert work >= dissipated[-1, 0] > 0.5 * work
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.meant_as_given("pushed_drift_ratio")
+def test_long_steps_of_bouc_wen_storeys_warn_of_no_overflow() -> None:
+    """Far beyond yielding z is 1, so that the storeys are bilinear: F = r k u + (1 - r) Fy."""
+    building = wd.ShearBuilding(
+        mass=2.0e5,
+        stiffness=[2.4e8, 2.0e8, 1.4e8],
+        height=[4.0, 3.2, 3.2],
+        law="bouc_wen",
+        yield_force=[1.6e6, 1.3e6, 0.8e6],
+        hardening_ratio=0.05,
+    )
+    pushed = wd.pushover(building, np.linspace(0.0, 3.0, 100), pattern="triangular")
+    drift, force = pushed["storey_drift"].values[-1], pushed["storey_force"].values[-1]
+    expected = 0.05 * np.array([2.4e8, 2.0e8, 1.4e8]) * drift + 0.95 * np.array([1.6e6, 1.3e6, 0.8e6])
+    # 1 - z is below 1e-9 at drifts of a hundred times that of yielding.
+    np.testing.assert_allclose(force, expected, rtol=1e-8)
+
+
 def test_energy_of_a_bilinear_chain_is_its_plastic_work() -> None:
     pushed = wd.pushover(bilinear(), TO_AND_FRO)
     drift, force = pushed["storey_drift"].values, pushed["storey_force"].values

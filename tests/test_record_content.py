@@ -133,6 +133,17 @@ def tarred(files: dict[str, bytes]) -> bytes:
     return content.getvalue()
 
 
+@pytest.mark.parametrize(("name", "component"), [("X.UD", "UD"), ("X.EW", "NS"), ("X-UP.txt", "UP"), ("X.NS", None)])
+def test_k_net_files_with_another_direction_in_their_name(tmp_path, name, component):
+    text = TEXTS["K-NET"]
+    assert "N-S" in text
+    if component is None:  # no contradiction, no warning
+        assert [each.component for each in wd.records.read(write(tmp_path, text, name))] == ["NS"]
+        return
+    with pytest.warns(UserWarning, match=r"the component is 'NS' in the header and '.*' in the file's name"):
+        assert [each.component for each in wd.records.read(write(tmp_path, text, name))] == [component]
+
+
 V2, V3 = TEXTS["V2"].encode(), b"Response and Fourier amplitude spectra (86 periods)   for\nCorrected accelerogram\n"
 
 
@@ -173,6 +184,21 @@ def test_files_in_an_archive_that_are_no_records(tmp_path):
         wd.records.read(write(tmp_path, zipped({"CE1.V3": V3}), "b.zip"))
     with pytest.raises(ValueError, match=r"no file in this archive is a record: it is empty"):
         wd.records.read(write(tmp_path, zipped({}), "c.zip"))
+    at2 = TEXTS["AT2"].encode()
+    velocity = at2.replace(b"ACCELERATION TIME SERIES IN UNITS OF G", b"VELOCITY TIME SERIES IN UNITS OF CM/S")
+    assert velocity != at2
+    with pytest.warns(UserWarning, match=r"1 files in this archive are not records: .*p.zip/q.VT2:3: holds a velocity"):
+        (motion,) = wd.records.read(write(tmp_path, zipped({"q.AT2": at2, "q.VT2": velocity}), "p.zip"))
+    np.testing.assert_array_equal(motion.acceleration, wd.records.read(write(tmp_path, at2, "q.AT2"))[0].acceleration)
+    table = b"-- Scaled Spectra used in Search --\nT (sec), pSa (g)\n0.01,0.30\n0.02,0.31\n0.03,0.32\n0.04,0.33\n"
+    beside = {"q.AT2": at2, "_SearchResults.csv": table, "photo.png": b"\x89PNG\r\n\x1a\n", "terms.pdf": b"%PDF-1.4\n"}
+    left_out = (
+        r"3 files .*_SearchResults.csv: text without .*give unit=.*Also left out: .*r.zip/photo.png, .*/terms.pdf$"
+    )
+    with pytest.warns(UserWarning, match=left_out):
+        assert len(wd.records.read(write(tmp_path, zipped(beside), "r.zip"))) == 1
+    with pytest.raises(ValueError, match=r"no file in this archive is a record: .*s.zip/q.txt: .*give unit="):
+        wd.records.read(write(tmp_path, zipped({"q.txt": table}), "s.zip"))
     damaged = V2.replace(b"/&", b"xx")
     with pytest.raises(ValueError, match=r"d.zip/CE1.V2:\d+: expected the end of the channel"):
         wd.records.read(write(tmp_path, zipped({"CE1.V2": damaged}), "d.zip"))

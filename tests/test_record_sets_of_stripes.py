@@ -11,6 +11,7 @@ from test_cloud_curves import make_cloud
 from test_fragility import make_run
 
 import warpdyn as wd
+from warpdyn.core import checks
 from warpdyn.statistics.intervals.strata import strata_of_records
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
@@ -185,3 +186,13 @@ def test_the_dispersion_of_exact_capacities_has_the_divisor_n():
     np.testing.assert_allclose(
         [curves["fragility_median"][0], curves["fragility_dispersion"][0]], [scale, shape], rtol=1e-3
     )
+
+
+def test_single_observations_that_do_not_fit_in_memory_are_refused(monkeypatch):
+    # 20 tables of 40 records, 40 levels, 2 places and 1 state in 8 bytes: 512 kB.
+    generator = np.random.default_rng(0)
+    level = np.exp(generator.normal(size=40))
+    run = make_run(0.02 * level, np.arange(40), level)
+    monkeypatch.setattr(checks, "free_memory", lambda: 511_000)
+    with pytest.raises(ValueError, match="fragility of 40 records at 40 levels needs 512000 bytes"):
+        wd.fragility(run, LIMITS)

@@ -1,5 +1,7 @@
 """`record_from`: peaks from a given time on, against closed-form steady states and against whole histories."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -206,6 +208,19 @@ def test_statistics_count_the_peaks_from_then_on():
                 for low, high in ((-1.0, 2e-3), (2e-3, 4e-3), (4e-3, np.inf))]  # fmt: skip
     np.testing.assert_array_equal(reduced["damage_count_by_stripe"].transpose("damage_state", "stripe"), expected)
     assert np.min(np.sum(expected, axis=1)) > 0
+
+
+def test_runs_that_record_from_other_times_are_not_joined():
+    stripes = wd.Stripes(MOTIONS, [0.5, 1.0], wd.PeakGroundAcceleration())
+    scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.3))}
+    how = {"structures": 8, "method": "rk4", "step": STEP, "device": "cpu"}
+    scene = wd.Scene(YIELDING, stripes, scatter, recorders=("drift",), record_from=4.0)
+    later, same = (wd.simulate(scene, **how, seed=seed) for seed in (5, 6))
+    assert wd.join([later, same]).sizes["sample"] == 2 * later.sizes["sample"]
+    earlier = wd.simulate(replace(scene, record_from=3.0), **how, seed=7)
+    for other in (earlier, wd.join([earlier])):
+        with pytest.raises(ValueError, match=r"run 1 is of the states from record_from = 3 s on.*the same record_from"):
+            wd.join([later, other])
 
 
 @pytest.mark.fast

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
+from warpdyn.accuracy import precision
 from warpdyn.core.output_variables import NOT_CONVERGED
 from warpdyn.integration.ensemble import Ensemble
 
@@ -64,6 +65,34 @@ def test_what_float32_cannot_tell_runs_in_float64():
     assert np.count_nonzero(far > 1000) > STRUCTURES / 2  # of so many yield drifts
     assert error[far > 310].max() < 1e-6  # they come out of the same kernel, and are rounded once
     assert np.quantile(error, 0.99) < 1e-3
+
+
+@pytest.mark.as_shipped
+@pytest.mark.meant_as_given("first_period_over_height", "yield_drift_ratio", "plastic_drift_ratio")
+def test_damage_before_the_recorded_peaks_counts(monkeypatch):
+    # Peaks from 6 s on may not show that storeys moved by thousands of yield drifts before: whatever they are, samples
+    # are run again.
+    monkeypatch.setattr(precision, "MOST_YIELD_DRIFTS", np.inf)
+    scene = replace(stiff_deteriorating_scene(), record_from=6.0)
+    settings = {"structures": STRUCTURES, "longest_step": PERIOD / 400, "device": "cpu"}
+    with pytest.warns(UserWarning, match="they were run again in float64"):
+        found = wd.simulate(scene, **settings)
+    exact = wd.simulate(scene, dtype="float64", **settings)
+    # They come out of the same kernel, and are rounded once.
+    np.testing.assert_allclose(found.peak_storey_drift, exact.peak_storey_drift, rtol=1e-6)
+
+
+@pytest.mark.meant_as_given("no_damping")
+def test_a_law_that_counts_reversals_needs_no_yield_force(monkeypatch):
+    # An elastic building stands for a user's law: all of its samples are run again.
+    monkeypatch.setattr(precision, "may_need_float64", lambda model: model.plan.dtype == "float32")
+    motion = wd.GroundMotion(np.sin(np.arange(0, 4, 0.01)), 0.01)
+    scene = wd.Scene(wd.ShearBuilding(1e5, 4e7, 3.0), motion, recorders=("drift",))
+    with pytest.warns(UserWarning, match="1 of 1 samples moved by so many yield drifts"):
+        found = wd.simulate(scene, method="rk4", device="cpu")
+    exact = wd.simulate(scene, method="rk4", device="cpu", dtype="float64")
+    # One kernel gives both, and its results are rounded once to float32.
+    np.testing.assert_allclose(found.peak_storey_drift, exact.peak_storey_drift, rtol=2.0**-23)
 
 
 def isolated_scene(**damage):

@@ -214,6 +214,8 @@ def test_fragility_of_the_damaged_building():
     np.testing.assert_allclose(curves["exceedance_fraction"][0], counted)
     with pytest.raises(ValueError, match="of a sequence"):
         wd.fragility(run.isel(event=1), {"extensive": 0.01})
+    with pytest.raises(ValueError, match="of a sequence"):
+        wd.fragility_of_cloud(run.isel(event=0), {"extensive": 0.01})
 
 
 def test_bad_input_is_refused_by_name():

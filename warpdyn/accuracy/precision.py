@@ -23,6 +23,9 @@ def may_need_float64(model: Model) -> bool:
 def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
     """Return for which of some samples float32 is too coarse, from their peak drifts, shape [sample].
 
+    It may be for all if their peaks are recorded from a later time on, since the peaks until then are unknown, and if
+    their law (of a user) has no yield force.
+
     Args:
         run: The run.
         samples: The samples.
@@ -30,11 +33,14 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
     """
     if not may_need_float64(run.model):
         return np.zeros(samples.size, dtype=bool)
+    ended = outputs["status"] < DIVERGED
     rows = np.unique(run.row[samples], return_inverse=True)
     parameters = run.model.dynamics.parameters_of(run.drawn, rows[0])
+    if run.scene.record_from > 0 or "yield_force" not in parameters:
+        return ended
     least = np.nanmin(parameters["yield_force"] / parameters["stiffness"], axis=1)[rows[1]]
     far = outputs["peak_storey_drift"].astype(np.float64).sum(axis=0) > MOST_YIELD_DRIFTS * least
-    return far & (outputs["status"] < DIVERGED)
+    return far & ended
 
 
 def rerun_in_float64(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> int:

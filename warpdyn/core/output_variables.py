@@ -10,6 +10,7 @@ import xarray as xr
 
 # Value of the attribute `design` of im_level for stripes; other designs have another value.
 STRIPED = "stripes"
+OF_SEQUENCE = "of a sequence: see select_event"  # design of the levels of all events together
 
 # Values of the status variable, with their flag_meanings.
 STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")

@@ -143,7 +143,8 @@ class Pairs:
             factor = np.full(self.count, np.inf)
         # Beyond its first yield the first run is no elastic one.
         known = (factor > 1) & np.isfinite(self.first_demand)
-        if reuse_elastic:
+        # Peaks that are recorded from a later time on do not show whether a storey yields before.
+        if reuse_elastic and self.whole.scene.record_from == 0:
             self.elastic_level = np.where(known, level * np.where(known, factor, 1.0) ** self.power, 0.0)
 
     def elastic_level_of(self, limit: float) -> np.ndarray:

@@ -20,6 +20,7 @@ from warpdyn.methods.defaults import FALLBACK
 # A processor steps a row of so many samples at a time, and one of them takes as long as all.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
+LARGEST_CHANGE = 0.01  # of a peak drift of a reliable sample in a second run: see accuracy/reliability.py
 # How findings of several blocks or regions become those of all; of FIRST the first that says something stands for all.
 SUMS = (
     "beyond",
@@ -175,10 +176,12 @@ class StabilityFindings:
             advice = (
                 "sample_error=0.05 checks all of them" if self.unchecked else "sample_error=0.05 estimates their errors"
             )
+            earlier = " in this event or an earlier one" if self.event else ""
             messages.append(
                 f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with "
-                "the motion as it is or times 1.001, a peak drift changes by more than 2 %. Use shares and medians of "
-                f"many samples, not single ones. A shorter longest_step= may help; {advice}"
+                "the motion as it is or times 1.001, a peak drift changes by more than "
+                f"{100 * LARGEST_CHANGE:g} %{earlier}. Use shares and medians of many samples, not single ones. "
+                f"A shorter longest_step= may help; {advice}"
             )
         if self.blank:
             messages.append(
@@ -188,8 +191,8 @@ class StabilityFindings:
         if self.in_float64:
             messages.append(
                 f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that the rounding of "
-                "float32 reverses the drift of storeys, which damages them: they were run again in float64. "
-                "dtype='float64' runs all of them once"
+                "float32 reverses the drift of storeys, which damages them (or may have, before the scene's "
+                "record_from): they were run again in float64. dtype='float64' runs all of them once"
             )
         if self.unsure:
             messages.append(

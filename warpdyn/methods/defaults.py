@@ -106,7 +106,9 @@ def default_method(law: str, dampings: tuple[str, ...] = ("none",), *, is_gpu: b
     """
     device = "cuda" if is_gpu else "cpu"
     names = list(dict.fromkeys(re.split(r"[|+]", law)))
-    where, what = DEVICES[device], "storeys of " + ", ".join(names) + ", damping " + " and ".join(dampings)
+    # A building with less damping than the measured ones counts as undamped.
+    words = " and ".join("none or little" if damping == "none" else damping for damping in dampings)
+    where, what = DEVICES[device], f"storeys of {', '.join(names)}, damping {words}"
     rows = [row for row in measured_methods() if row.law in names and row.damping in dampings]
     best = None
     least = MOST_COST

@@ -95,6 +95,7 @@ def _with_parameter(name: str) -> Method | None:
     """Return the method whose name gives a parameter; None if the name has another form."""
     form = re.fullmatch(r"(\w+)\((\w+)=([^()=]+)\)", name)
     if form is None or form[1] not in CHOICES:
+        _refuse_other_forms(name)
         return None
     choice = CHOICES[form[1]]
     if form[2] != choice.parameter:
@@ -111,6 +112,17 @@ def _with_parameter(name: str) -> Method | None:
             f"got {form[3]}: {_example(form[1])}"
         )
     return choice.method(name, value)
+
+
+def _refuse_other_forms(name: str) -> None:
+    """Raise a ValueError that shows the form if a name is that of a method with a parameter in another form."""
+    word = name.partition("(")[0].strip()
+    if "(" in name and word in CHOICES:
+        raise ValueError(
+            f"the parameter of method {word!r} is given as {_example(word)}, without blanks, and {name!r} is not"
+        )
+    if "(" in name and dict.__contains__(METHODS, word):
+        raise ValueError(f"unknown method {name!r}: {word!r} has no parameter, give method={word!r}")
 
 
 def _example(name: str) -> str:

@@ -126,7 +126,9 @@ def groups_of(
         # The kernel, which may depend on parameter values (a law's exponents, the kind of viscous dampers), and its
         # inputs; the number type and the device are common to all.
         kernel = plan_of(own, dynamics, method, "float32", is_gpu=False)
-        members.setdefault((kernel, *_kind(own.structure), longest), []).append(place)
+        # On these, default steps, checks and runs in float64 depend, for all buildings of a group.
+        treated = dynamics.counts_reversals, dynamics.is_sensitive
+        members.setdefault((kernel, *_kind(own.structure), *treated, longest), []).append(place)
     groups = []
     # The lowest first: their kernels are compiled soonest, and most buildings of a city are low.
     for (*_, longest), places in sorted(members.items(), key=lambda member: member[0][0].dofs):

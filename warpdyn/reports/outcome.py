@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, OK, STATUS_MEANINGS
-from warpdyn.integration.stability_guard import LARGEST_ENERGY_ERROR
+from warpdyn.integration.stability_guard import LARGEST_CHANGE, LARGEST_ENERGY_ERROR
 from warpdyn.reports.markup import heading, paragraph, table
 from warpdyn.reports.summary import names_of_storeys
 from warpdyn.statistics.stripe_counts import decoded_status
@@ -72,7 +72,8 @@ def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
         if count:
             told.append(
                 f"{count:,} samples are unreliable: at half the step, with the motion as it is or times 1.001, a peak "
-                "drift changes by more than 2%. Use shares and medians of many samples, not single ones."
+                f"drift changes by more than {LARGEST_CHANGE:.0%}. Use shares and medians of many samples, not single "
+                "ones."
             )
     if "sensitive" in run:
         count = int(np.count_nonzero(run["sensitive"].values == 1))

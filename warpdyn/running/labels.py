@@ -10,7 +10,15 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.accuracy.reliability import ATTRIBUTES as RELIABILITY, UNRELIABLE
-from warpdyn.core.output_variables import DRIFT_RATIO, MEASURE, STATUS_MEANINGS, STRIPED, UNNAMED, label_of_levels
+from warpdyn.core.output_variables import (
+    DRIFT_RATIO,
+    MEASURE,
+    OF_SEQUENCE,
+    STATUS_MEANINGS,
+    STRIPED,
+    UNNAMED,
+    label_of_levels,
+)
 from warpdyn.core.units import unit_attributes
 from warpdyn.files.netcdf import trace
 from warpdyn.ground_motions.excitation import Assignment
@@ -85,7 +93,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     if len(levels) > 1:
         attributes = {
             "long_name": label_of_levels(UNNAMED[1]),
-            "design": "of a sequence: see select_event",
+            "design": OF_SEQUENCE,
         }
         units = {level.units for level in levels}
         # If units differ, im_level_units has those of each event.

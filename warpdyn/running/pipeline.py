@@ -22,6 +22,7 @@ from warpdyn.accuracy.reliability import (
     is_checked,
     reliability,
     sensitive_samples,
+    with_earlier,
 )
 from warpdyn.accuracy.sample_errors import ERROR, SENSITIVE, fill_sample_errors
 from warpdyn.accuracy.scattered_steps import shorten_steps
@@ -68,6 +69,7 @@ class Block:
         started: The ensemble of these samples.
         found: Their outputs, sample first.
         outputs: Outputs of all samples of the last finished event, sample last.
+        flags: Flags `unreliable` of these samples.
         staying: Outputs that their GPU has kept to be reduced there, sample first.
     """
 
@@ -84,6 +86,7 @@ class Block:
     started: Ensemble | None = None
     found: Arrays = field(default_factory=dict)
     outputs: Arrays = field(default_factory=dict)
+    flags: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int8))
     staying: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -321,9 +324,12 @@ class Pipeline:
         if self._checks:
             outputs = {name: values[..., is_stable] for name, values in found.items()}
             flags[stable] = reliability(block.whole, stable, outputs, checked_share(self.run, block.event))
+            if block.whole.before is not None:
+                flags = with_earlier(flags, block.flags[block.whole.row])
             self.findings[block.event].add_flags(flags[stable], outputs["status"])
         else:
             flags[stable] = np.where(found["status"][is_stable] < DIVERGED, 0, NOT_CHECKED)
+        block.flags = flags
         if UNRELIABLE in block.own:
             block.own[UNRELIABLE][:] = flags
 

@@ -318,8 +318,9 @@ class _PushedChain:
             share *= 0.5
 
     def _slope(self, base_shear: float, correction: np.ndarray) -> float:
-        """Return the derivative of the work along a correction."""
-        return float((self._resistance() / self.shears - base_shear) @ correction)
+        """Return the derivative of the work along a correction; inf or NaN of a trial that is much too long."""
+        with np.errstate(over="ignore", invalid="ignore"):  # such a trial is shortened
+            return float((self._resistance() / self.shears - base_shear) @ correction)
 
     def _accept(self) -> None:
         self.work += 0.5 * (self.trial_force + self.force) * (self.trial - self.drift)

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from warpdyn.core.checks import check_memory
 from warpdyn.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 from warpdyn.reduction.limits import DRIFT, DamageLimits
 from warpdyn.reduction.population import group_numbers
@@ -19,6 +20,9 @@ from warpdyn.statistics.intervals.strata import strata_of_records
 from warpdyn.statistics.reduced_counts import is_reduced, stripe_counts_of
 
 MOST_LEVELS = 4096  # of single observations, each of which is a level
+# Tables of counts that estimators and intervals have at a time: measured, 2.8 kB for each pair of a record and a level
+# at 5 storeys and 3 damage states.
+TABLES = 20
 _NEEDS_STRIPES = (
     "curves are fitted to stripes, or to single observations at up to "
     f"{MOST_LEVELS:,} levels; for a larger cloud take fragility_of_cloud"
@@ -117,6 +121,11 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
             is_crossed, groups, group = False, 1, np.zeros_like(group)
     cell = (record_index * groups + group) * levels.size + stripe
     cells, states = records.size * groups * levels.size, len(limits.states)
+    check_memory(
+        f"fragility of {records.size:,} records at {levels.size:,} levels",
+        8.0 * TABLES * cells * len(passed) * states,
+        "take fragility_of_cloud, or fewer records or damage states",
+    )
     valid = np.bincount(cell, minlength=cells).reshape(records.size, groups, levels.size)
     _check_stripes(valid)
     cell *= states + 1

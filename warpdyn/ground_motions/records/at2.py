@@ -13,6 +13,7 @@ from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
 from warpdyn.ground_motions.records.components import component_of_header, record_and_component, record_of_header
 from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.ground_motions.records.parsing.not_a_record import NotARecordError
 from warpdyn.ground_motions.records.text import (
     NumberLines,
     check_forms,
@@ -98,7 +99,7 @@ def _unit_of(line: str, place: str) -> float:
     """Return the factor to m/s2 from the header line that names the unit."""
     quantity = _OTHER_QUANTITY.search(line)
     if quantity and not re.search(r"\bACC", line, re.IGNORECASE):
-        raise ValueError(
+        raise NotARecordError(
             f"{place}: holds a {quantity[1].lower()} history, not an acceleration: take the .AT2 file of the same "
             f"record. Got {line.strip()!r}"
         )

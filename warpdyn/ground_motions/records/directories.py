@@ -16,9 +16,10 @@ from warpdyn.ground_motions.records.components import (
     numbered_record,
     records_and_components,
 )
-from warpdyn.ground_motions.records.formats.reading import FileOfMotions, NotARecordError, read_archive, read_file
+from warpdyn.ground_motions.records.formats.reading import FileOfMotions, read_archive, read_file
 from warpdyn.ground_motions.records.parsing.archives import is_archive, is_litter
 from warpdyn.ground_motions.records.parsing.content import bytes_of
+from warpdyn.ground_motions.records.parsing.not_a_record import NotARecordError
 
 
 def read_directory(
@@ -97,7 +98,9 @@ def _parts_of(file: Path, unit: str | None, step: float | None) -> list[FileOfMo
     try:
         return read_archive(file, data, unit, step) if is_archive(data) else [read_file(file, data, unit, step)]
     except NotARecordError as error:
-        raise NotARecordError(f"{error}. Give a pattern= that matches only records, such as pattern='*.V2'") from error
+        raise NotARecordError(
+            f"{error}. If the file is not a record, give a pattern= that matches only records, such as pattern='*.V2'"
+        ) from error
 
 
 def _with_names(files: list[FileOfMotions], folder: str) -> list[GroundMotion]:

@@ -114,8 +114,8 @@ def trim(
         taper: Length of the taper at each end [s].
 
     Raises:
-        ValueError: Unless 0 < start < end < 1, the pad is at least 0 and the taper is longer than two steps, or if the
-            motion is zero throughout.
+        ValueError: Unless 0 < start < end < 1, the pad is at least 0 and the taper is longer than two steps; if the
+            taper makes too many samples; if the motion is zero throughout.
         TypeError: If `motion` is no GroundMotion.
 
     Example:
@@ -132,6 +132,7 @@ def trim(
     if not start < end < 1:
         raise ValueError(f"shares of the Arias intensity must be 0 < start < end < 1, got {start:g} and {end:g}")
     a, h = motion.acceleration, motion.step
+    check_sample_count(f"taper={taper:g} s", a.size + 2 * np.ceil(taper / h), "give a shorter taper, of some seconds")
     if not a.any():
         raise ValueError(f"motion {motion.name!r} is zero throughout, and has no Arias intensity")
     velocity = np.concatenate([[0.0], np.cumsum(h / 2 * (a[:-1] + a[1:]))])

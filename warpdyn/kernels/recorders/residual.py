@@ -77,7 +77,8 @@ def add_to_means():
                         ratio = drift * inverse_height[i, j]
                     if LANES > 1:
                         mean_ratio[i, j] += share_in_mean[j] * ratio
-                    elif since >= 0 and since < steps:
+                    elif since >= 0 and since < steps and block < control.samples:
+                        # Threads past the last sample repeat it, and must not add to its sum again.
                         o = samples.order[sample[j]]
                         add_to_mean(output.residual_drift_ratio, g, o, share_in_mean[j] * ratio, since)
 

@@ -44,7 +44,8 @@ def as_portfolio(identities: list[Identities], names: list[str], parts: list[xr.
             kinds[place, : own.size] = own
         rows = part[[name for name, variable in part.variables.items() if "sample" in variable.dims]]
         rows = rows.drop_vars("structure" if "structure" in rows.coords else "building")
-        rows = rows.drop_vars(PLACES, errors="ignore")
+        # Kinds of storeys are those of one building; KIND_OF_ARCHETYPES has those of each.
+        rows = rows.drop_vars((*PLACES, STOREY_KIND), errors="ignore")
         rows = rows.pad({dim: (0, highest - rows.sizes[dim]) for dim in PLACES if dim in rows.dims})
         own_number = part["building" if each.is_portfolio else "structure"]
         said = {"long_name": "number of the building in the portfolio", "units": "1"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ from warpdyn.core.output_variables import measure_of_dataset
 from warpdyn.files.netcdf import trace
 
 OF_ONE = ("fingerprint", "history", "Conventions", "source", "scene")  # of a run alone, or made anew
+WHOLE = "of the whole history"  # peaks without a comment
 
 
 def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, object]:
@@ -40,6 +42,28 @@ def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, ob
     if len(scenes) == 1:
         found["scene"] = next(iter(scenes))
     return found | {"joined_runs": sum(int(run.attrs.get("joined_runs", 1)) for run in runs)}
+
+
+def check_start_times(runs: Sequence[xr.Dataset]) -> None:
+    """Raise a ValueError unless all runs record their peaks from the same time on.
+
+    The comments of variables of peaks say so, also in joined runs, which may have no attribute `scene`. Capacities have
+    no such variables, but the attribute.
+    """
+    for place, run in enumerate(runs[1:], start=1):
+        for name in (str(each) for each in run.data_vars if "peak" in str(each) and each in runs[0]):
+            first, other = (each[name].attrs.get("comment", WHOLE) for each in (runs[0], run))
+            if first != other:
+                raise ValueError(
+                    f"join: {name!r} of run {place} is {other}, and that of run 0 is {first}, so that they cannot be "
+                    "compared: join runs whose scenes have the same record_from"
+                )
+        starts = [json.loads(each.attrs.get("scene", "{}")).get("record_from", 0.0) for each in (runs[0], run)]
+        if "scene" in runs[0].attrs and "scene" in run.attrs and starts[0] != starts[1]:
+            raise ValueError(
+                f"join: run {place} is of a scene with record_from={starts[1]:g} s, and run 0 of one with "
+                f"record_from={starts[0]:g} s, so that they cannot be compared: join those with the same record_from"
+            )
 
 
 def check_comparable(runs: Sequence[xr.Dataset]) -> None:

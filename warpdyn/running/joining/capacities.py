@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.ground_motions.motions import motion_numbers
-from warpdyn.running.joining.attributes import check_comparable, joined_attributes
+from warpdyn.running.joining.attributes import check_comparable, check_start_times, joined_attributes
 from warpdyn.running.joining.identity import Identities, number_of
 
 
@@ -43,6 +43,7 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
                 f"of {first.attrs.get('demand')!r}"
             )
     check_comparable(datasets)
+    check_start_times(datasets)
     identities = [Identities(place, found) for place, found in enumerate(datasets)]
     kinds = {kind for each in identities for kind in each.buildings.values()}
     if len(kinds) > 1:

@@ -6,16 +6,25 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from warpdyn.core.output_variables import OF_SEQUENCE
+
 REMEDY = "join runs by wd.join([run, other]), which counts structures and motions anew and refuses duplicate samples"
 
 
 def check_samples(function: str, dataset: xr.Dataset) -> None:
     """Raise a ValueError if samples of a dataset are there twice, or if their numbers are those of several runs.
 
+    An event of a sequence that was selected by xarray, and not by `select_event`, has each history several times.
+
     Args:
         function: The public function.
         dataset: A run, of one event.
     """
+    if "im_level" in dataset and dataset["im_level"].attrs.get("design") == OF_SEQUENCE:
+        raise ValueError(
+            f"{function}: 'im_level' is of a sequence, whose samples contain each history of an event several times: "
+            "take one event by select_event(run, name)"
+        )
     if "sample" in dataset.coords and dataset["sample"].dims == ("sample",):
         numbers = pd.Index(dataset["sample"].values)
         if not numbers.is_unique:
@@ -29,7 +38,8 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
         if name in dataset and "sample" in dataset[name].dims:
             raise ValueError(
                 f"{function}: {name!r} lies along sample, as xr.concat makes it of several runs, so that motion_index "
-                f"is of different motions in different samples: {REMEDY}"
+                f"is of different motions in different samples: {REMEDY}. If it is one run of which samples were "
+                "selected by where(), select them by run.isel(sample=condition.values)"
             )
     label = next((name for name in ("structure", "building") if name in dataset.coords), None)
     is_drawn = '"type":"MotionsAtSites"' in str(dataset.attrs.get("scene", "")) or "samples_per_history" in dataset

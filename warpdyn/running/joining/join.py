@@ -12,7 +12,7 @@ import xarray as xr
 from warpdyn.core.checks import check_dataset
 from warpdyn.ground_motions.motions import motion_numbers
 from warpdyn.running.joining.archetypes import as_portfolio
-from warpdyn.running.joining.attributes import check_comparable, joined_attributes
+from warpdyn.running.joining.attributes import check_comparable, check_start_times, joined_attributes
 from warpdyn.running.joining.capacities import join_capacities
 from warpdyn.running.joining.identity import OF_BUILDING, OF_INPUTS, OF_MOTIONS, OF_SAMPLES, Identities
 
@@ -45,8 +45,9 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
 
     Raises:
         TypeError: If `runs` are no Datasets.
-        ValueError: If a sample is in two runs, which would count twice; if intensities are of different measures; if a
-            run lacks variables of another one, has whole histories, or is no run.
+        ValueError: If a sample is in two runs, which would count twice; if intensities are of different measures, or
+            peaks are recorded from different times on; if a run lacks variables of another one, has whole histories, is
+            one archetype of a portfolio, or is not a run.
 
     Example:
         >>> parts = [wd.simulate(scene, structures=2, seed=seed) for seed in (1, 2)]
@@ -60,6 +61,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
     for place, run in enumerate(datasets):
         _check_run(place, run)
     check_comparable(datasets)
+    check_start_times(datasets)
     identities = [Identities(place, run) for place, run in enumerate(datasets)]
     _check_events(identities)
     _check_duplicates(identities)
@@ -102,6 +104,11 @@ def _check_run(place: int, run: xr.Dataset) -> None:
         raise ValueError(
             f"join: run {place} is {what}, with the dimensions {', '.join(map(str, run.dims)) or 'none'}. {ADVICE}; "
             "statistics of several runs cannot be joined, since their counts do not say of which structures they are"
+        )
+    if "archetype_index" in run.coords and "archetype" not in run.dims:
+        raise ValueError(
+            f"join: run {place} is one archetype of a portfolio, which does not name its building. Join the runs of "
+            "the portfolios and select afterwards: wd.select_archetype(wd.join([run, other]), name)"
         )
     if not run.sizes["sample"]:
         raise ValueError(f"join: run {place} has no samples: the selection it was taken by left none")
@@ -206,11 +213,7 @@ def _together(parts: list[xr.Dataset]) -> xr.Dataset:
     rest, error = parts[0].drop_dims("sample"), "estimated_relative_error"
     for place, part in enumerate(parts[1:], start=1):
         for name, variable in part.drop_dims("sample").variables.items():
-            if (
-                name in rest.variables
-                and not variable.equals(rest[name].variable)
-                and name != "estimated_relative_error"
-            ):
+            if name in rest.variables and name != error and not variable.equals(rest[name].variable):
                 raise ValueError(
                     f"join: {name!r} of run {place} differs from that of run 0, and it is not along sample: drop it, "
                     f"run.drop_vars({name!r})"

@@ -18,7 +18,9 @@ from warpdyn.core.output_variables import EXTRAPOLATED, MEDIAN_MEANINGS, NO_MEDI
 from warpdyn.statistics.estimators.binomial import PENALISED, UNDETERMINED
 from warpdyn.statistics.intervals.jackknife import FARTHEST_DRAW, LeftOut, trusted
 
-MOST_BEYOND = 4.0  # times the highest level: further levels are not advised at once
+# Advised levels reach from so many to so many times the highest level: two digits of three levels within a ratio of
+# 1.25 differ from the highest one, and further levels are not advised at once.
+LEAST_BEYOND, MOST_BEYOND = 1.25, 4.0
 DIGITS = 2  # of advised levels
 REACH = 1.96  # standard errors: the 97.5 % quantile of a normal distribution
 
@@ -82,8 +84,9 @@ def levels_towards(median: float, lowest: float, highest: float, units: str) -> 
         lowest, highest: Ends of the levels [units].
         units: Units of the levels.
     """
-    begin, end = (highest, min(median, MOST_BEYOND * highest)) if median > highest else (lowest, median)
-    end = end if median > highest else max(end, lowest / MOST_BEYOND)
+    begin = highest if median > highest else lowest
+    beyond = np.clip(max(median / begin, begin / median), LEAST_BEYOND, MOST_BEYOND)
+    end = begin * beyond if median > highest else begin / beyond
     levels = sorted(float(f"{level:.{DIGITS}g}") for level in np.geomspace(begin, end, 4)[1:])
     side = "above" if median > highest else "below"
     return f"add levels {side} {begin:g} {units}, such as {', '.join(f'{level:g}' for level in dict.fromkeys(levels))}"

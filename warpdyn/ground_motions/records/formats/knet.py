@@ -9,7 +9,7 @@ from os import PathLike
 import numpy as np
 
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.components import orientation
+from warpdyn.ground_motions.records.components import orientation, record_and_component
 from warpdyn.ground_motions.records.parsing.fixed_width import RecordText, block, check_end, layout_of_lines
 from warpdyn.ground_motions.records.parsing.header_checks import (
     check_duration,
@@ -86,5 +86,6 @@ def read_knet(path: str | PathLike) -> list[GroundMotion]:
     component = _DIRECTIONS.get(told) or orientation(told.replace("-", "")).label
     if orientation(component).kind == "unknown":
         raise ValueError(f"{place}: the direction must be N-S, E-W, U-D or a number from 1 to 6, got {told!r}")
+    _, component = record_and_component(str(path), component, place=str(path))
     name = f"{header['Station Code'][0]} {header['Record Time'][0]}"
     return [GroundMotion(0.01 * np.asarray(gal), step, record.stem + " " + component, str(path), name, component)]

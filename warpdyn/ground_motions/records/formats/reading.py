@@ -34,6 +34,7 @@ from warpdyn.ground_motions.records.formats.smc import is_smc, read_smc
 from warpdyn.ground_motions.records.parsing.archives import is_archive, members
 from warpdyn.ground_motions.records.parsing.content import bytes_of, is_miniseed, is_sac
 from warpdyn.ground_motions.records.parsing.fixed_width import RecordText
+from warpdyn.ground_motions.records.parsing.not_a_record import NotARecordError
 
 _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[GroundMotion]]], ...] = (
     ("K-NET", lambda lines: lines[0].startswith("Origin Time"), read_knet),
@@ -161,16 +162,18 @@ def read(
 def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[FileOfMotions]:
     """Return the motions of each record in an archive, as `read_file` does; warn of files that are not records."""
     files: list[FileOfMotions] = []
-    others: list[str] = []
+    others: dict[str, str] = {}
     for member in members(path, data):
         try:
             files.append(read_file(member, member.data, unit, step))
         except NotARecordError as error:
-            others.append(str(error))
+            others[str(member)] = str(error)
     if not files:
-        raise ValueError(f"{path}: no file in this archive is a record: {'; '.join(others) or 'it is empty'}")
+        raise ValueError(f"{path}: no file in this archive is a record: {'; '.join(others.values()) or 'it is empty'}")
     if others:
-        warn_caller(f"{path}: {len(others)} files in this archive are not records: {others[0]}")
+        first, *more = others
+        rest = f". Also left out: {', '.join(more)}" if more else ""
+        warn_caller(f"{path}: {len(others)} files in this archive are not records: {others[first]}{rest}")
     return files
 
 
@@ -222,8 +225,9 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
             "wd.records.read_text reads text in columns"
         )
     if unit is None:
-        raise ValueError(
-            f"{path}: text without a known header does not state the unit of its values: give it, such as unit='g'"
+        # Archives of PEER hold a table of spectra beside the records.
+        raise NotARecordError(
+            f"{path}: text without a known header does not state the unit of its values: give unit=, such as unit='g'"
         )
     widths = [len(tokens_of(line)) for line in rows]
     usual, alike = Counter(widths).most_common(1)[0]
@@ -242,7 +246,3 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
         raise
     check_against_header(motion, header)
     return [motion]
-
-
-class NotARecordError(ValueError):
-    """A file is recognised as one that contains no accelerations."""

@@ -8,6 +8,7 @@ from os import PathLike, fspath
 from pathlib import Path
 
 from warpdyn.ground_motions.records.parsing.archives import Member, is_gzip, is_tar, zip_names
+from warpdyn.ground_motions.records.parsing.not_a_record import NotARecordError
 
 _UNPACK = "unpack it first, or give it to wd.records.read if it is a gzip, zip or tar file"
 _ARRAY = "load its values and give them to wd.records.from_array(values, step, unit)"
@@ -115,8 +116,8 @@ def refuse_other_text(path: str | PathLike, text: str) -> None:
             raise _refusal(path, what, remedy)
 
 
-def _refusal(path: str | PathLike, what: str, remedy: str) -> ValueError:
-    return ValueError(f"{path}: this is {what}, not a record that this function reads: {remedy}")
+def _refusal(path: str | PathLike, what: str, remedy: str) -> NotARecordError:
+    return NotARecordError(f"{path}: this is {what}, not a record that this function reads: {remedy}")
 
 
 def is_miniseed(data: bytes) -> bool:
