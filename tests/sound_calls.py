@@ -236,7 +236,7 @@ def without_runs(folder: Path) -> dict[str, Call]:
         ),
         "records.read_directory": (
             wd.records.read_directory,
-            {"path": str(folder), "pattern": "*.AT2", "components": "horizontal"},
+            {"path": str(folder), "pattern": "quake.csv", "components": "horizontal", "unit": "g"} | {"step": 0.01},
         ),
         "records.read_text": (
             wd.records.read_text,

@@ -1,9 +1,13 @@
 """Components of records: labels, header lines, contradictions, unknown components, and pairs of skew sensors."""
 
+import gzip
 import warnings
+import zipfile
 
+import network_files
 import numpy as np
 import pytest
+import record_files
 from scipy import signal
 
 import warpdyn as wd
@@ -13,7 +17,7 @@ from warpdyn.ground_motions.records.components import (
     record_and_component,
     record_of_header,
 )
-from warpdyn.ground_motions.records.directories import is_litter
+from warpdyn.ground_motions.records.parsing.archives import is_litter
 
 pytestmark = pytest.mark.fast
 
@@ -172,12 +176,100 @@ def test_litter_is_skipped(tmp_path):
         assert [each.name for each in wd.records.read_directory(tmp_path, pattern)] == ["RSN1_X_ABC180"]
 
 
-def test_a_folder_of_other_formats_is_told_of(tmp_path):
+def waves(i: int) -> np.ndarray:
+    """Return values in gal that differ between files."""
+    return 30 * np.random.default_rng(i).normal(size=200)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "files", "horizontal", "vertical"),
+    [
+        ("*.v2", {f"CHAN{i}.V2": network_files.csmip_v2(waves(i), label=label)
+                  for i, label in enumerate(("360 Deg", "Up", "90 Deg"))}, ["360", "090"], ["UP"]),
+        ("MYG*", {f"MYG0011103111446.{suffix}": network_files.knet(waves(i), **{"Dir.": label})
+                  for i, (suffix, label) in enumerate((("EW", "E-W"), ("NS", "N-S"), ("UD", "U-D")))},
+         ["EW", "NS"], ["UD"]),
+        ("*", {"a.asc": network_files.afad(np.column_stack([waves(i) for i in range(3)]))}, ["NS", "EW"], ["UD"]),
+        ("*.asc", {f"XX.STA1..{channel}.ASC": record_files.esm(waves(i), STREAM=channel)
+                   for i, channel in enumerate(("HNE", "HNN", "HNZ"))}, ["HNE", "HNN"], ["HNZ"]),
+    ],
+    ids=["CSMIP", "K-NET", "AFAD", "ESM"],
+)  # fmt: skip
+def test_directory_of_any_format(tmp_path, pattern, files, horizontal, vertical):
+    for name, content in files.items():
+        (tmp_path / name).write_text(content)
+    with warnings.catch_warnings(action="error"):
+        found = wd.records.read_directory(tmp_path, pattern)
+        ups = wd.records.read_directory(tmp_path, pattern, components="vertical")
+        whole = wd.records.read_directory(tmp_path, pattern, components="all")
+    assert [each.component for each in found] == horizontal
+    assert [each.component for each in ups] == vertical
+    assert len(wd.records.pairs(found)) == 1
+    same = [motion for name in files for motion in wd.records.read(tmp_path / name)]
+    assert sorted((m.name, m.record, m.component) for m in whole) == sorted(
+        (m.name, m.record, m.component) for m in same
+    )
+    for motion in same:
+        (read,) = (each for each in whole if each.name == motion.name)
+        np.testing.assert_array_equal(read.acceleration, motion.acceleration)
+
+
+def test_directory_with_an_archive(tmp_path):
+    """Names in the archive are compared, too, so that the vertical record is not read as horizontal."""
+    with zipfile.ZipFile(tmp_path / "quake.zip", "w") as archive:
+        for i, name in enumerate(("sta1EW.txt", "sta1NS.txt", "sta1UD.txt")):
+            archive.writestr(name, record_files.table(waves(i)))
+        archive.writestr("records/.DS_Store", b"\x00\x00\x00\x01Bud1" + bytes(200))
+    found = wd.records.read_directory(tmp_path, "*.zip", unit="gal")
+    assert [(each.record, each.component) for each in found] == [("sta1", "EW"), ("sta1", "NS")]
+    np.testing.assert_allclose(found[1].acceleration, 0.01 * waves(1), rtol=0, atol=6e-9)  # 6 decimals of a gal
+
+
+def test_a_gzip_file_is_read_whatever_its_name(tmp_path):
+    path = tmp_path / "quake-EW.tmp.gz"
+    path.write_bytes(gzip.compress(record_files.table(waves(0)).encode()))
+    (motion,) = wd.records.read(path, unit="gal")
+    np.testing.assert_allclose(motion.acceleration, 0.01 * waves(0), rtol=0, atol=6e-9)  # 6 decimals of a gal
+
+
+def test_numbers_of_stations_in_names_of_text_files(tmp_path):
+    for i in (45, 52):
+        (tmp_path / f"TCU0{i}.txt").write_text(record_files.table(waves(i)))
+    with pytest.warns(UserWarning, match=r"neither the header nor the name of 'TCU045.txt', 'TCU052.txt'"):
+        found = wd.records.read_directory(tmp_path, "*.txt", unit="gal")
+    assert [each.component for each in found] == ["", ""]
+
+
+def test_directory_with_text_that_contradicts_its_name(tmp_path):
+    (tmp_path / "quake-UP.txt").write_text("component N26W\ntime acceleration\n" + record_files.table(waves(1)))
+    with pytest.warns(UserWarning, match="'N26W' in the header and 'UP' in the file's name; 'UP' is used"):
+        (found,) = wd.records.read_directory(tmp_path, "*.txt", components="vertical", unit="gal")
+    assert found.component == "UP"
+
+
+def test_directory_whose_files_cannot_be_read(tmp_path):
+    (tmp_path / "quake-EW.txt").write_text(record_files.table(waves(1)))
+    (tmp_path / "quake-NS.txt").write_text(record_files.table(waves(2)))
+    with pytest.raises(ValueError, match=r"quake-EW\.txt: text .* does not state the unit .*unit='g'"):
+        wd.records.read_directory(tmp_path, "*.txt")
+    with pytest.raises(ValueError, match=r"quake-EW\.txt: the times must increase evenly, here by 0\.02 s"):
+        wd.records.read_directory(tmp_path, "*.txt", unit="gal", step=0.02)
+    with pytest.raises(FileNotFoundError, match=r"matches '\*\.AT2'; it contains 2 files .* give pattern='\*\.txt'"):
+        wd.records.read_directory(tmp_path)
+    (tmp_path / "readme.txt").write_text("These are records\nof a station.\n")
+    with pytest.raises(ValueError, match=r"readme\.txt: the format is unknown: .* give a pattern= that matches only"):
+        wd.records.read_directory(tmp_path, "*.txt", unit="gal")
+    at2(tmp_path, "RSN1_X_ABC180.AT2")
+    with pytest.raises(ValueError, match=r"RSN1_X_ABC180\.AT2: unit is 'g', but this AT2 file states its unit"):
+        wd.records.read_directory(tmp_path, unit="g")
+
+
+def test_a_folder_of_other_formats_is_named(tmp_path):
     (tmp_path / ".DS_Store").write_bytes(b"1")
     with pytest.raises(FileNotFoundError, match=r"no file in this directory matches '\*.AT2'$"):
         wd.records.read_directory(tmp_path)
     (tmp_path / "X.NS").write_text("Origin Time")
-    with pytest.raises(FileNotFoundError, match=r"such as 'X.NS', are read one by one by wd.records.read"):
+    with pytest.raises(FileNotFoundError, match=r"it contains 1 files '\*\.NS': give pattern='\*\.NS' if these"):
         wd.records.read_directory(tmp_path)
 
 

@@ -117,6 +117,21 @@ def test_files_that_are_written_again_have_the_same_limits(tmp_path):
         assert read.attrs["no_damage_limit"] == limits[0]
 
 
+def test_limits_of_zero_or_missing_are_written_again_as_such(tmp_path):
+    """Otherwise a file that is read and written again would have other rates."""
+    levels = np.array([1e-3, 0.05, 0.1, 0.3, 1.0])
+    for least, told, limit in ((0, "", 0.0), (0, "0", 0.0), (0.1, "", 0.0), (0, "0.2", 0.2)):
+        path = continuous(tmp_path, told, least, 5.0)
+        path.write_text(path.read_text().replace('noDamageLimit="" ', ""))
+        first = wd.read_nrml_fragility(path)
+        again = wd.read_nrml_fragility(wd.write_nrml_fragility(first, tmp_path / "again.xml"))
+        assert again["A"].attrs["minimum_intensity"] == least
+        assert again["A"].attrs.get("no_damage_limit", 0.0) == limit
+        for curves in (first, again):
+            found = wd.vulnerability(curves["A"], {"complete": 1.0}, intensity=levels)["mean_loss_ratio"]
+            np.testing.assert_allclose(found, engine_probability(levels, limit, least, 5.0), rtol=1e-9, atol=1e-15)
+
+
 def test_units_of_limits_are_those_of_the_medians(tmp_path):
     path = continuous(tmp_path, 5.0, 1.0, 100.0, 30.0, 15.0)
     path.write_text(path.read_text().replace('imt="PGA"', 'imt="PGV"'))  # cm/s

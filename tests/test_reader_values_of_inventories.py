@@ -73,10 +73,15 @@ def test_places_that_do_not_fit_are_refused(tmp_path):
         (numbered.drop(columns="latitude"), "places: there is no column 'latitude'"),
         (numbered.assign(latitude=[43.5, 142.0, 41.0]), "1 of 3 rows have no place on Earth, the first is row 1"),
         (numbered.assign(latitude=[43.5, np.nan, 41.0]), "1 of 3 rows have no place on Earth"),
+        (numbered.assign(ID_1=[9, 12, np.nan]), "places: 1 of 3 rows have no ID_1, the first is row 2"),
         (numbered.assign(Latitude=1.0), "differ in upper and lower case"),
     ):
         with pytest.raises(ValueError, match=message):
             wd.inventories.read_openquake(path, places=places)
+    without_unit = file(tmp_path, GEM.replace("ITA,Italy,12", "ITA,Italy,"), "gem.csv")
+    with pytest.raises(ValueError, match=r"gem\.csv: 2 of 4 rows have no ID_1, the first is row 2: .* their place is"):
+        wd.inventories.read_openquake(without_unit, places=numbered)
+    path = file(tmp_path, GEM, "gem.csv")
     with pytest.raises(TypeError, match=r"places must be a pandas DataFrame or a path"):
         wd.inventories.read_openquake(path, places=5)
     with pytest.raises(ValueError, match=r"has coordinates of its own: leave out places="):
@@ -105,7 +110,9 @@ def test_exchanged_properties_do_not_override_the_geometry(tmp_path):
     path = geojson(
         tmp_path, ({"Longitude": 10.0, "Latitude": 45.0}, [11.0, 45.0]), ({"Longitude": None, "Latitude": 1.0}, [3, 4])
     )
-    with pytest.warns(UserWarning, match=r"2 .*the properties are wrong"):
+    missing = r"1 \('1'\) have no number as Longitude or Latitude: the places of their geometries are taken"
+    far = r"1 \('0'\) are more than 1 km away .*the properties are wrong"
+    with pytest.warns(UserWarning, match=missing), pytest.warns(UserWarning, match=far):
         assert wd.inventories.read_geojson(path)["longitude"].tolist() == [11.0, 3.0]
     path = geojson(
         tmp_path,

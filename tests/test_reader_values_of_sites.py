@@ -53,6 +53,14 @@ def test_intensities_are_in_the_unit_that_is_said(header, unit, factor, tmp_path
     assert found["PGA"].attrs["units"] == "g"
 
 
+@pytest.mark.parametrize("other", ["PGA [in/s2]\n0.1\n", "PGV [cm/s]\n0.1\n", "PGA [g],PGV [cm/s]\n0.1,1\n"])
+def test_points_with_other_columns_are_refused(other, tmp_path):
+    """A column of another unit or measure is not a missing value."""
+    text = "PGA [g]\n0.1\n"
+    with pytest.raises(ValueError, match=r"b\.csv has the columns .* and a\.csv has PGA \[g\]: all points must"):
+        wd.sites.read_intensity_grid(grid(tmp_path, text, other, text))
+
+
 def test_the_unit_of_intensities_has_no_default(tmp_path):
     text = "PGA,PGV [in/s],PGD [cm]\n0.3,10,20\n"
     folder = grid(tmp_path, text, text, text)

@@ -332,8 +332,13 @@ def test_miniseed(tmp_path, trace):
         wd.records.read(file)
     trace.stats.channel = "BHZ"
     trace.write(str(file), "MSEED")
-    with pytest.warns(UserWarning, match="XX.STA1..BHZ is, by its channel, a seismometer, which records velocities"):
+    with pytest.warns(UserWarning, match=r"quake\S*: trace XX.STA1..BHZ: channel BHZ is a seismometer, which measures"):
         assert wd.records.read(file, unit="gal", components="vertical")
+    counts = trace.copy()
+    counts.data = np.arange(200, dtype=np.int32)
+    counts.write(str(file), "MSEED")
+    with pytest.raises(ValueError, match=r"quake\.mseed: trace XX.STA1..BHZ: its values are whole numbers"):
+        wd.records.read(file, unit="gal")
     later = trace.copy()
     later.stats.starttime += 100
     import obspy

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import record_files
 from record_conventions import CONVENTIONS, SEVERAL_SENSORS
 
 import warpdyn as wd
@@ -22,11 +23,11 @@ def write(folder: Path, names: list[str], titles: list[str]) -> None:
         (folder / name).write_text(content, encoding="utf-8")
 
 
-def found(folder: Path) -> tuple[list[list[str]], list[str]]:
+def found(folder: Path, unit: str | None = None) -> tuple[list[list[str]], list[str]]:
     """Return the names of the files of each pair, and those of the vertical records."""
     with warnings.catch_warnings(action="error"):
-        horizontal = wd.records.read_directory(folder, "*")
-        vertical = wd.records.read_directory(folder, "*", components="vertical")
+        horizontal = wd.records.read_directory(folder, "*", unit=unit)
+        vertical = wd.records.read_directory(folder, "*", components="vertical", unit=unit)
     return [sorted(Path(motion.source).name for motion in pair) for pair in wd.records.pairs(horizontal)], sorted(
         Path(motion.source).name for motion in vertical
     )
@@ -42,6 +43,15 @@ def test_components_from_names(tmp_path, convention):
     first, second, vertical = convention.files()
     write(tmp_path, [first, second, vertical], ["no component"] * 3)
     assert found(tmp_path) == ([sorted([first, second])], [vertical])
+
+
+@pytest.mark.parametrize("convention", NAMED, ids=lambda each: each.what)
+def test_components_from_names_of_text_files(tmp_path, convention):
+    """The names of all files are compared, as those of AT2 files are."""
+    names = convention.files()
+    for i, name in enumerate(names):
+        (tmp_path / name).write_text(record_files.table(10 * np.sin(0.3 * np.arange(8) + i)))
+    assert found(tmp_path, unit="gal") == ([sorted(names[:2])], [names[2]])
 
 
 @pytest.mark.parametrize("convention", WITH_HEADER, ids=lambda each: each.what)

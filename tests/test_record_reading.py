@@ -366,7 +366,7 @@ def test_damaged_running_values(tmp_path, content, message):
 
 def test_text_needs_its_unit(tmp_path):
     file = write(tmp_path, record_files.text(VALUES))
-    with pytest.raises(ValueError, match=r"does not state the unit of its values: give unit=, such as"):
+    with pytest.raises(ValueError, match=r"does not state the unit of its values: give unit=, such as unit="):
         wd.records.read(file)
     (motion,) = wd.records.read(file, unit="gal")
     assert motion.step == 0.01

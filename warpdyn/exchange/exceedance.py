@@ -13,6 +13,7 @@ from warpdyn.risk.curves import warn_of_extrapolated, warn_of_penalised
 # share of the buildings there, which so small a probability keeps below what matters.
 LARGEST_CROSSING = 1e-3
 CHECKED_POINTS = 1000  # of curves without points
+LEAST_CHECKED = 1e-3  # of the greatest intensity: the first of these points, if curves begin at 0
 
 
 def damage_states(what: str, curves: xr.Dataset) -> list[str]:

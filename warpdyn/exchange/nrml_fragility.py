@@ -14,11 +14,11 @@ from scipy.stats import norm
 
 from warpdyn.core.checks import finite_numbers, one_of, real_number
 from warpdyn.exchange import nrml
-from warpdyn.exchange.exceedance import CHECKED_POINTS, check_exceedance, damage_states, fitted
+from warpdyn.exchange.exceedance import CHECKED_POINTS, LEAST_CHECKED, check_exceedance, damage_states, fitted
 from warpdyn.exchange.measures import measure_of, to_openquake
 from warpdyn.exchange.text_files import checked_path
 from warpdyn.risk.curves import extrapolated
-from warpdyn.risk.integrals.intensity_limits import IntensityLimits
+from warpdyn.risk.integrals.intensity_limits import MINIMUM, NO_DAMAGE, IntensityLimits
 from warpdyn.statistics.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
 
 FUNCTION = "write_nrml_fragility"
@@ -66,7 +66,8 @@ def write_nrml_fragility(
         maximum_intensity: Greatest one (maxIML) [units of the curves], beyond which the engine keeps the probability.
             None: the curves' attribute, or where every state is exceeded with a probability of at least 0.999.
         no_damage_limit: Intensity up to which there is no damage [units of the curves]. None: the curves' attribute;
-            without it, `minimum_intensity` of continuous functions, and no limit of discrete ones.
+            without it, no limit of discrete functions and of those whose minimum is an attribute, and
+            `minimum_intensity` of all others.
         loss_type: "structural", "nonstructural", "contents" or another of the engine's.
         description: What the model is; None says how warpdyn fitted the curves.
 
@@ -145,9 +146,11 @@ def _add_continuous(
     )
     is_given = any(value is not None for value in bounds)
     own = IntensityLimits.of(FUNCTION, curves)
-    least = least or own.minimum or defaults[0]
+    is_of_file = least is None and MINIMUM in curves.attrs  # which may have no limit without damage
+    least = own.minimum if is_of_file else least or defaults[0]
     greatest = greatest or (own.maximum if np.isfinite(own.maximum) else defaults[1])
-    limit = least if limit is None and names[2] not in curves.attrs else own.no_damage if limit is None else limit
+    if limit is None:
+        limit = own.no_damage if is_of_file or NO_DAMAGE in curves.attrs else least
     if not greatest > least:
         raise ValueError(f"{what}: the greatest intensity ({greatest:g} {units}) must be above the least, {least:g}")
     # A file that was read may have limits above a median; typed ones are a mistake there.
@@ -157,7 +160,7 @@ def _add_continuous(
             f"({greatest:g}) must leave the medians between them, {median[0]:g} to {median[-1]:g} {units}; leave them "
             "out to have them chosen"
         )
-    levels = np.geomspace(max(least, limit), greatest, CHECKED_POINTS)
+    levels = np.geomspace(max(least, limit) or LEAST_CHECKED * greatest, greatest, CHECKED_POINTS)
     probability = shape.probability(levels, median[:, None], dispersion[:, None])
     states = damage_states(what, curves)
     check_exceedance(what, states, levels, probability, units)

@@ -12,7 +12,7 @@ import xarray as xr
 from warpdyn.core.checks import one_of
 from warpdyn.core.units import unit_attributes
 from warpdyn.exchange import nrml
-from warpdyn.exchange.exceedance import CHECKED_POINTS, check_exceedance
+from warpdyn.exchange.exceedance import CHECKED_POINTS, LEAST_CHECKED, check_exceedance
 from warpdyn.exchange.measures import from_openquake, own_name
 from warpdyn.risk.integrals.intensity_limits import MAXIMUM, MINIMUM, NO_DAMAGE
 from warpdyn.statistics.estimators import LOGNORMAL
@@ -144,7 +144,7 @@ def _check(
             f"{what}: the medians of {states[i]!r} and {states[i + 1]!r} fall, {median[i]:.4g} and "
             f"{median[i + 1]:.4g} {units}: limitStates and params must come from the lightest state on"
         )
-    levels = np.geomspace(bounds[0] or 1e-3 * bounds[1], bounds[1], CHECKED_POINTS)
+    levels = np.geomspace(bounds[0] or LEAST_CHECKED * bounds[1], bounds[1], CHECKED_POINTS)
     probability = LOGNORMAL.probability(levels, median[:, None], dispersion[:, None])
     check_exceedance(what, states, levels, probability, units)
 

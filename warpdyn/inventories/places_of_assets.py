@@ -31,8 +31,8 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
         The table with columns `lon` and `lat`.
 
     Raises:
-        ValueError: If the tables have no column of ids in common, a unit stands twice among the places or is not among
-            them, or a place is not on Earth.
+        ValueError: If the tables have no column of ids in common, an id is missing, a unit stands twice among the
+            places or is not among them, or a place is not on Earth.
         TypeError: If `places` is neither a table nor a path.
     """
     if isinstance(places, str | os.PathLike):
@@ -62,13 +62,13 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
             f"{source}: {bad.sum():,} of {len(found):,} rows have no place on Earth, the first is row {row} with "
             f"longitude {found[longitude].iloc[row]} and latitude {found[latitude].iloc[row]}"
         )
-    of_units = _joined(found, [names[key] for key in keys])
+    of_units = _joined(source, found, [names[key] for key in keys])
     if not of_units.is_unique:
         twice = of_units[of_units.duplicated()].iloc[0]
         raise ValueError(
             f"{source}: the unit {twice!r} of {', '.join(keys).upper()} has two rows: leave one of them out"
         )
-    of_assets = _joined(table, [own[key] for key in keys])
+    of_assets = _joined(what, table, [own[key] for key in keys])
     row = pd.Index(of_units).get_indexer(of_assets)
     if np.any(row < 0):
         unknown = of_assets[row < 0].unique()
@@ -80,11 +80,17 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
     return table.assign(lon=values[0][row], lat=values[1][row])
 
 
-def _joined(table: pd.DataFrame, columns: list) -> pd.Series:
+def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
     """Return the ids of units as one text each; whole numbers as such, as 11.0 and 11 are one unit."""
     texts = []
     for name in columns:
         values = table[name]
+        missing = values.isna().to_numpy()
+        if missing.any():
+            raise ValueError(
+                f"{what}: {missing.sum():,} of {len(table):,} rows have no {name}, the first is row "
+                f"{int(missing.argmax())}: without it their place is unknown. Complete the ids, or leave these rows out"
+            )
         if pd.api.types.is_float_dtype(values):
             known = values.dropna()
             if ((known == np.floor(known)) & (known.abs() < LARGEST_ID)).all():

@@ -130,20 +130,29 @@ def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: 
         drawn[number] = _place(path, number, features[number]["geometry"])
     told = np.stack([pd.to_numeric(table[name], errors="coerce").to_numpy(np.float64) for name in names], axis=1)
     with np.errstate(invalid="ignore"):
-        is_far = _far_apart(told, drawn) | (np.isnan(told).any(axis=1) & has_geometry)
-    if not is_far.any():
-        return
-    is_exchanged = bool(np.all(~_far_apart(told[is_far][:, ::-1], drawn[is_far])))
-    cause = "longitude and latitude are exchanged in the properties" if is_exchanged else "the properties are wrong"
-    ids = table["id"] if "id" in table else pd.Series(np.arange(len(table)))
-    shown = ", ".join(repr(each) for each in ids[is_far][:MOST_SHOWN])
-    warn_caller(
-        f"{path}: of {len(table):,} buildings {is_far.sum():,} ({shown}{', ...' if is_far.sum() > MOST_SHOWN else ''}) "
-        f"are more than {FARTHEST / 1000:g} km away from their geometries by {names[0]} and {names[1]}: {cause}, and "
-        "the places of the geometries are taken"
-    )
+        is_far = _far_apart(told, drawn)
+    is_missing = np.isnan(told).any(axis=1) & has_geometry
+    if is_far.any():
+        is_exchanged = bool(np.all(~_far_apart(told[is_far][:, ::-1], drawn[is_far])))
+        cause = "longitude and latitude are exchanged in the properties" if is_exchanged else "the properties are wrong"
+        warn_caller(
+            f"{path}: of {len(table):,} buildings {_some_ids(table, is_far)} are more than {FARTHEST / 1000:g} km away "
+            f"from their geometries by {names[0]} and {names[1]}: {cause}, and the places of the geometries are taken"
+        )
+    if is_missing.any():
+        warn_caller(
+            f"{path}: of {len(table):,} buildings {_some_ids(table, is_missing)} have no number as {names[0]} or "
+            f"{names[1]}: the places of their geometries are taken"
+        )
     for axis, name in enumerate(names):
-        table[name] = np.where(is_far, drawn[:, axis], told[:, axis])
+        table[name] = np.where(is_far | is_missing, drawn[:, axis], told[:, axis])
+
+
+def _some_ids(table: pd.DataFrame, chosen: np.ndarray) -> str:
+    """Return the number of chosen buildings and the ids of some."""
+    ids = table["id"] if "id" in table else pd.Series(np.arange(len(table)))
+    shown = ", ".join(repr(each) for each in ids[chosen][:MOST_SHOWN])
+    return f"{chosen.sum():,} ({shown}{', ...' if chosen.sum() > MOST_SHOWN else ''})"
 
 
 def _far_apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:

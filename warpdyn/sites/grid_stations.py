@@ -18,7 +18,6 @@ from warpdyn.sites.places import check_degrees
 
 MOTIONS, GRID_COLUMNS = "TH_file", ("GP_file", "Longitude", "Latitude")
 MOST_SHOWN = 3
-IMPERIAL = {"in/s2": 0.0254, "ft/s2": 0.3048}
 MISSING = ("", "nan", "na", "n/a", "null")
 
 
@@ -115,8 +114,7 @@ def number_of_station(what: str, word: object, *, above: float | None = None, le
 
 def acceleration_factor(unit: str, where: str) -> float:
     """Return the factor from a unit of acceleration, also as R2D writes it ("inps2"), to m/s2."""
-    text = re.sub(r"^([a-z]+)ps2$", r"\1/s2", str(unit).strip().lower()).replace("inch/", "in/")
-    return IMPERIAL[text] if text in IMPERIAL else unit_factor(text if text.endswith("/s2") else unit, where)
+    return unit_factor(re.sub(r"^([a-z]+)ps2$", r"\1/s2", str(unit).strip(), flags=re.IGNORECASE), where)
 
 
 def named_points(names: list[str]) -> str:

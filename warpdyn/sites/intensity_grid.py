@@ -44,7 +44,7 @@ def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.
 
     Raises:
         ValueError: As of `read_event_grid`; if the unit of accelerations is missing, or a column says another one; or
-            if an intensity is below 0 or infinite.
+            if points have different columns; or if an intensity is below 0 or infinite.
         TypeError, FileNotFoundError: As of `read_event_grid`.
 
     Example:
@@ -56,6 +56,12 @@ def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.
     columns = [str(name) for name in rows[0][0]]
     if MOTIONS in columns:
         raise ValueError(f"{file}: {names[0]} has the column {MOTIONS!r}: take read_event_grid, which reads motions")
+    for name, of_point in zip(names, rows, strict=True):
+        if of_point[0].keys() != rows[0][0].keys():
+            raise ValueError(
+                f"{file}: {name} has the columns {', '.join(of_point[0])}, and {names[0]} has {', '.join(columns)}: "
+                "all points must have the same measures in the same units. Name the columns alike in all files"
+            )
     fields, kept = {}, np.ones(len(names), dtype=bool)
     for column in columns:
         measure, units, factor = _measure_of_column(file, names[0], column, unit)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -64,14 +65,13 @@ def read_at2(path: str | Path) -> GroundMotion:
         >>> motion.step, len(motion.acceleration)
         (0.01, 200)
     """
-    motion, title = read_at2_and_title(path)
-    component = component_of_header(title)
-    record, label = record_and_component(Path(path).name, component, place=str(path))
-    return replace(motion, record=record or record_of_header(title), component=label)
+    motion = read_at2_and_header(path)
+    record, label = record_and_component(Path(path).name, motion.component, place=str(path))
+    return replace(motion, record=record or motion.record, component=label)
 
 
-def read_at2_and_title(path: str | Path) -> tuple[GroundMotion, str]:
-    """Return the motion of a file, without its record and component, and line 2, which names event and station."""
+def read_at2_and_header(path: str | PathLike) -> GroundMotion:
+    """Return the motion of a file, with the record and component of line 2 only; the file's name is not used."""
     text = text_of(path)
     lines = lines_of(text)
     if len(lines) < 4:
@@ -90,7 +90,9 @@ def read_at2_and_title(path: str | Path) -> tuple[GroundMotion, str]:
     check_forms(numbers)
     per_line = len(numbers.tokens(0))
     check_missing_values(values, lambda i: numbers.place(min(i // per_line, len(numbers) - 1)))
-    return GroundMotion(factor * values, step, Path(path).stem, str(path)), lines[1]
+    title = lines[1]
+    record, component = record_of_header(title), component_of_header(title)
+    return GroundMotion(factor * values, step, Path(path).stem, str(path), record, component)
 
 
 def _unit_of(line: str, place: str) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -88,22 +88,47 @@ def read_text(
         >>> motion.step, motion.name
         (0.01, 'quake')
     """
+    columns = ColumnChoice(acceleration_column, time_column, time_unit, delimiter, decimal_comma, header_lines)
+    motion = read_columns(path, unit, step, columns)
+    if motion.record:
+        return motion
+    record, component = record_and_component(Path(path).name, motion.component, place=str(path))
+    return replace(motion, record=(record or motion.name) if component else "", component=component)
+
+
+@dataclass(frozen=True)
+class ColumnChoice:
+    """Which columns of a text are read, and how; the fields are arguments of `read_text`."""
+
+    acceleration_column: int | str | None = None
+    time_column: int | str | None = None
+    time_unit: str | None = None
+    delimiter: str | None = None
+    decimal_comma: bool = False
+    header_lines: int | None = None
+
+
+def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: ColumnChoice) -> GroundMotion:
+    """Return the motion of a text, with the component of its column's name or header; the file's name is not used.
+
+    The record is the file's name without its suffix if the column names the component, and empty otherwise.
+    """
     factor = unit_factor(unit, "unit")
     if step is not None:
         step = checked_step(step, "step")
-    if time_unit is not None:
-        one_of("time_unit", time_unit, TIME_UNITS)
-    table = _table_of(path, delimiter, decimal_comma, header_lines)
-    if time_column is None and not isinstance(acceleration_column, str):
-        _refuse_values_that_run_on(table, acceleration_column)
-    time, acceleration = _chosen_columns(table, time_column, acceleration_column)
+    if chosen.time_unit is not None:
+        one_of("time_unit", chosen.time_unit, TIME_UNITS)
+    table = _table_of(path, chosen.delimiter, chosen.decimal_comma, chosen.header_lines)
+    if chosen.time_column is None and not isinstance(chosen.acceleration_column, str):
+        _refuse_values_that_run_on(table, chosen.acceleration_column)
+    time, acceleration = _chosen_columns(table, chosen.time_column, chosen.acceleration_column)
 
     numbers = table.numbers
     columns = [acceleration] if time is None else [acceleration, time]
     values = numbers.values(columns)
     if values.shape[1] < 2:
         raise ValueError(f"{path}: a record needs at least 2 samples, found {values.shape[1]}")
-    if table.count == 1 and header_lines is None and step is not None:
+    if table.count == 1 and chosen.header_lines is None and step is not None:
         first = [numbers.tokens(i)[0] for i in (0, 1)]
         refuse_step_as_sample(path, numbers.line_numbers[0], first, values[0], step)
     _check_damage(table, columns)
@@ -112,7 +137,7 @@ def read_text(
     check_statements(path, name, table.header, unit, factor)
     refuse_times(path, acceleration, values[0])
     if time is not None:
-        step = _step_of_column(table, time, values[1], step, time_unit)
+        step = _step_of_column(table, time, values[1], step, chosen.time_unit)
     else:
         _refuse_gaps(table)
         if step is None:
@@ -120,18 +145,10 @@ def read_text(
             hint = f": the header says {stated[1].lower()!r}, so step={stated[0]:g}" if stated else ""
             raise ValueError(f"{path}: one column has no times, so step [s] must be given{hint}")
     check_stated_numbers(path, table.header, step, values.shape[1])
-    record, component = _component_of(path, name, table.header)
-    return GroundMotion(factor * values[0], step, Path(path).stem, str(path), record, component)
-
-
-def _component_of(path: str | PathLike, name: str, header: list[str]) -> tuple[str, str]:
-    """Return the record and the component from the name of the column, the header and the file's name."""
-    label = record_and_component(re.sub(r"[(\[{].*?[)\]}]", "", name))[1]
-    if label:
-        return Path(path).stem, label
-    stated = next(filter(None, map(named_component, header)), "")
-    record, label = record_and_component(Path(path).name, stated, place=str(path))
-    return (record or Path(path).stem) if label else "", label
+    of_column = record_and_component(re.sub(r"[(\[{].*?[)\]}]", "", name))[1]
+    component = of_column or next(filter(None, map(named_component, table.header)), "")
+    stem = Path(path).stem
+    return GroundMotion(factor * values[0], step, stem, str(path), stem if of_column else "", component)
 
 
 @dataclass(frozen=True)

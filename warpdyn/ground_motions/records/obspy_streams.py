@@ -17,6 +17,8 @@ from warpdyn.ground_motions.records.units import checked_step, unit_factor
 _CALIBRATED_TO_DISPLACEMENT = ("GSE1", "GSE2", "CSS", "NNSA_KB_CORE")
 # Header variable IDEP of SAC: what the values are.
 _SAC_QUANTITIES = {6: "displacements", 7: "velocities", 50: "volts"}
+# Second letter of SEED channels.
+_SEISMOMETERS = {"H": "seismometer", "L": "low-gain seismometer"}
 _OUTPUTS = {"VEL": "velocities", "DISP": "displacements"}
 _LARGEST_COUNT_LIKE, _FEWEST_VALUES = 100.0, 50  # whole numbers above, in as many values, are hardly in a unit
 
@@ -49,6 +51,11 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
         >>> [motion.component for motion in wd.records.from_obspy(stream, unit="gal")]
         ['HNN']
     """
+    return motions_of_stream(stream, unit)
+
+
+def motions_of_stream(stream: Iterable[Any], unit: str | None, file: str = "") -> list[GroundMotion]:
+    """Return the motions of an obspy stream, as `from_obspy` does; messages begin with the file that it is of."""
     traces = []
     for trace in stream:
         if not hasattr(trace, "stats") or not hasattr(trace, "data"):
@@ -56,15 +63,19 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
         traces.append(trace)
     if not traces:
         raise ValueError("the stream has no traces")
-    return [_motion_of(trace, unit, record) for trace, record in zip(traces, _records_of(traces), strict=True)]
+    places = [f"{f'{file}: ' if file else ''}trace {trace.id}" for trace in traces]
+    rows = zip(traces, places, _records_of(traces, places), strict=True)
+    return [_motion_of(trace, place, unit, record) for trace, place, record in rows]
 
 
-def _motion_of(trace: Any, unit: str | None, record: str) -> GroundMotion:
-    stats, place = trace.stats, f"trace {trace.id}"
+def _motion_of(trace: Any, place: str, unit: str | None, record: str) -> GroundMotion:
+    stats = trace.stats
     is_in_si = "knet" in stats or "output='ACC'" in _processing(stats).replace('"', "'")
     _refuse_other_quantities(trace, place)
     if unit is None and not is_in_si:
-        raise ValueError(f"{place}: unit must be given: a trace does not tell it")
+        raise ValueError(
+            f"{place}: its unit is unknown, since most traces do not state it: give unit=, such as unit='m/s2'"
+        )
     if np.ma.is_masked(trace.data):
         raise ValueError(f"{place} has gaps: fill them, or split the stream")
     factor = unit_factor(unit, place) if unit is not None else 1.0
@@ -107,10 +118,10 @@ def _refuse_other_quantities(trace: Any, place: str) -> None:
             f"{place}: the calibration of {stats.get('_format')} gives displacements at one period, not accelerations: "
             "use stream.remove_response(inventory, output='ACC') and set trace.stats.calib = 1"
         )
-    is_seismometer = re.fullmatch(r"[A-Z][HL][ZNE123]", stats.channel.upper()) and "output='ACC'" not in done
-    if is_seismometer and not is_differentiated and stats.channel.upper()[1] == "H":
+    kind = _SEISMOMETERS.get(stats.channel.upper()[1]) if len(stats.channel) == 3 else None
+    if kind and "output='ACC'" not in done and not is_differentiated:
         warn_caller(
-            f"{place}: channel {stats.channel} is a seismometer, which measures velocity: unless its values are "
+            f"{place}: channel {stats.channel} is a {kind}, which measures velocity: unless its values are "
             "accelerations already, use stream.remove_response(inventory, output='ACC')"
         )
 
@@ -145,7 +156,7 @@ def _refuse_second_calibration(stats: Any, values: np.ndarray, place: str) -> No
         )
 
 
-def _records_of(traces: Sequence[Any]) -> list[str]:
+def _records_of(traces: Sequence[Any], places: Sequence[str]) -> list[str]:
     """Return a record for each trace: traces of one sensor that overlap in time have one, named by the first start.
 
     The components of one recording may start a few samples apart. A warning says so, since they are read as if they
@@ -155,17 +166,17 @@ def _records_of(traces: Sequence[Any]) -> list[str]:
     last: dict[tuple[str, str], tuple[Any, Any, str]] = {}
     for i in sorted(range(len(traces)), key=lambda i: traces[i].stats.starttime):
         stats = traces[i].stats
-        place = f"{stats.network}.{stats.station}.{stats.location}"
-        sensor = place, orientation(stats.channel).sensor
+        station = f"{stats.network}.{stats.station}.{stats.location}"
+        sensor = station, orientation(stats.channel).sensor
         start, end = stats.starttime, stats.get("endtime", stats.starttime)
         first_start, first_end, record = last.get(sensor, (None, None, ""))
         late = 0.0 if not record or start == first_start else float(start - first_start)  # s
         if not record or (late and late > 0.5 * (first_end - first_start)):
-            record = f"{place} {start}"
+            record = f"{station} {start}"
             last[sensor] = start, end, record
         elif late > 0.5 * float(stats.delta):
             warn_caller(
-                f"trace {traces[i].id} starts {late:g} s after another component of its record, and both are read as "
+                f"{places[i]} starts {late:g} s after another component of its record, and both are read as "
                 "if they started together: use stream.trim(start, end) first"
             )
         records[i] = record

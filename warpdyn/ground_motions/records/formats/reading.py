@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from os import PathLike
+from pathlib import Path
 
 from warpdyn.core.checks import one_of
 from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.at2 import read_at2
-from warpdyn.ground_motions.records.columns import read_text
+from warpdyn.ground_motions.records.at2 import read_at2_and_header
+from warpdyn.ground_motions.records.columns import ColumnChoice, read_columns
 from warpdyn.ground_motions.records.components import COMPONENTS, chosen_components, record_and_component
 from warpdyn.ground_motions.records.cosmos import read_cosmos
 from warpdyn.ground_motions.records.esm import read_esm
@@ -37,7 +38,7 @@ from warpdyn.ground_motions.records.parsing.not_a_record import NotARecordError
 
 _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[GroundMotion]]], ...] = (
     ("K-NET", lambda lines: lines[0].startswith("Origin Time"), read_knet),
-    ("AT2", lambda lines: any("NPTS" in line.upper() for line in lines[3:4]), lambda path: [read_at2(path)]),
+    ("AT2", lambda lines: any("NPTS" in line.upper() for line in lines[3:4]), lambda path: [read_at2_and_header(path)]),
     (
         "COSMOS",
         lambda lines: re.search(r"\(Format\s+v\S+\s+with\s+\d+\s+text", lines[0], re.IGNORECASE) is not None,
@@ -67,6 +68,50 @@ _OTHERS = tuple(
         (r"Date/Time|EVENT\s*ID\s*,", "a table of events or stations", "give the file with the values of the record"),
     )
 )
+
+
+@dataclass(frozen=True)
+class FileOfMotions:
+    """The motions of one file, with the records and components that its header states.
+
+    People type line 2 of AT2 files and the headers of text. Their components are compared with the one of the file's
+    name, and the record is that of the name. Programs write the headers of other formats.
+
+    Args:
+        path: The file, or the member of an archive.
+        motions: Its motions.
+        format: Name of its format; "text" if it has no known header.
+    """
+
+    path: str | PathLike
+    motions: tuple[GroundMotion, ...]
+    format: str
+
+    @property
+    def name(self) -> str:
+        """The name of the file without its folder."""
+        return Path(self.path).name
+
+    @property
+    def is_typed(self) -> bool:
+        """Whether a person typed what the file says of its component; the name of a column is not compared."""
+        return self.format == "AT2" or (self.format == "text" and not self.motions[0].record)
+
+    @property
+    def uses_name(self) -> bool:
+        """Whether the record and component of the file's name are needed."""
+        return len(self.motions) == 1 and (self.is_typed or not self.motions[0].component)
+
+    def named(self, record: str, component: str) -> GroundMotion:
+        """Return the only motion with a component, and with the record of the file's name or of its header.
+
+        Args:
+            record: Record according to the name; empty if it is not known.
+            component: Component according to header and name.
+        """
+        (motion,) = self.motions
+        order = (record, motion.record) if self.is_typed else (motion.record, record)
+        return replace(motion, record=order[0] or order[1], component=component)
 
 
 def read(
@@ -101,7 +146,8 @@ def read(
     """
     one_of("components", components, COMPONENTS)
     data = bytes_of(path)
-    motions = _from_archive(path, data, unit, step) if is_archive(data) else _from_file(path, data, unit, step)
+    files = read_archive(path, data, unit, step) if is_archive(data) else [read_file(path, data, unit, step)]
+    motions = [motion for file in files for motion in _with_names(file)]
     labels, names = [motion.component for motion in motions], [motion.name for motion in motions]
     is_chosen = chosen_components(labels, components, names, [motion.record for motion in motions], str(path))
     chosen = [motion for motion, is_such in zip(motions, is_chosen, strict=True) if is_such]
@@ -113,37 +159,38 @@ def read(
     return chosen
 
 
-def _from_archive(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
-    """Return the motions of all records in an archive; warn of files that are not records."""
-    motions: list[GroundMotion] = []
+def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[FileOfMotions]:
+    """Return the motions of each record in an archive, as `read_file` does; warn of files that are not records."""
+    files: list[FileOfMotions] = []
     others: dict[str, str] = {}
     for member in members(path, data):
         try:
-            motions += _from_file(member, member.data, unit, step)
+            files.append(read_file(member, member.data, unit, step))
         except NotARecordError as error:
             others[str(member)] = str(error)
-    if not motions:
+    if not files:
         raise ValueError(f"{path}: no file in this archive is a record: {'; '.join(others.values()) or 'it is empty'}")
     if others:
         first, *more = others
         rest = f". Also left out: {', '.join(more)}" if more else ""
         warn_caller(f"{path}: {len(others)} files in this archive are not records: {others[first]}{rest}")
-    return motions
+    return files
 
 
-def _from_file(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
-    """Return the motions of one file, with the component of the file's name if the file does not state it."""
-    motions = _read_as_recognised(path, data, unit, step)
-    if len(motions) > 1 or motions[0].component:
-        return motions
-    record, component = record_and_component(str(path))
-    return [replace(motions[0], record=motions[0].record or record, component=component)]
+def _with_names(file: FileOfMotions) -> list[GroundMotion]:
+    """Return the motions of a file, with the component of the file's name if the file does not state it."""
+    if not file.uses_name:
+        return list(file.motions)
+    record, component = record_and_component(file.name, file.motions[0].component, place=str(file.path))
+    if file.format == "text" and component:
+        record = record or Path(file.name).stem
+    return [file.named(record, component)]
 
 
-def _read_as_recognised(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
-    """Return the motions of one file by the reader of its format."""
+def read_file(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> FileOfMotions:
+    """Return the motions of one file by the reader of its format, with the records and components of its header."""
     if is_miniseed(data) or is_sac(data):
-        return read_seismic(path, data, unit, step)
+        return FileOfMotions(path, tuple(read_seismic(path, data, unit, step)), "seismic")
     record = RecordText.of(path)
     first = next((i for i, line in enumerate(record.lines) if line.strip()), 0)
     lines = record.lines[first : first + 20]
@@ -160,8 +207,10 @@ def _read_as_recognised(path: str | PathLike, data: bytes, unit: str | None, ste
                 raise ValueError(
                     f"{path}: step is {step:g} s, but this {name} file states {wrong[0].step:g} s: leave out step="
                 )
-            return motions
-    return _from_text(record, unit, step)
+            return FileOfMotions(path, tuple(motions), name)
+    if unit is None and Path(path).suffix.lower() == ".at2":
+        return FileOfMotions(path, (read_at2_and_header(path),), "AT2")  # which reports what is wrong in the header
+    return FileOfMotions(path, tuple(_from_text(record, unit, step)), "text")
 
 
 def _from_text(record: RecordText, unit: str | None, step: float | None) -> list[GroundMotion]:
@@ -178,8 +227,7 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
     if unit is None:
         # Archives of PEER hold a table of spectra beside the records.
         raise NotARecordError(
-            f"{path}: text without a known header does not state the unit of its values: give unit=, such as "
-            "wd.records.read(path, unit='g')"
+            f"{path}: text without a known header does not state the unit of its values: give unit=, such as unit='g'"
         )
     widths = [len(tokens_of(line)) for line in rows]
     usual, alike = Counter(widths).most_common(1)[0]
@@ -191,7 +239,7 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
         return read_running_values(path, unit=unit, step=step)
     step = header.step if step is None and widths[0] == 1 else step
     try:
-        motion = read_text(path, unit=unit, step=step, header_lines=header.lines or None)
+        motion = read_columns(path, unit, step, ColumnChoice(header_lines=header.lines or None))
     except ValueError as error:
         if re.search(r"(_column|_comma|_unit|delimiter|header_lines)\b", str(error)):
             raise ValueError(f"{error}. This is an argument of wd.records.read_text") from error

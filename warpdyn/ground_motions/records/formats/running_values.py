@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from os import PathLike
 
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.components import named_component, record_and_component
+from warpdyn.ground_motions.records.components import named_component
 from warpdyn.ground_motions.records.parsing.fixed_width import RecordText
 from warpdyn.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.ground_motions.records.quantities import check_statements, stated_count, stated_step
@@ -108,6 +108,9 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
         unit: Unit of the values.
         step: Step [s]; the one that the header states by default.
 
+    Returns:
+        The motion, with the component that the header states; the file's name is not used.
+
     Raises:
         ValueError: If the header states another number of values or another step, the step is missing, lines have
             different numbers of values, a value is not a finite number, or the last one is cut.
@@ -140,11 +143,8 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     check_forms(numbers)
     warn_of_layout(numbers, _lines_of_other_layout([record.lines[i] for i in places]))
     check_missing_values(values, lambda i: numbers.place(i // len(rows[0])))
-    stated = next(filter(None, map(named_component, words)), "")
-    of_name, component = record_and_component(str(path), stated, place=str(path))
-    motion = GroundMotion(
-        factor * values, checked_step(step, "step"), record.stem, str(path), of_name if component else "", component
-    )
+    component = next(filter(None, map(named_component, words)), "")
+    motion = GroundMotion(factor * values, checked_step(step, "step"), record.stem, str(path), "", component)
     check_against_header(motion, header)
     return [motion]
 

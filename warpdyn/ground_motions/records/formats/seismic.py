@@ -9,18 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdyn.core.messages import warn_caller
 from warpdyn.ground_motions.motions import GroundMotion
-from warpdyn.ground_motions.records.obspy_streams import from_obspy
+from warpdyn.ground_motions.records.obspy_streams import motions_of_stream
 from warpdyn.ground_motions.records.parsing.content import is_sac
 
-# SAC's codes of the dependent variable, and the second letter of SEED channels of instruments that are not
-# accelerometers.
+# SAC's codes of the dependent variable.
 _OTHER_QUANTITIES = {6: "displacement", 7: "velocity", 50: "voltage"}
-_NO_ACCELEROMETERS = {
-    "H": "seismometer, which records velocities",
-    "L": "low-gain seismometer, which records velocities",
-}
 
 
 def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
@@ -57,13 +51,7 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
             raise ValueError(f"{path}: the channel {trace.id} has gaps: it comes in {names.count(trace.id)} parts")
         if name == "SAC":
             _check_sac(path, trace)
-        channel = trace.stats.channel.upper()
-        if len(channel) == 3 and channel[1] in _NO_ACCELEROMETERS:
-            warn_caller(
-                f"{path}: {trace.id} is, by its channel, a {_NO_ACCELEROMETERS[channel[1]]}: are its values "
-                "accelerations?"
-            )
-    motions = from_obspy(stream, unit)
+    motions = motions_of_stream(stream, unit, str(path))
     for motion in motions:
         if step is not None and abs(motion.step - step) > 1e-3 * step:
             raise ValueError(

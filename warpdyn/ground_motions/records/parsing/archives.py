@@ -8,14 +8,18 @@ import tarfile
 import zipfile
 import zlib
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
 from os import PathLike
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePath, PurePosixPath
 
 # Records have at most some tens of MB. A damaged or malicious archive can announce any size, and must not fill the
 # memory.
 LARGEST_FILE = 500_000_000  # bytes
 DEEPEST = 3  # archives inside archives: CESMD packs one zip per station into a zip
 _TOO_LARGE = f"it unpacks to more than {LARGEST_FILE // 1_000_000} MB, which no record does"
+
+_LITTER = ("._*", ".*", "~$*", "*~", "#*#", "*.bak", "*.swp", "*.swo", "*.tmp", "*.orig", "*.part", "*.crdownload")
+_LITTER_OF_SYSTEMS = ("thumbs.db", "ehthumbs.db", "desktop.ini", "icon\r", "__macosx", "$recycle.bin")
 
 
 class Member(PathLike):
@@ -29,6 +33,20 @@ class Member(PathLike):
 
     def __str__(self) -> str:
         return self.path
+
+
+def is_litter(name: str | PurePath) -> bool:
+    """Return whether a file was left by a file manager, an editor or a download, and is not a record.
+
+    macOS writes "._X.AT2" beside each file X.AT2 on other systems' disks and in archives (folder "__MACOSX").
+
+    Args:
+        name: Path of the file, within its folder or archive.
+    """
+    parts = [part.lower() for part in PurePath(name).parts]
+    if not parts:
+        return True
+    return any(part in _LITTER_OF_SYSTEMS for part in parts) or any(fnmatchcase(parts[-1], each) for each in _LITTER)
 
 
 def is_gzip(data: bytes) -> bool:
@@ -63,7 +81,8 @@ def is_archive(data: bytes) -> bool:
 def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Member]:
     """Return the files in an archive, those of archives inside it among them.
 
-    Folders, empty files and the copies of resource forks that macOS adds are left out.
+    Folders, empty files and what file managers and editors leave, such as ".DS_Store", are left out
+    of zip and tar archives.
 
     Args:
         path: The archive.
@@ -77,8 +96,8 @@ def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Membe
         raise ValueError(f"{path}: archives inside archives, more than {DEEPEST} deep: unpack the outer ones first")
     try:
         for name, content in _unpacked(path, data):
-            parts = PurePosixPath(name.replace("\\", "/")).parts
-            if not content or not parts or "__MACOSX" in parts or parts[-1].startswith("._"):
+            is_left = not is_gzip(data) and is_litter(PurePosixPath(name.replace("\\", "/")))
+            if not content or is_left:  # the user named the only file in a gzip file
                 continue
             member = Member(path, name, content)
             if is_archive(content):

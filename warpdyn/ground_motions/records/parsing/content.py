@@ -66,7 +66,10 @@ def bytes_of(path: str | PathLike) -> bytes:
     if not fspath(path):
         raise ValueError("path is empty: give the name of a file")
     if Path(path).is_dir():
-        raise IsADirectoryError(f"{path}: is a directory, not a file; read_directory reads the .AT2 files in it")
+        raise IsADirectoryError(
+            f"{path}: is a directory, not a file; wd.records.read_directory(path, pattern='*.AT2') reads "
+            "the files in it"
+        )
     if not Path(path).is_file():
         raise FileNotFoundError(f"{path}: no such file")
     data = Path(path).read_bytes()

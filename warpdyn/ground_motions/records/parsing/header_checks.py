@@ -37,8 +37,8 @@ def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> 
     if others.size >= FEWEST_OTHERS and peak > FARTHEST_PEAK * float(others.max()):
         count = int(np.sum(sizes == peak))
         raise ValueError(
-            f"{place_of(first)}: the value {values[first]:g} ({count} times in the file) marks a missing value, since "
-            f"all others are at most {others.max():g}: replace it, or get the record without gaps"
+            f"{place_of(first)}: the value {values[first]:.10g} ({count} times in the file) marks a missing value, "
+            f"since all others are at most {others.max():g}: replace it, or get the record without gaps"
         )
 
 
