@@ -148,15 +148,15 @@ def test_bad_input_is_named():
         (1, np.full((3, 3), np.nan), "damping.*must be finite"),
         (2, -STIFFNESS, "stiffness must be positive definite"),
         (2, np.triu(STIFFNESS), "stiffness must be symmetric"),
-        (3, [0, 100.0], r"amplitude must be finite and of shape \[3\]"),
-        (4, np.inf, "frequency and phase must be finite"),
+        (3, [0, 100.0], r"amplitude must be of shape \[3\]"),
+        (4, np.inf, r"frequency \[rad/s\] must be a finite number"),
         (6, np.array([0, 0.1, 0.3]), r"time\[1\] is 0.05 s off"),
         (6, np.array([0.2, 0.1]), "rising"),
     ):
         arguments = [*harmonic[:place], value, *harmonic[place + 1 :]]
         with pytest.raises(ValueError, match=message):
             harmonic_response(*arguments)
-    with pytest.raises(ValueError, match=r"force must be finite and of shape \[time, 3\]"):
+    with pytest.raises(ValueError, match=r"force must be of shape \[time, 3\]"):
         piecewise_linear_response(MASS, DAMPING, STIFFNESS, np.zeros(5), 0.1)
-    with pytest.raises(ValueError, match="step must be finite and above 0"):
+    with pytest.raises(ValueError, match=r"step \[s\] must be a finite number above 0"):
         piecewise_linear_response(MASS, DAMPING, STIFFNESS, np.zeros((5, 3)), 0.0)
