@@ -243,7 +243,7 @@ def count_case(number, methods="default"):
         error, is_ok = errors(found, truth), found.status.values < DIVERGED
         wrong = is_ok & ~(error <= WRONG)
         by_energy = np.abs(found.energy_balance_error.values) > LARGEST_IMBALANCE
-        flagged = found["unreliable"].values != 0 if "unreliable" in found else np.zeros(error.size, dtype=bool)
+        flagged = found["unreliable"].values == 1 if "unreliable" in found else np.zeros(error.size, dtype=bool)
         counted = wrong & settled
         silent = counted & ~by_energy & ~flagged
         counts.update(
