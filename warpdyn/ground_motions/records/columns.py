@@ -23,7 +23,7 @@ from warpdyn.ground_motions.records.quantities import (
     stated_step,
 )
 from warpdyn.ground_motions.records.text import FEWEST_ALIKE, NumberLines, check_last_value, text_of, warn_of_layout
-from warpdyn.ground_motions.records.units import checked_step, step_of_times, unit_factor
+from warpdyn.ground_motions.records.units import TIME_TOLERANCE, checked_step, step_of_times, unit_factor
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3}
 RUNS_ON = 0.7  # of the step from line to line, of that from value to value; of columns of their own it is 1 or more
@@ -353,7 +353,13 @@ def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float |
         return step
     if time_unit is None and table.names and re.search(r"\b(ms|msec|milliseconds?)\b", table.names[column], re.I):
         raise ValueError(f"{table.path}: the times are in {table.names[column]!r}: give time_unit='ms' (or 's')")
-    found = step_of_times(times * TIME_UNITS[time_unit or "s"], step, str(table.path))
+    seconds = times * TIME_UNITS[time_unit or "s"]
+    mean = float(seconds[-1] - seconds[0]) / (seconds.size - 1)
+    if step is not None and abs(step - mean) > TIME_TOLERANCE * mean > 0:
+        raise ValueError(
+            f"{table.path}: step={step:g} s contradicts the times, which are {mean:.6g} s apart: leave step= out"
+        )
+    found = step_of_times(seconds, step, str(table.path))
     if time_unit is None and step is None and found >= SLOWEST_STEP:
         warn_caller(
             f"{table.path}: the times are {found:g} s apart, which no record is: if they are in milliseconds, give "
