@@ -37,7 +37,7 @@ def read_directory(
 
     Args:
         path: The directory; its subdirectories are not searched.
-        pattern: Shell pattern of the file names, such as "*.V2", upper and lower case alike.
+        pattern: Shell pattern of the file names, such as `"*.V2"`, upper and lower case alike.
         components: "horizontal", "vertical" or "all". A record whose component is not known counts as horizontal, with
             a warning, if no vertical record is in the directory; otherwise it is left out, with a warning.
         unit: Unit of the accelerations, one of `UNITS`, of files that do not state it: text, SAC and MiniSEED.
